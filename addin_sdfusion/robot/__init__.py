@@ -1,0 +1,86 @@
+"""What a robot is, its files and its checks. Standard library only, but for the readers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .caspr import write_caspr
+from .check import check, require_valid
+from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
+from .finding import Finding, Subject
+from .model import (
+    GRAVITY,
+    IDENTITY,
+    WORLD,
+    Axis,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    JointType,
+    Link,
+    Muscle,
+    Pose,
+    Robot,
+    TaskFrame,
+    TaskSet,
+    Vector3,
+    ViaPoint,
+)
+from .sdf import write_sdf
+from .trajectory import Spline, Trajectory, TrajectoryPoint
+
+__all__ = [
+    "GRAVITY",
+    "IDENTITY",
+    "WORLD",
+    "Axis",
+    "CableSet",
+    "CardsflowError",
+    "Coordinate",
+    "Finding",
+    "Inertia",
+    "InputError",
+    "Joint",
+    "JointType",
+    "Link",
+    "Muscle",
+    "Pose",
+    "Robot",
+    "RobotError",
+    "SimulationError",
+    "Spline",
+    "Subject",
+    "TaskFrame",
+    "TaskSet",
+    "Trajectory",
+    "TrajectoryPoint",
+    "UnknownNameError",
+    "Vector3",
+    "ViaPoint",
+    "check",
+    "read_robot",
+    "require_valid",
+    "write_caspr",
+    "write_sdf",
+]
+
+
+def read_robot(path: str | Path, cable_set: str | None = None) -> Robot:
+    """Read a robot from its files.
+
+    Args:
+        path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
+        cable_set: The cable set to make active; the file's own choice if None.
+
+    Returns:
+        A robot without errors; `addin_sdfusion.robot.readers.read` also tells the warnings.
+
+    Raises:
+        RobotError: The files hold a robot that cannot be used.
+        InputError: The files cannot be read.
+        UnknownNameError: There is no such cable set.
+    """
+    from .readers import read_robot as read  # lxml is not there inside Fusion
+
+    return read(path, cable_set)

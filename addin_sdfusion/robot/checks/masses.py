@@ -1,0 +1,154 @@
+"""Masses and inertias that a real body can have and that a simulation can divide by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..finding import Finding, Subject
+from ..model import IDENTITY, Joint, Link, Pose, Robot
+from ..pose import (
+    Matrix3,
+    apply,
+    compose,
+    cross,
+    dot,
+    inverse,
+    rotate,
+    rotate_inertia,
+    rotation,
+    subtract,
+)
+from .numbers import joint_numbers, link_numbers
+from .report import error, finite, warning
+
+MINOR_TOLERANCE = 1e-9
+"""Below zero by this much, relative to the largest entry, counts as zero."""
+ZERO_INERTIA = 1e-15
+"""In [kg·m²]: less than any machine part, more than rounding leaves of a zero."""
+
+
+def inertias(robot: Robot) -> Iterator[Finding]:
+    """Masses are not negative and inertia matrices are those of a body."""
+    for link in robot.links:
+        if not finite(link_numbers(link)):
+            continue
+        subject = Subject("link", link.name)
+        if link.inertia.mass < 0.0:
+            yield error(subject, "negative-mass", f"mass {link.inertia.mass!r} is negative")
+        if not positive_semidefinite(link.inertia.matrix):
+            problem = "the inertia matrix is not positive semi-definite; no body has it"
+            yield error(subject, "inertia-not-psd", problem)
+        elif not positive_semidefinite(density_matrix(link.inertia.matrix)):
+            problem = (
+                "a principal moment of inertia exceeds the sum of the other two; no body has "
+                "that. Is the matrix about the centre of mass?"
+            )
+            yield warning(subject, "inertia-triangle", problem)
+
+
+def moving_bodies(robot: Robot) -> Iterator[Finding]:
+    """Every last moving body has inertia about, or mass along, its joint."""
+    links = {link.name: link for link in robot.links}
+    carried: dict[str, list[Joint]] = {}
+    for joint in robot.joints:
+        carried.setdefault(joint.parent, []).append(joint)
+    for joint in {joint.child: joint for joint in robot.joints if joint.type != "fixed"}.values():
+        body = _body(joint, carried)
+        if body is None or not all(name in links for name in body):
+            continue
+        parts = [(links[name], pose) for name, pose in body.items()]
+        if not all(finite(link_numbers(link)) for link, _ in parts):
+            continue
+        subject = Subject("link", joint.child)
+        if joint.type == "prismatic" and sum(link.inertia.mass for link, _ in parts) == 0.0:
+            problem = f"no mass moves along joint {joint.name!r}; give the link a mass"
+            yield error(subject, "no-mass-along-axis", problem)
+        if joint.type == "revolute" and _inertia_about(joint, parts) <= ZERO_INERTIA:
+            problem = (
+                f"no inertia about joint {joint.name!r}; give the link a mass away from the axis "
+                "or an inertia about it"
+            )
+            yield error(subject, "no-inertia-about-axis", problem)
+
+
+def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
+    """A link that turns has inertia of its own about that axis."""
+    links = {link.name: link for link in robot.links}
+    for joint in robot.joints:
+        link = links.get(joint.child)
+        if joint.type != "revolute" or link is None or not _usable(joint, link):
+            continue
+        axis = rotate(rotation(joint.T_child_joint.rpy), joint.axis)
+        own = dot(axis, rotate(link.inertia.matrix, axis))
+        if own <= MINOR_TOLERANCE * max(link.inertia.ixx, link.inertia.iyy, link.inertia.izz):
+            problem = (
+                f"inertia about the axis of joint {joint.name!r} through the centre of mass is "
+                "zero; only the mass away from the axis counts"
+            )
+            yield warning(Subject("link", link.name), "zero-inertia-about-axis", problem)
+
+
+def positive_semidefinite(A: Matrix3) -> bool:
+    """Whether no principal minor of a symmetric matrix is negative, but for rounding."""
+    scale = max(abs(entry) for row in A for entry in row)
+    if scale == 0.0:
+        return True
+    a, b, c = ((row[0] / scale, row[1] / scale, row[2] / scale) for row in A)
+    minors = (
+        a[0],
+        b[1],
+        c[2],
+        a[0] * b[1] - a[1] * a[1],
+        a[0] * c[2] - a[2] * a[2],
+        b[1] * c[2] - b[2] * b[2],
+        dot(a, cross(b, c)),
+    )
+    return all(minor >= -MINOR_TOLERANCE for minor in minors)
+
+
+def density_matrix(inertia: Matrix3) -> Matrix3:
+    """∫ r rᵀ dm = ½ tr(I) 1 - I, positive semi-definite exactly if the triangle inequality holds.
+
+    Args:
+        inertia: About the centre of mass, in [kg·m²].
+    """
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia
+    half = 0.5 * (xx + yy + zz)
+    return (half - xx, -xy, -xz), (-xy, half - yy, -yz), (-xz, -yz, half - zz)
+
+
+def _usable(joint: Joint, link: Link) -> bool:
+    return finite(link_numbers(link)) and finite(joint_numbers(joint))
+
+
+def _body(joint: Joint, carried: dict[str, list[Joint]]) -> dict[str, Pose] | None:
+    """The joint's child and all that is fixed to it, with poses in the child's frame.
+
+    None where another joint moves something on it: then its mass is not the last one.
+    """
+    body = {joint.child: IDENTITY}
+    waiting = [joint.child]
+    while waiting:
+        name = waiting.pop()
+        for other in carried.get(name, []):
+            if other.child in body:
+                continue
+            if other.type != "fixed" or not finite(joint_numbers(other)):
+                return None
+            T_parent_child = compose(other.T_parent_joint, inverse(other.T_child_joint))
+            body[other.child] = compose(body[name], T_parent_child)
+            waiting.append(other.child)
+    return body if finite(joint_numbers(joint)) else None
+
+
+def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
+    """Inertia of links about a joint's axis, in [kg·m²]; poses are in the child's frame."""
+    axis = rotate(rotation(joint.T_child_joint.rpy), joint.axis)
+    total = 0.0
+    for link, T_child_link in parts:
+        inertia = link.inertia
+        own = rotate_inertia(rotation(T_child_link.rpy), inertia.matrix)
+        arm = subtract(apply(T_child_link, inertia.com), joint.T_child_joint.position)
+        lever = cross(axis, arm)
+        total += dot(axis, rotate(own, axis)) + inertia.mass * dot(lever, lever)
+    return total

@@ -1,0 +1,77 @@
+"""Muscles: where they run, and what force they may carry. Every cable set is looked at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from ..finding import Finding, Subject, member
+from ..model import WORLD, Muscle, Robot
+from .report import error, unknown, warning
+
+
+def has_muscles(robot: Robot) -> Iterator[Finding]:
+    """The active cable set pulls."""
+    active = [group for group in robot.cable_sets if group.name == robot.cable_set]
+    if not robot.cable_set or (active and not active[0].muscles):
+        problem = "no muscles; only the joints' own forces move it"
+        yield warning(Subject("robot", robot.name), "no-muscles", problem)
+
+
+def via_points(robot: Robot) -> Iterator[Finding]:
+    """Muscles have two points at least, on links that exist, and every segment has a length."""
+    links = [link.name for link in robot.links]
+    known = {WORLD, *links}
+    for subject, muscle in _all_muscles(robot):
+        points = muscle.via_points
+        if len(points) < 2:
+            problem = f"needs two via points at least, has {len(points)}"
+            yield error(subject, "too-few-via-points", problem)
+        for name in dict.fromkeys(point.link for point in points):
+            if name not in known:
+                problem = f"via point on {unknown('link', name, [WORLD, *links])}"
+                yield error(subject, "unknown-via-link", problem)
+        for i, (start, end) in enumerate(pairwise(points), start=1):
+            if start == end:
+                problem = f"via points {i} and {i + 1} are the same point of link {start.link!r}"
+                yield error(subject, "zero-length-segment", problem)
+
+
+def moment_arms(robot: Robot) -> Iterator[Finding]:
+    """Muscles connect bodies that move against each other."""
+    bodies = _bodies(robot)
+    for subject, muscle in _all_muscles(robot):
+        on = {bodies.get(point.link, point.link) for point in muscle.via_points}
+        if len(muscle.via_points) > 1 and len(on) == 1:
+            problem = "all via points are on one rigid body, so it moves nothing"
+            yield warning(subject, "no-moment-arm", problem)
+
+
+def force_limits(robot: Robot) -> Iterator[Finding]:
+    """Muscles pull, and their limits are in order."""
+    for subject, muscle in _all_muscles(robot):
+        if muscle.f_min < 0.0:
+            problem = f"f_min {muscle.f_min!r} is negative; a cable cannot push"
+            yield error(subject, "negative-force", problem)
+        if muscle.f_min > muscle.f_max:
+            problem = f"f_min {muscle.f_min!r} is above f_max {muscle.f_max!r}"
+            yield error(subject, "force-limits-reversed", problem)
+        if muscle.f_max == math.inf:
+            problem = "no largest force is given; set f_max to what the muscle can bear"
+            yield warning(subject, "no-force-limit", problem)
+
+
+def _all_muscles(robot: Robot) -> Iterator[tuple[Subject, Muscle]]:
+    for group in robot.cable_sets:
+        for muscle in group.muscles:
+            yield member("muscle", muscle.name, group.name, robot.cable_set), muscle
+
+
+def _bodies(robot: Robot) -> dict[str, str]:
+    """For each link, the first link of the rigid body that it belongs to."""
+    bodies = {WORLD: WORLD}
+    for joint in robot.joints:
+        welded = joint.type == "fixed"
+        bodies[joint.child] = bodies.get(joint.parent, joint.parent) if welded else joint.child
+    return bodies

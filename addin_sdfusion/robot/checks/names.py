@@ -1,0 +1,75 @@
+"""Names: present, writable in every file, unique, and the active sets exist."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from ..finding import Finding, Subject, member
+from ..model import WORLD, Robot
+from .report import error, unknown
+
+
+def names(robot: Robot) -> Iterator[Finding]:
+    """Names are unique in their group, not empty, printable and not padded with spaces."""
+    yield from _group([Subject("robot", robot.name)])
+    yield from _group([Subject("link", link.name) for link in robot.links])
+    yield from _group([Subject("joint", joint.name) for joint in robot.joints])
+    yield from _group([Subject("coordinate", c.name) for c in robot.coordinates])
+    yield from _group([Subject("cable_set", group.name) for group in robot.cable_sets])
+    yield from _group([Subject("task_set", group.name) for group in robot.task_sets])
+    for cable_set in robot.cable_sets:
+        yield from _members(
+            "muscle", [m.name for m in cable_set.muscles], cable_set.name, robot.cable_set
+        )
+    for task_set in robot.task_sets:
+        yield from _members(
+            "task_frame", [f.name for f in task_set.frames], task_set.name, robot.task_set
+        )
+
+
+def world_is_reserved(robot: Robot) -> Iterator[Finding]:
+    """No link has the name of the fixed frame."""
+    for link in robot.links:
+        if link.name == WORLD:
+            problem = "the name is reserved for the fixed frame; rename the link"
+            yield error(Subject("link", link.name), "reserved-name", problem)
+
+
+def active_sets(robot: Robot) -> Iterator[Finding]:
+    """The active cable set and the active task set exist."""
+    cable_sets = [group.name for group in robot.cable_sets]
+    if robot.cable_set and robot.cable_set not in cable_sets:
+        problem = unknown("cable set", robot.cable_set, cable_sets)
+        yield error(Subject("robot", robot.name), "unknown-cable-set", problem)
+    task_sets = [group.name for group in robot.task_sets]
+    if robot.task_set and robot.task_set not in task_sets:
+        problem = unknown("operational space", robot.task_set, task_sets)
+        yield error(Subject("robot", robot.name), "unknown-task-set", problem)
+
+
+def _members(kind: str, members: list[str], of: str, active: str) -> Iterator[Finding]:
+    for name in members:
+        yield from _spelling(member(kind, name, of, active), name)
+    yield from _unique([member(kind, name, of, active) for name in members])
+
+
+def _group(subjects: list[Subject]) -> Iterator[Finding]:
+    for subject in subjects:
+        yield from _spelling(subject, subject.name)
+    yield from _unique(subjects)
+
+
+def _spelling(subject: Subject, name: str) -> Iterator[Finding]:
+    if not name:
+        yield error(subject, "bad-name", "the name is empty")
+    elif not name.isprintable() or name != name.strip():
+        problem = "a name may not begin or end with a space nor hold control characters"
+        yield error(subject, "bad-name", problem)
+
+
+def _unique(subjects: list[Subject]) -> Iterator[Finding]:
+    for subject, count in Counter(subjects).items():
+        if count > 1:
+            problem = f"the name is used {count} times; rename all but one"
+            yield error(subject, f"duplicate-{subject.kind.replace('_', '-')}", problem)

@@ -1,0 +1,27 @@
+"""Task frames: on a link, with axes that count."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..finding import Finding, Subject, member
+from ..model import Robot
+from .report import error, unknown
+
+
+def task_frames(robot: Robot) -> Iterator[Finding]:
+    """Task frames are on links that exist and name each axis once."""
+    links = [link.name for link in robot.links]
+    known = set(links)
+    for task_set in robot.task_sets:
+        if not task_set.frames:
+            problem = "has no frames; remove it or add one"
+            yield error(Subject("task_set", task_set.name), "empty-task-set", problem)
+        for frame in task_set.frames:
+            subject = member("task_frame", frame.name, task_set.name, robot.task_set)
+            if frame.link not in known:
+                yield error(subject, "unknown-task-link", unknown("link", frame.link, links))
+            axes = set(frame.axes)
+            if not axes or len(axes) != len(frame.axes) or not axes <= set("xyz"):
+                problem = f"axes {''.join(frame.axes)!r}: give some of x, y, z, each once"
+                yield error(subject, "bad-task-axes", problem)

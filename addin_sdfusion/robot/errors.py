@@ -1,0 +1,102 @@
+"""The errors of CARDSFlow: one root, and messages that say what, where, and what exists."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .finding import Finding
+
+
+class CardsflowError(Exception):
+    """The root of every error that CARDSFlow raises on purpose."""
+
+
+class InputError(CardsflowError):
+    """Something the user gave is wrong: a file, a key, a value.
+
+    Args:
+        what: What is wrong and what to do, without the place.
+        file: The file concerned.
+        line: The line in that file, counted from 1.
+        key: The key concerned, such as `controller.period`.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        key: str | None = None,
+    ) -> None:
+        self.what = what
+        self.file = None if file is None else Path(file)
+        self.line = line
+        self.key = key
+        super().__init__(what)
+
+    def __str__(self) -> str:
+        """The message in one line, led by the place."""
+        place = "" if self.file is None else str(self.file)
+        if place and self.line is not None:
+            place += f":{self.line}"
+        parts = [part for part in (place, self.key, self.what) if part]
+        return ": ".join(parts)
+
+
+class UnknownNameError(InputError):
+    """A name that does not exist, with the nearest one that does.
+
+    Args:
+        kind: What the name should have named, such as `muscle`.
+        name: The name that was given.
+        known: The names that exist.
+        file: The file concerned.
+        line: The line in that file, counted from 1.
+        key: The key concerned.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        name: str,
+        known: Iterable[str],
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        key: str | None = None,
+    ) -> None:
+        self.kind = kind
+        self.name = name
+        self.known = tuple(known)
+        nearest = difflib.get_close_matches(name, self.known, n=1, cutoff=0.5)
+        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+        listed = ", ".join(self.known[:20]) + (", ..." if len(self.known) > 20 else "")
+        what = f"no {kind} {name!r}{hint} (known: {listed or 'none'})"
+        super().__init__(what, file=file, line=line, key=key)
+
+
+class RobotError(InputError):
+    """A robot, or the files that describe it, cannot be used.
+
+    Args:
+        findings: Everything that is wrong; at least one finding is an error.
+        file: The file that was read, where there is one.
+    """
+
+    def __init__(self, findings: Iterable[Finding], *, file: str | Path | None = None) -> None:
+        self.findings = tuple(findings)
+        errors = [finding for finding in self.findings if finding.is_error]
+        first = errors[0]
+        what = first.message
+        if len(errors) > 1:
+            what += f" (and {len(errors) - 1} more: `cardsflow check` lists all)"
+        super().__init__(what, file=first.file or file, line=first.line)
+
+
+class SimulationError(CardsflowError):
+    """A run cannot go on: the state is no longer finite, or an FMU reported an error."""

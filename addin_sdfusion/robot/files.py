@@ -1,0 +1,41 @@
+"""Writing a group of files so that no reader ever sees half a file."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from .errors import InputError
+
+
+def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list[Path]:
+    """Write files into a folder: all of them aside first, then each into place.
+
+    Args:
+        folder: Where to; made if it does not exist.
+        contents: The content of each file, by its name; text becomes UTF-8.
+
+    Returns:
+        The files, in the order given.
+
+    Raises:
+        InputError: The folder cannot be made or written.
+    """
+    folder = Path(folder)
+    waiting = {folder / name: folder / f".{name}.{os.getpid()}.tmp" for name in contents}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for content, aside in zip(contents.values(), waiting.values(), strict=True):
+            aside.write_bytes(content if isinstance(content, bytes) else content.encode())
+        for file, aside in waiting.items():
+            aside.replace(file)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be written: {reason}", file=folder) from error
+    finally:
+        for aside in waiting.values():
+            with contextlib.suppress(OSError, ValueError):
+                aside.unlink(missing_ok=True)
+    return list(waiting)

@@ -1,0 +1,114 @@
+"""Reads a robot from whatever files describe it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..check import check
+from ..errors import InputError, RobotError
+from ..finding import Finding
+from ..model import Robot
+from .caspr import BODIES, read_caspr
+from .sdf import read_sdf
+from .trajectories import read_trajectory, trajectory_names
+from .xml import Notes
+
+__all__ = ["Reading", "read", "read_robot", "read_trajectory", "trajectory_names"]
+
+Reader = Callable[[Path, str | None, Notes], Robot | None]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A robot as read, with everything that is to be said about it.
+
+    Attributes:
+        robot: The robot; None where the files are not complete enough to say what it is.
+        findings: What is wrong with the files and with the robot, with places; errors first.
+        files: Every file that makes up the robot.
+    """
+
+    robot: Robot | None
+    findings: tuple[Finding, ...]
+    files: tuple[Path, ...]
+
+
+def read(path: str | Path, cable_set: str | None = None) -> Reading:
+    """Read a robot and everything that is wrong with it.
+
+    Args:
+        path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
+        cable_set: The cable set to make active; the file's own choice if None.
+
+    Raises:
+        InputError: A file is missing or not readable XML.
+        UnknownNameError: There is no such cable set.
+    """
+    file = _robot_file(Path(path))
+    notes = Notes()
+    robot = _reader(file)(file, cable_set, notes)
+    findings = list(notes.findings)
+    if robot is not None:
+        findings += _placed(check(robot), notes, file)
+    if any(finding.is_error for finding in notes.findings):
+        robot = None
+    findings.sort(key=lambda finding: not finding.is_error)
+    return Reading(robot, tuple(findings), tuple(dict.fromkeys(notes.files)))
+
+
+def read_robot(path: str | Path, cable_set: str | None = None) -> Robot:
+    """Read a robot that has no errors.
+
+    Args:
+        path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
+        cable_set: The cable set to make active; the file's own choice if None.
+
+    Raises:
+        RobotError: The files hold a robot that cannot be used.
+        InputError: A file is missing or not readable XML.
+        UnknownNameError: There is no such cable set.
+    """
+    reading = read(path, cable_set)
+    if reading.robot is None or any(finding.is_error for finding in reading.findings):
+        raise RobotError(reading.findings, file=path)
+    return reading.robot
+
+
+def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
+    """Findings about the robot with their places, without those that only echo a reading error."""
+    unread = {finding.subject for finding in notes.findings if finding.is_error}
+    placed = []
+    for finding in findings:
+        if finding.subject not in unread or finding.code.startswith("duplicate"):
+            where, line = notes.places.get(finding.subject, (file, None))
+            placed.append(replace(finding, file=where, line=line))
+    return placed
+
+
+def _reader(file: Path) -> Reader:
+    if file.suffix == ".sdf":
+        return read_sdf
+    if file.name.endswith(BODIES):
+        return read_caspr
+    what = f"is not a robot: give a folder, a model.sdf or a <name>{BODIES}"
+    raise InputError(what, file=file)
+
+
+def _robot_file(path: Path) -> Path:
+    """The file to begin with: the path itself, or the one robot in a folder."""
+    try:
+        if not path.is_dir():
+            return path
+        names = sorted(entry.name for entry in path.iterdir())
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    if "model.sdf" in names:
+        return path / "model.sdf"
+    bodies = [name for name in names if name.endswith(BODIES)]
+    if len(bodies) == 1:
+        return path / bodies[0]
+    there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    what = f"holds {len(bodies)} files *{BODIES} and no model.sdf (there: {there or 'nothing'})"
+    raise InputError(f"{what}; name the robot's file", file=path)

@@ -1,0 +1,121 @@
+"""Reads what an SDF model has in its plugin and in the cardsflow.xml beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..checks.report import unknown
+from ..errors import UnknownNameError
+from ..finding import Subject
+from ..model import Robot, Vector3
+from .cardsflow_xml import read_cable_set, read_task_set
+from .xml import Node, parse
+
+DEFAULT_SET = "cardsflow"
+"""The name of the only cable set and task set in files that do not name them."""
+
+
+def read_extras(robot: Robot, model: Node, cable_set: str | None) -> Robot:
+    """The same robot with its cable sets, task sets, link ends and gravity.
+
+    Args:
+        robot: The robot without them.
+        model: The `<model>` element.
+        cable_set: The cable set to make active; the file's own choice if None.
+
+    Raises:
+        InputError: The cardsflow.xml is not readable XML.
+        UnknownNameError: There is no such cable set.
+    """
+    plugins = model.all("plugin")
+    cable_sets, task_sets = _children(plugins, "cable_set"), _children(plugins, "task_set")
+    sources = plugins
+    if not cable_sets or not task_sets:
+        sources = [*_cardsflow_xml(model), *plugins]
+    robot = _with_ends(robot, plugins)
+    for node in _children(plugins, "gravity"):
+        robot = replace(robot, gravity=node.vector3())
+    if cable_sets:
+        robot = _with_named_cable_sets(robot, cable_sets, cable_set)
+    else:
+        robot = _with_muscles(robot, sources)
+    if cable_set is not None:
+        _require_cable_set(cable_set, robot, model)
+    if task_sets:
+        return _with_named_task_sets(robot, task_sets)
+    return _with_end_effectors(robot, sources)
+
+
+def _children(nodes: Sequence[Node], tag: str) -> list[Node]:
+    return [child for node in nodes for child in node.all(tag)]
+
+
+def _cardsflow_xml(model: Node) -> list[Node]:
+    """The root of the cardsflow.xml beside the SDF; nothing if there is none."""
+    file = model.file.with_name("cardsflow.xml")
+    if not file.exists():
+        return []
+    root = parse(file, model.subject, model.notes)
+    if root.tag != "cardsflow":
+        root.error("not-cardsflow", f"<{root.tag}> is not <cardsflow>")
+    return [root]
+
+
+def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:
+    ends: dict[str, Vector3] = {}
+    names = [link.name for link in robot.links]
+    known = set(names)
+    for node in _children(plugins, "link_end"):
+        name = node.attribute("link")
+        if name not in known:
+            node.error("unknown-link", f"<link_end>: {unknown('link', name, names)}")
+        ends[name] = node.vector3()
+    links = tuple(replace(link, end=ends.get(link.name)) for link in robot.links)
+    return replace(robot, links=links)
+
+
+def _with_named_cable_sets(robot: Robot, nodes: Sequence[Node], chosen: str | None) -> Robot:
+    nodes = [node.about(Subject("cable_set", node.attribute("id"))) for node in nodes]
+    active = _active(nodes) if chosen is None else chosen
+    sets = tuple(read_cable_set(node, node.subject.name, active) for node in nodes)
+    return replace(robot, cable_sets=sets, cable_set=active)
+
+
+def _with_muscles(robot: Robot, sources: Sequence[Node]) -> Robot:
+    """Muscles from the first source that has any."""
+    for node in sources:
+        if node.all("myoMuscle"):
+            cable_set = read_cable_set(node, DEFAULT_SET, DEFAULT_SET)
+            return replace(robot, cable_sets=(cable_set,), cable_set=DEFAULT_SET)
+    return robot
+
+
+def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:
+    known = [cable_set.name for cable_set in robot.cable_sets]
+    if chosen not in known:
+        raise UnknownNameError("cable set", chosen, known, file=model.file)
+
+
+def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
+    nodes = [node.about(Subject("task_set", node.attribute("id"))) for node in nodes]
+    active = _active(nodes)
+    sets = tuple(read_task_set(node, node.subject.name, active) for node in nodes)
+    return replace(robot, task_sets=sets, task_set=active)
+
+
+def _with_end_effectors(robot: Robot, sources: Sequence[Node]) -> Robot:
+    """Task frames from the first source that has any."""
+    for node in sources:
+        if node.all("endEffector"):
+            task_set = read_task_set(node, DEFAULT_SET, DEFAULT_SET)
+            return replace(robot, task_sets=(task_set,), task_set=DEFAULT_SET)
+    return robot
+
+
+def _active(nodes: Sequence[Node]) -> str:
+    """The name of the set that is marked as active; empty if none is."""
+    active = [node for node in nodes if node.attribute("active", "false") in ("true", "1")]
+    for node in active[1:]:
+        node.error("two-active-sets", f"{active[0].subject.name!r} is active already")
+    return active[0].subject.name if active else ""

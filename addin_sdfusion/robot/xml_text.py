@@ -1,0 +1,44 @@
+"""What the XML writers share: numbers that read back exactly, elements, documents."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from xml.etree import ElementTree
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Numbers as text, one space apart, such that reading them gives the same bits."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def element(
+    parent: ElementTree.Element | None, tag: str, text: str | float | None = None, **attributes: str
+) -> ElementTree.Element:
+    """A new element, put at the end of its parent.
+
+    Args:
+        parent: None for the root of a document.
+        tag: Its tag.
+        text: Its text, or a number.
+        attributes: Its attributes, in order.
+    """
+    new = ElementTree.Element(tag, attributes)
+    if text is not None:
+        new.text = text if isinstance(text, str) else numbers([text])
+    if parent is not None:
+        parent.append(new)
+    return new
+
+
+def document(root: ElementTree.Element, doctype: str = "") -> str:
+    """The text of a whole XML file.
+
+    Args:
+        root: Its root.
+        doctype: What stands in the DOCTYPE line after the word; none if empty.
+    """
+    ElementTree.indent(root)
+    head = '<?xml version="1.0" encoding="utf-8"?>\n'
+    if doctype:
+        head += f"<!DOCTYPE {doctype}>\n"
+    return head + ElementTree.tostring(root, encoding="unicode") + "\n"

@@ -1,0 +1,235 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from strategies import inertias, robots
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Muscle,
+    Pose,
+    Robot,
+    RobotError,
+    TaskFrame,
+    TaskSet,
+    ViaPoint,
+    check,
+    require_valid,
+)
+from addin_sdfusion.robot.checks.masses import density_matrix, positive_semidefinite
+
+NAN = math.nan
+SOLID = Inertia(1.0, (0.0, 0.0, 0.5), 0.1, 0.1, 0.1)
+
+
+def hinge(name, parent, child, **changes):
+    values = {"axis": (0.0, 1.0, 0.0), "coordinates": (Coordinate(name, -1.0, 1.0),)}
+    return Joint(name, "revolute", parent, child, **{**values, **changes})
+
+
+def cable(name="biceps", start=WORLD, end="arm", **changes):
+    points = (ViaPoint(start, (0.3, 0.0, 0.0)), ViaPoint(end, (0.1, 0.0, 0.3)))
+    return replace(Muscle(name, points, 1.0, 10.0), **changes)
+
+
+ROBOT = Robot(
+    "robot",
+    (Link("arm", SOLID), Link("hand", SOLID)),
+    (hinge("elbow", WORLD, "arm"), hinge("wrist", "arm", "hand")),
+    (CableSet("a", (cable(),)), CableSet("b", (cable(), cable("triceps")))),
+    "a",
+    (TaskSet("tip", (TaskFrame("tip", "hand", (0.0, 0.0, 1.0)),)),),
+    "tip",
+)
+
+
+def with_joint(**changes):
+    return replace(ROBOT, joints=(ROBOT.joints[0], replace(ROBOT.joints[1], **changes)))
+
+
+def with_coordinate(**changes):
+    return with_joint(coordinates=(replace(Coordinate("wrist", -1.0, 1.0), **changes),))
+
+
+def with_hand(**changes):
+    hand = Link("hand", replace(SOLID, **changes))
+    return replace(ROBOT, links=(ROBOT.links[0], hand))
+
+
+def with_cable(**changes):
+    return ROBOT.with_muscles([cable(**changes)])
+
+
+def with_frame(**changes):
+    frame = replace(ROBOT.task_frames[0], **changes)
+    return replace(ROBOT, task_sets=(TaskSet("tip", (frame,)),))
+
+
+def twice(items):
+    return (*items, items[-1])
+
+
+ERRORS = {
+    "duplicate-link": replace(ROBOT, links=twice(ROBOT.links)),
+    "duplicate-joint": replace(ROBOT, joints=twice(ROBOT.joints)),
+    "duplicate-coordinate": with_coordinate(name="elbow"),
+    "duplicate-cable-set": replace(ROBOT, cable_sets=twice(ROBOT.cable_sets)),
+    "duplicate-muscle": ROBOT.with_muscles([cable(), cable()]),
+    "duplicate-task-set": replace(ROBOT, task_sets=twice(ROBOT.task_sets)),
+    "duplicate-task-frame": replace(ROBOT, task_sets=(TaskSet("tip", twice(ROBOT.task_frames)),)),
+    "bad-name": with_coordinate(name=" wrist"),
+    "reserved-name": replace(ROBOT, links=(*ROBOT.links, Link(WORLD, SOLID))),
+    "unknown-parent": with_joint(parent="amr"),
+    "unknown-child": with_joint(child="hnad"),
+    "two-parents": replace(ROBOT, joints=(*ROBOT.joints, hinge("extra", WORLD, "hand"))),
+    "no-parent": replace(ROBOT, links=(*ROBOT.links, Link("loose", SOLID))),
+    "closed-loop": replace(ROBOT, joints=(hinge("a", "hand", "arm"), hinge("b", "arm", "hand"))),
+    "joint-order": replace(ROBOT, joints=ROBOT.joints[::-1]),
+    "zero-axis": with_joint(axis=(0.0, 0.0, 0.0)),
+    "axis-not-unit": with_joint(axis=(0.0, 1.01, 0.0)),
+    "wrong-coordinates": with_joint(coordinates=()),
+    "wrong-unit": with_coordinate(unit="m"),
+    "unsupported-joint": with_joint(type="ball"),
+    "limits-reversed": with_coordinate(lower=2.0),
+    "negative-damping": with_coordinate(damping=-1.0),
+    "negative-mass": with_hand(mass=-1.0),
+    "inertia-not-psd": with_hand(ixy=1.0),
+    "no-inertia-about-axis": with_hand(com=(0.0, 0.0, 0.0), iyy=0.0),
+    "no-mass-along-axis": replace(
+        with_hand(mass=0.0),
+        joints=(
+            ROBOT.joints[0],
+            hinge("wrist", "arm", "hand", coordinates=(Coordinate("wrist", unit="m"),)),
+        ),
+    ),
+    "too-few-via-points": with_cable(via_points=cable().via_points[:1]),
+    "unknown-via-link": with_cable(end="amr"),
+    "zero-length-segment": with_cable(via_points=cable().via_points[:1] * 2),
+    "negative-force": with_cable(f_min=-1.0),
+    "force-limits-reversed": with_cable(f_min=11.0),
+    "unknown-cable-set": replace(ROBOT, cable_set="c"),
+    "unknown-task-set": replace(ROBOT, task_set="c"),
+    "unknown-task-link": with_frame(link="hnad"),
+    "empty-task-set": replace(ROBOT, task_sets=(TaskSet("tip", ()),)),
+}
+ERRORS["no-mass-along-axis"] = replace(
+    ERRORS["no-mass-along-axis"],
+    joints=(ROBOT.joints[0], replace(ERRORS["no-mass-along-axis"].joints[1], type="prismatic")),
+)
+
+WARNINGS = {
+    "zero-inertia-about-axis": with_hand(iyy=0.0),
+    "inertia-triangle": with_hand(iyy=0.3),
+    "no-moment-arm": with_cable(start="arm"),
+    "no-force-limit": with_cable(f_max=math.inf),
+    "initial-outside-limits": with_coordinate(initial=2.0),
+    "zero-limits": with_coordinate(lower=0.0, upper=0.0),
+    "no-muscles": replace(ROBOT, cable_set=""),
+}
+
+NOT_FINITE = {
+    "gravity": replace(ROBOT, gravity=(0.0, 0.0, NAN)),
+    "mass": with_hand(mass=NAN),
+    "infinite mass": with_hand(mass=math.inf),
+    "inertia": with_hand(ixz=NAN),
+    "centre of mass": with_hand(com=(NAN, 0.0, 0.0)),
+    "end": replace(ROBOT, links=(ROBOT.links[0], Link("hand", SOLID, (NAN, 0.0, 0.0)))),
+    "axis": with_joint(axis=(NAN, 0.0, 0.0)),
+    "pose": with_joint(T_parent_joint=Pose((NAN, 0.0, 0.0))),
+    "angles": with_joint(T_child_joint=Pose(rpy=(math.inf, 0.0, 0.0))),
+    "initial": with_coordinate(initial=NAN),
+    "damping": with_coordinate(damping=math.inf),
+    "limit": with_coordinate(lower=NAN),
+    "limit at the wrong end": with_coordinate(lower=math.inf, upper=math.inf),
+    "force": with_cable(f_min=NAN),
+    "upper force": with_cable(f_max=NAN),
+    "via point": with_cable(via_points=(ViaPoint(WORLD, (NAN, 0, 0)), ViaPoint("arm", (0, 0, 0)))),
+    "task frame": with_frame(position=(0.0, NAN, 0.0)),
+}
+
+
+def codes(robot, severity):
+    return {finding.code for finding in check(robot) if finding.severity == severity}
+
+
+def test_the_robot_that_the_tables_change_is_sound():
+    assert check(ROBOT) == []
+
+
+@pytest.mark.parametrize("code", ERRORS)
+def test_each_defect_is_told_as_an_error(code):
+    assert code in codes(ERRORS[code], "error")
+
+
+@pytest.mark.parametrize("code", WARNINGS)
+def test_each_doubtful_thing_is_a_warning_and_no_error(code):
+    assert codes(WARNINGS[code], "warning") == {code}
+    assert codes(WARNINGS[code], "error") == set()
+
+
+@pytest.mark.parametrize("place", NOT_FINITE)
+def test_no_number_may_be_nan_or_infinite(place):
+    assert "not-finite" in codes(NOT_FINITE[place], "error")
+
+
+@pytest.mark.parametrize("axes", [(), ("x", "x"), ("w",)])
+def test_task_axes_are_some_of_x_y_z_each_once(axes):
+    assert codes(with_frame(axes=axes), "error") == {"bad-task-axes"}
+
+
+def test_everything_wrong_is_told_at_once_errors_first():
+    robot = replace(with_hand(mass=-1.0, ixy=1.0), cable_set="c", task_set="d")
+    findings = check(robot)
+    assert [finding.is_error for finding in findings] == sorted(
+        (finding.is_error for finding in findings), reverse=True
+    )
+    expected = {"negative-mass", "inertia-not-psd", "unknown-cable-set", "unknown-task-set"}
+    assert expected <= {finding.code for finding in findings}
+
+
+def test_muscles_of_every_cable_set_are_checked_and_named_with_their_set():
+    broken = CableSet("b", (cable(f_min=-1.0),))
+    (finding,) = check(replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], broken)))
+    assert finding.subject == ("muscle", "b/biceps")
+
+
+def test_a_massless_link_is_sound_if_something_heavy_is_fixed_to_it():
+    flange = replace(ROBOT.joints[1], name="flange", type="fixed", coordinates=())
+    light = Link("arm", Inertia(0.0))
+    robot = replace(ROBOT, links=(light, ROBOT.links[1]), joints=(ROBOT.joints[0], flange))
+    assert codes(robot, "error") == set()
+    assert "no-inertia-about-axis" in codes(
+        replace(robot, links=(light, Link("hand", Inertia(0.0)))), "error"
+    )
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_one():
+    messages = [finding.message for finding in check(with_joint(parent="amr"))]
+    assert any("did you mean 'arm'?" in message for message in messages)
+
+
+def test_require_valid_raises_with_all_findings_or_returns_the_robot():
+    assert require_valid(ROBOT) is ROBOT
+    with pytest.raises(RobotError, match=r"mass -1\.0 is negative") as caught:
+        require_valid(with_hand(mass=-1.0))
+    assert caught.value.findings
+
+
+@given(inertias())
+def test_mass_properties_made_from_a_density_pass_both_inertia_tests(inertia):
+    assert positive_semidefinite(inertia.matrix)
+    assert positive_semidefinite(density_matrix(inertia.matrix))
+
+
+@settings(deadline=None)
+@given(robots())
+def test_random_trees_are_sound(robot):
+    assert [finding for finding in check(robot) if finding.is_error] == []

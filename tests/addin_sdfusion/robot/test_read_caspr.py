@@ -1,0 +1,207 @@
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+
+import pytest
+
+from addin_sdfusion.robot import WORLD, UnknownNameError, read_robot
+from addin_sdfusion.robot.readers import read
+
+EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r/robot"
+
+
+@pytest.fixture
+def planar(shared):
+    return shared / "robots/caspr/Example_2R_planar_XZ/Example_2R_planar_XZ_bodies.xml"
+
+
+@pytest.fixture
+def arm(shared):
+    return read_robot(shared / "robots/caspr/RoboyLeftArm")
+
+
+def points(muscle):
+    return [(point.link, pytest.approx(point.position)) for point in muscle.via_points]
+
+
+def test_two_links_turn_about_y_and_stand_on_each_other(planar):
+    robot = read_robot(planar)
+    assert robot.name == "Example_2R_planar_XZ"
+    assert [link.name for link in robot.links] == ["R_Y 1", "R_Y 2"]
+    assert [joint.name for joint in robot.joints] == ["joint_1", "joint_2"]
+    assert [joint.axis for joint in robot.joints] == [(0, 1, 0), (0, 1, 0)]
+    assert [joint.parent for joint in robot.joints] == [WORLD, "R_Y 1"]
+    assert robot.joints[1].T_parent_joint.position == (0, 0, 1)
+    assert [(c.name, c.lower, c.upper, c.unit) for c in robot.coordinates] == [
+        ("joint_1", -3.1416, 3.1416, "rad"),
+        ("joint_2", -3.1416, 3.1416, "rad"),
+    ]
+    for link in robot.links:
+        assert (link.inertia.mass, link.inertia.com, link.end) == (0.1, (0, 0, 0.5), (0, 0, 1))
+        assert (link.inertia.ixx, link.inertia.iyy, link.inertia.izz) == (0.083333, 0, 0.083333)
+
+
+def test_points_from_the_centre_of_mass_come_into_the_link_frame(planar):
+    robot = read_robot(planar)
+    assert [muscle.name for muscle in robot.muscles] == [f"cable {i}" for i in (1, 2, 3, 4)]
+    assert points(robot.muscles[1]) == [(WORLD, (1.5, 0, 0)), ("R_Y 2", (0.1, 0, 0.8))]
+    assert {(m.f_min, m.f_max) for m in robot.muscles} == {(10, 100)}
+
+
+def test_every_cable_set_is_kept_and_any_can_be_active(planar):
+    assert [group.name for group in read_robot(planar).cable_sets] == [
+        "basic",
+        "basic_multi_segment",
+    ]
+    robot = read_robot(planar, cable_set="basic_multi_segment")
+    assert points(robot.muscles[0]) == [
+        (WORLD, (0.5, 0, 0)),
+        ("R_Y 1", (0.25, 0, 0.8)),
+        ("R_Y 2", (0.15, 0, 0.6)),
+    ]
+
+
+def test_an_unknown_cable_set_is_answered_with_the_known_ones(planar):
+    with pytest.raises(UnknownNameError, match=r"_cables.xml: no cable set 'basik'.*'basic'"):
+        read_robot(planar, cable_set="basik")
+
+
+def test_without_a_default_the_first_operational_space_is_active(planar):
+    (frame,) = read_robot(planar).task_frames
+    assert (frame.name, frame.link, frame.position) == ("test1", "R_Y 2", (0, 0, 1))
+    assert frame.axes == ("x", "z")
+
+
+def test_only_the_zero_inertia_about_the_axis_is_doubtful(planar):
+    reading = read(planar)
+    assert {(f.severity, f.code) for f in reading.findings} == {
+        ("warning", "zero-inertia-about-axis")
+    }
+    assert [f.line for f in reading.findings] == [6, 26]
+    assert [file.name.removeprefix("Example_2R_planar_XZ_") for file in reading.files] == [
+        "bodies.xml",
+        "cables.xml",
+        "operational_spaces.xml",
+    ]
+
+
+def test_axes_are_normalised_and_keep_their_direction(arm):
+    given = [
+        (0.05101, -0.9984, 0.02231),
+        (-0.9157, -0.03784, 0.4001),
+        (-0.3986, -0.04084, -0.9162),
+        (0.9171, -0.01288, -0.3984),
+    ]
+    for joint, axis in zip(arm.joints, given, strict=True):
+        assert math.hypot(*joint.axis) == pytest.approx(1, abs=1e-15)
+        assert joint.axis == pytest.approx(axis, abs=1e-4)
+
+
+def test_the_arm_has_its_limits_masses_and_places(arm):
+    assert [(c.initial, c.lower, c.upper) for c in arm.coordinates] == [
+        (1.2, 1.2, 1.7),
+        (0, -3.142, 3.142),
+        (0, -0.5, 0.5),
+        (-0.5, -1.57, 0),
+    ]
+    assert [link.inertia.mass for link in arm.links] == [0.001, 0.001, 1, 1]
+    assert arm.link("lower_arm_left").inertia.com == (-0.03277, 0.004782, -0.1547)
+    assert arm.joints[0].T_parent_joint.position == (0.2926, 0.007368, 0.5479)
+    assert arm.joints[3].T_parent_joint.position == (-0.1399, -0.01744, -0.277)
+
+
+def test_the_arm_has_its_cables_in_the_order_of_the_file(arm):
+    names = [f"motor{i}" for i in (*range(9), 10, 9)]
+    assert [muscle.name for muscle in arm.muscles] == names
+    assert {(m.f_min, m.f_max) for m in arm.muscles} == {(10, 5000)}
+    assert points(arm.muscle("motor4")) == [
+        (WORLD, (0.3034, 7.361e-16, 0.5961)),
+        ("upper_arm_left", (0.06348 - 0.05912, 0.005441 - 0.006673, 0.1036 - 0.1688)),
+    ]
+    assert points(arm.muscle("motor9"))[1] == (
+        "lower_arm_left",
+        (0.0406 - 0.03277, 0.03544 + 0.004782, 0.1295 - 0.1547),
+    )
+
+
+def test_the_arm_has_its_stick_tip(arm):
+    (frame,) = arm.task_frames
+    assert (frame.link, frame.position) == ("lower_arm_left", (-0.15492, -0.254225, -0.386772))
+    assert frame.axes == ("x", "y", "z")
+
+
+def edited(tmp_path, ending, old, new):
+    folder = tmp_path / "robot"
+    shutil.copytree(EXAMPLE, folder)
+    file = folder / f"planar_2r_{ending}.xml"
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    return folder
+
+
+def test_inertia_about_the_joint_is_shifted_to_the_centre_of_mass(tmp_path):
+    old = '"com">\n          <Ixx>0.083333</Ixx>\n          <Iyy>0.0</Iyy>'
+    new = '"joint">\n          <Ixx>0.108333</Ixx>\n          <Iyy>0.025</Iyy>'
+    inertia = read_robot(edited(tmp_path, "bodies", old, new)).links[0].inertia
+    moments = (inertia.ixx, inertia.iyy, inertia.izz)
+    assert moments == pytest.approx((0.083333, 0.0, 0.083333), abs=1e-15)
+    assert (inertia.ixy, inertia.ixz, inertia.iyz) == (0, 0, 0)
+
+
+def test_points_of_the_base_are_absolute_whatever_the_reference(tmp_path):
+    folder = edited(
+        tmp_path, "cables", 'attachment_reference="joint"', 'attachment_reference="com"'
+    )
+    first, second = read_robot(folder).muscles[0].via_points
+    assert first.position == (0.5, 0.0, 0.0)
+    assert second.position == (0.1, 0.0, 1.3)
+
+
+@pytest.mark.parametrize(
+    ("type_", "kind", "axis"),
+    [
+        ('"R_X"', "revolute", (1, 0, 0)),
+        ('"R_Z"', "revolute", (0, 0, 1)),
+        ('"R_AXIS" axis="0 3 4"', "revolute", (0, 0.6, 0.8)),
+        ('"P_X"', "prismatic", (1, 0, 0)),
+        ('"P_AXIS" axis="0 0 -2"', "prismatic", (0, 0, -1)),
+    ],
+)
+def test_joint_types_have_their_axes_and_units(tmp_path, type_, kind, axis):
+    joint = read_robot(edited(tmp_path, "bodies", '"R_Y"', type_)).joints[0]
+    assert (joint.type, joint.axis) == (kind, axis)
+    assert joint.coordinates[0].unit == ("m" if kind == "prismatic" else "rad")
+
+
+def test_a_set_with_other_cables_is_left_out_unless_it_is_the_active_one(tmp_path):
+    folder = edited(tmp_path, "cables", '"basic">\n    <cable_ideal', '"basic">\n    <cable_odd')
+    file = folder / "planar_2r_cables.xml"
+    text = file.read_text().replace("</cable_ideal>", "</cable_odd>", 1)
+    file.write_text(text.replace('default_cable_set="basic"', 'default_cable_set="basic_2018_07"'))
+    reading = read(folder)
+    (finding,) = [f for f in reading.findings if f.code == "unsupported-cable"]
+    assert (finding.severity, finding.subject) == ("warning", ("cable_set", "basic"))
+    assert (finding.file, finding.line) == (file, 5)
+    assert "basic" not in [group.name for group in reading.robot.cable_sets]
+    reading = read(folder, cable_set="basic")
+    assert reading.robot is None
+    assert [f.code for f in reading.findings if f.is_error] == ["unsupported-cable"]
+
+
+def test_cables_and_operational_spaces_may_be_missing(tmp_path):
+    shutil.copy(EXAMPLE / "planar_2r_bodies.xml", tmp_path)
+    reading = read(tmp_path)
+    assert reading.robot.muscles == reading.robot.task_frames == ()
+    assert "no-muscles" in {finding.code for finding in reading.findings}
+    assert reading.files == (tmp_path / "planar_2r_bodies.xml",)
+
+
+def test_operational_items_other_than_positions_are_left_out_with_a_warning(tmp_path):
+    new = '<operational_set id="tip">\n<orientation_euler_xyz name="turn"/>'
+    folder = edited(tmp_path, "operational_spaces", '<operational_set id="tip">', new)
+    reading = read(folder)
+    assert [frame.name for frame in reading.robot.task_frames] == ["tip"]
+    assert "unsupported-task" in {finding.code for finding in reading.findings}

@@ -1,0 +1,143 @@
+"""Random robots for property tests."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from hypothesis import strategies as st
+
+from addin_sdfusion.robot import (
+    GRAVITY,
+    IDENTITY,
+    WORLD,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Muscle,
+    Pose,
+    Robot,
+    TaskFrame,
+    TaskSet,
+    ViaPoint,
+)
+from addin_sdfusion.robot.pose import normalized
+
+numbers = st.floats(-10.0, 10.0)
+vectors = st.tuples(numbers, numbers, numbers)
+angles = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+poses = st.builds(Pose, vectors, st.one_of(st.just((0.0, 0.0, 0.0)), angles))
+translations = st.builds(Pose, vectors)
+names = st.text("abxyz012 _-.'\"&<>é関", min_size=1, max_size=8).filter(
+    lambda name: name == name.strip() and not name.startswith("__") and name != WORLD
+)
+coordinate_axes = st.sampled_from([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+axes = st.one_of(
+    coordinate_axes,
+    vectors.filter(lambda v: math.hypot(*v) > 1e-3).map(normalized),
+)
+
+
+@st.composite
+def inertias(draw: st.DrawFn) -> Inertia:
+    """Mass properties that a body can have: from a positive definite ∫ r rᵀ dm."""
+    a, b, c = (draw(st.floats(0.1, 1.0)) for _ in range(3))
+    ab, ac, bc = (draw(st.floats(-0.04, 0.04)) for _ in range(3))
+    mass = draw(st.floats(0.01, 10.0))
+    return Inertia(mass, draw(vectors), b + c, a + c, a + b, -ab, -ac, -bc)
+
+
+@st.composite
+def coordinates(draw: st.DrawFn, name: str, type_: str, damped: bool) -> tuple[Coordinate, ...]:
+    """The coordinates of a joint."""
+    if type_ == "fixed":
+        return ()
+    lower, upper = sorted((draw(numbers), draw(numbers)))
+    return (
+        Coordinate(
+            name,
+            draw(st.sampled_from([lower, -math.inf])),
+            draw(st.sampled_from([upper, math.inf])),
+            draw(numbers),
+            draw(st.floats(0.0, 5.0)) if damped else 0.0,
+            "m" if type_ == "prismatic" else "rad",
+        ),
+    )
+
+
+@st.composite
+def muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
+    """A muscle through points on any links and the world."""
+    point = st.builds(ViaPoint, st.sampled_from([WORLD, *links]), vectors)
+    points = draw(
+        st.lists(point, min_size=2, max_size=4).filter(
+            lambda through: all(a != b for a, b in pairwise(through))
+        )
+    )
+    f_min, f_max = sorted((draw(st.floats(0.0, 100.0)), draw(st.floats(0.0, 100.0))))
+    return Muscle(name, tuple(points), f_min, draw(st.sampled_from([f_max, math.inf])))
+
+
+@st.composite
+def cable_sets(draw: st.DrawFn, name: str, links: list[str]) -> CableSet:
+    """A cable set with up to three muscles."""
+    members = draw(st.lists(names, max_size=3, unique=True))
+    return CableSet(name, tuple(draw(muscles(member, links)) for member in members))
+
+
+@st.composite
+def task_sets(draw: st.DrawFn, name: str, links: list[str]) -> TaskSet:
+    """A task set with one or two frames."""
+    members = draw(st.lists(names, min_size=1, max_size=2, unique=True))
+    some = st.lists(st.sampled_from(["x", "y", "z"]), min_size=1, max_size=3, unique=True)
+    frames = (
+        TaskFrame(member, draw(st.sampled_from(links)), draw(vectors), tuple(draw(some)))
+        for member in members
+    )
+    return TaskSet(name, tuple(frames))
+
+
+@st.composite
+def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
+    """A sound robot: a tree of up to five links, with cable sets and task sets.
+
+    Args:
+        draw: Given by hypothesis.
+        caspr: Whether it must be one that CASPR's files can hold completely.
+    """
+    count = draw(st.integers(1, 5))
+    drawn = draw(st.lists(names, min_size=2 * count, max_size=2 * count, unique=True))
+    link_names = drawn[:count]
+    joint_names = [f"joint_{i + 1}" for i in range(count)] if caspr else drawn[count:]
+    types = ["revolute", "prismatic"] if caspr else ["revolute", "prismatic", "fixed"]
+    ends = vectors if caspr else st.none() | vectors
+    links, joints = [], []
+    for i in range(count):
+        type_ = draw(st.sampled_from(types))
+        links.append(Link(link_names[i], draw(inertias()), draw(ends)))
+        joints.append(
+            Joint(
+                joint_names[i],
+                type_,
+                draw(st.sampled_from([WORLD, *link_names[:i]])),
+                link_names[i],
+                draw(translations if caspr else poses),
+                IDENTITY if caspr else draw(poses),
+                (0.0, 0.0, 1.0) if type_ == "fixed" else draw(axes),
+                draw(coordinates(joint_names[i], type_, damped=not caspr)),
+            )
+        )
+    cables = draw(st.lists(names, max_size=3, unique=True))
+    tasks = draw(st.lists(names, max_size=2, unique=True))
+    return Robot(
+        "robot" if caspr else draw(names),
+        tuple(links),
+        tuple(joints),
+        tuple(draw(cable_sets(name, link_names)) for name in cables),
+        draw(st.sampled_from(cables or [""])),
+        tuple(draw(task_sets(name, link_names)) for name in tasks),
+        draw(st.sampled_from(tasks or [""])),
+        GRAVITY if caspr else draw(vectors),
+    )
