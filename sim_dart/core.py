@@ -1,0 +1,122 @@
+"""The binding of the C core: the only file that knows the library."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import struct
+import sys
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import CardsflowError
+
+FloatArray = NDArray[np.float64]
+
+_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+_HEADER = struct.Struct("<IIIIQ")
+_MAGIC = 0x45524F43
+_TYPES: dict[str, np.dtype[Any]] = {"int32_t": np.dtype("<i4"), "double": np.dtype("<f8")}
+
+
+@cache
+def library() -> ctypes.PyDLL:
+    """The loaded C core.
+
+    Loaded with the Python lock held during calls: they take microseconds.
+
+    Raises:
+        CardsflowError: The library is missing.
+    """
+    root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parent.parent))
+    path = root / "sim_dart" / "lib" / f"cardsflow_core{_SUFFIX}"
+    if not path.is_file():
+        raise CardsflowError(f"{path}: the C core is missing; reinstall cardsflow to compile it")
+    core = ctypes.PyDLL(str(path))
+    pointer, size = ctypes.c_void_p, ctypes.c_size_t
+    core.core_layout.restype = ctypes.c_char_p
+    core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
+    core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]
+    core.core_size.restype = size
+    core.core_open.argtypes = [pointer, size, pointer]
+    core.core_open.restype = pointer
+    core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
+    core.core_array.restype = ctypes.POINTER(ctypes.c_double)
+    core.core_move.restype = core.core_task_jacobian.restype = None
+    return core
+
+
+def _padded(packed: bytes) -> bytes:
+    return packed + b"\0" * (-len(packed) % 8)
+
+
+def pack_blob(counts: Mapping[str, int], fields: Mapping[str, ArrayLike]) -> bytes:
+    """Pack a robot's numbers as the library's own layout text says.
+
+    Args:
+        counts: Number of dofs, muscles, points and tasks.
+        fields: An array for every field, of any shape with the right number of elements.
+    """
+    sizes: list[int] = []
+    body = b""
+    for line in library().core_layout().decode().splitlines():
+        kind, name, *rest = line.split()
+        if kind == "count":
+            sizes.append(counts[name])
+            continue
+        values = np.array(fields[name]).astype(_TYPES[kind]).reshape(-1)
+        assert values.size == int(rest[0]) * counts[rest[1]], name
+        body += _padded(values.tobytes())
+    numbers = _padded(struct.pack(f"<{len(sizes)}i", *sizes))
+    size = _HEADER.size + len(numbers) + len(body)
+    core = library()
+    return (
+        _HEADER.pack(_MAGIC, core.core_version(), core.core_layout_hash(), 0, size) + numbers + body
+    )
+
+
+class Core:
+    """A robot opened in the C core.
+
+    `move`, `move_checked` and `pull` are the library's functions themselves, to be called with
+    `handle` first and arrays as bytes (`array.tobytes()`), the cheapest way to hand numbers over.
+
+    Args:
+        blob: From `pack_blob`.
+
+    Raises:
+        CardsflowError: The library refuses the blob.
+
+    Attributes:
+        handle: First argument of every call.
+    """
+
+    def __init__(self, blob: bytes) -> None:
+        core = library()
+        self._blob = np.frombuffer(_padded(blob), dtype=np.float64).copy()
+        address = self._blob.ctypes.data
+        message = ctypes.create_string_buffer(256)
+        size = core.core_size(address, len(blob), message, len(message))
+        if not size:
+            raise CardsflowError(f"the C core refuses the robot: {message.value.decode()}")
+        self._memory = np.empty((size + 7) // 8)
+        self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self._memory.ctypes.data))
+        self.move = core.core_move
+        self.move_checked = core.core_move_checked
+        self.pull = core.core_pull
+        self.update_task_jacobian = core.core_task_jacobian
+
+    def array(self, name: str, *shape: int) -> FloatArray:
+        """A view of a result array, of the given shape; a later call changes it."""
+        length = ctypes.c_size_t()
+        pointer = library().core_array(self.handle, name.encode(), ctypes.byref(length))
+        assert pointer, name
+        if not length.value:
+            return np.empty(shape)
+        view: FloatArray = np.ctypeslib.as_array(pointer, (length.value,))
+        return view.reshape(shape)

@@ -1,0 +1,153 @@
+/* Opening a blob: nothing in it is trusted. */
+#include "state.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+#define LAYOUT_COUNT(name, largest) "count " #name "\n"
+#define LAYOUT_FIELD(type, name, per_item, count) #type " " #name " " #per_item " " #count "\n"
+
+const char *core_layout(void)
+{
+    return BLOB_COUNTS(LAYOUT_COUNT) BLOB_FIELDS(LAYOUT_FIELD);
+}
+
+/* FNV-1a */
+uint32_t core_layout_hash(void)
+{
+    uint32_t hash = 2166136261u;
+    for (const char *p = core_layout(); *p; p++) hash = (hash ^ (unsigned char)*p) * 16777619u;
+    return hash;
+}
+
+uint32_t core_version(void)
+{
+    return BLOB_VERSION;
+}
+
+static int refuse(char *message, size_t capacity, const char *format, ...)
+{
+    if (message && capacity) {
+        va_list arguments;
+        va_start(arguments, format);
+        vsnprintf(message, capacity, format, arguments);
+        va_end(arguments);
+    }
+    return 1;
+}
+
+static size_t padded(size_t bytes)
+{
+    return (bytes + 7u) & ~(size_t)7u;
+}
+
+static size_t expected_size(const blob_counts *n)
+{
+    size_t size = sizeof(blob_header);
+#define ADD_SIZE(type, name, per_item, count) size += padded(sizeof(type) * per_item * (size_t)n->count);
+    BLOB_FIELDS(ADD_SIZE)
+#undef ADD_SIZE
+    return size;
+}
+
+static int check_header(const blob_header *h, size_t size, char *message, size_t capacity)
+{
+    if (h->magic != BLOB_MAGIC) return refuse(message, capacity, "this is not a robot blob");
+    if (h->version != BLOB_VERSION || h->layout_hash != core_layout_hash())
+        return refuse(message, capacity, "the blob has version %u, this library reads version %u",
+                      (unsigned)h->version, BLOB_VERSION);
+#define CHECK_COUNT(name, largest)                                                                     \
+    if (h->counts.name < 0 || h->counts.name > largest)                                                \
+        return refuse(message, capacity, "number of " #name " %d is not within 0 to %d",               \
+                      (int)h->counts.name, largest);
+    BLOB_COUNTS(CHECK_COUNT)
+#undef CHECK_COUNT
+    if (h->size != size || expected_size(&h->counts) != size)
+        return refuse(message, capacity, "the blob has %zu bytes, its header promises %zu", size,
+                      expected_size(&h->counts));
+    return 0;
+}
+
+static void set_pointers(blob_view *view, const blob_header *h)
+{
+    const char *at = (const char *)(h + 1);
+    view->counts = h->counts;
+#define SET_POINTER(type, name, per_item, count)                                                       \
+    view->name = (const type *)(const void *)at;                                                       \
+    at += padded(sizeof(type) * per_item * (size_t)h->counts.count);
+    BLOB_FIELDS(SET_POINTER)
+#undef SET_POINTER
+}
+
+static int all_finite(const double *values, size_t count)
+{
+    for (size_t k = 0; k < count; k++)
+        if (!isfinite(values[k])) return 0;
+    return 1;
+}
+
+static int is_rotation(const double R[9])
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k <= i; k++)
+            if (!(fabs(dot3(R + 3 * i, R + 3 * k) - (i == k)) < 1e-9)) return 0;
+    return 1;
+}
+
+static int check_joints(const blob_view *b, char *message, size_t capacity)
+{
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (b->parent[i] < -1 || b->parent[i] >= i)
+            return refuse(message, capacity, "joint %d: parent %d does not come before it", i,
+                          (int)b->parent[i]);
+        if (b->joint_type[i] < 0 || b->joint_type[i] >= JOINT_TYPES)
+            return refuse(message, capacity, "joint %d: unknown type %d", i, (int)b->joint_type[i]);
+        if (!is_rotation(b->offset_rotation + 9 * i))
+            return refuse(message, capacity, "joint %d: its rotation is not orthonormal", i);
+        if (!all_finite(b->offset_position + 3 * i, 3))
+            return refuse(message, capacity, "joint %d: its position is not finite", i);
+        const double *a = b->axis + 3 * i;
+        if (!(fabs(dot3(a, a) - 1) < 1e-9))
+            return refuse(message, capacity, "joint %d: its axis is no unit vector", i);
+    }
+    return 0;
+}
+
+static int check_points(const char *what, const int32_t *frame, const double *position, int32_t points,
+                        int32_t dofs, char *message, size_t capacity)
+{
+    for (int32_t k = 0; k < points; k++) {
+        if (frame[k] < -1 || frame[k] >= dofs)
+            return refuse(message, capacity, "%s %d: there is no frame %d", what, (int)k, (int)frame[k]);
+        if (!all_finite(position + 3 * k, 3))
+            return refuse(message, capacity, "%s %d: its position is not finite", what, (int)k);
+    }
+    return 0;
+}
+
+static int check_muscles(const blob_view *b, char *message, size_t capacity)
+{
+    int64_t points = 0;
+    for (int k = 0; k < b->counts.muscles; k++) {
+        if (b->muscle_points[k] < 2) return refuse(message, capacity, "muscle %d: fewer than 2 points", k);
+        points += b->muscle_points[k];
+    }
+    if (points != b->counts.points)
+        return refuse(message, capacity, "the muscles' points do not add up to %d", (int)b->counts.points);
+    return 0;
+}
+
+int blob_open(blob_view *view, const void *blob, size_t size, char *message, size_t capacity)
+{
+    if (!blob || size < sizeof(blob_header)) return refuse(message, capacity, "the blob is too short");
+    if ((uintptr_t)blob % 8) return refuse(message, capacity, "the blob is not 8-byte aligned");
+    if (check_header(blob, size, message, capacity)) return 1;
+    set_pointers(view, blob);
+    const blob_counts *n = &view->counts;
+    return check_joints(view, message, capacity) || check_muscles(view, message, capacity) ||
+           check_points("via point", view->point_frame, view->point_position, n->points, n->dofs, message,
+                        capacity) ||
+           check_points("task point", view->task_frame, view->task_position, n->tasks, n->dofs, message,
+                        capacity);
+}

@@ -1,0 +1,95 @@
+/* The handle: its memory, its arrays, and the calls that a step makes. */
+#include "core.h"
+
+#include "state.h"
+
+#include <math.h>
+#include <string.h>
+
+static size_t working_size(const blob_counts *n)
+{
+    const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;
+    const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;
+    size_t doubles = 0;
+#define ADD_LENGTH(name, length) doubles += length;
+    STATE_ARRAYS(ADD_LENGTH)
+#undef ADD_LENGTH
+    return sizeof(core) + doubles * sizeof(double);
+}
+
+size_t core_size(const void *blob, size_t size, char *message, size_t capacity)
+{
+    blob_view view;
+    return blob_open(&view, blob, size, message, capacity) ? 0 : working_size(&view.counts);
+}
+
+core *core_open(const void *blob, size_t size, void *memory)
+{
+    blob_view view;
+    if (!memory || (uintptr_t)memory % 8 || blob_open(&view, blob, size, NULL, 0)) return NULL;
+    memset(memory, 0, working_size(&view.counts));
+    core *c = memory;
+    c->blob = view;
+    const size_t dofs = (size_t)view.counts.dofs, muscles = (size_t)view.counts.muscles;
+    const size_t points = (size_t)view.counts.points, tasks = (size_t)view.counts.tasks;
+    double *at = (double *)(void *)(c + 1);
+#define PLACE(name, length) c->name = at, at += length;
+    STATE_ARRAYS(PLACE)
+#undef PLACE
+    tree_prepare(c);
+    return c;
+}
+
+double *core_array(core *c, const char *name, size_t *length)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs, muscles = (size_t)c->blob.counts.muscles;
+    const size_t tasks = (size_t)c->blob.counts.tasks;
+    const struct {
+        const char *name;
+        double *array;
+        size_t length;
+    } arrays[] = {
+        {"lengths", c->lengths, muscles},
+        {"jacobian", c->jacobian, muscles * dofs},
+        {"torques", c->torques, dofs},
+        {"task_position", c->task_position, 3 * tasks},
+        {"task_jacobian", c->task_jacobian, 3 * tasks * dofs},
+    };
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;
+    return NULL;
+}
+
+void core_move(core *c, const double *q)
+{
+    tree_move(c, q);
+    paths_move(c);
+    tasks_move(c);
+}
+
+static int is_sound(double x)
+{
+    return fabs(x) <= CORE_LARGEST_STATE; /* false for NaN */
+}
+
+int core_move_checked(core *c, const double *q, const double *qd)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++)
+        if (!is_sound(q[i]) || !is_sound(qd[i])) return 1 + i;
+    core_move(c, q);
+    return 0;
+}
+
+int core_pull(core *c, const double *f)
+{
+    const int32_t dofs = c->blob.counts.dofs, muscles = c->blob.counts.muscles;
+    for (int32_t k = 0; k < muscles; k++)
+        if (!isfinite(f[k])) return 1 + k;
+    memset(c->torques, 0, (size_t)dofs * sizeof(double));
+    for (int32_t k = 0; k < muscles; k++) {
+        if (f[k] <= 0) continue;
+        const double *row = c->jacobian + (size_t)k * (size_t)dofs;
+        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
+    }
+    return 0;
+}

@@ -1,0 +1,57 @@
+/* The C core: tree kinematics, muscle paths and their Jacobian, task points.
+
+   No allocation, no global state, no I/O: the caller owns the blob and the working memory.
+   Every function of one handle must be called from one thread at a time.                              */
+#ifndef CARDSFLOW_CORE_H
+#define CARDSFLOW_CORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define CORE_API __declspec(dllexport)
+#else
+#define CORE_API __attribute__((visibility("default")))
+#endif
+
+typedef struct core core;
+
+/* The blob's layout as text, a line a count or field; its hash and version, as a blob's header has them. */
+CORE_API const char *core_layout(void);
+CORE_API uint32_t core_layout_hash(void);
+CORE_API uint32_t core_version(void);
+
+/* Bytes of working memory for a robot; 0 if the blob is refused, and `message` says why. */
+CORE_API size_t core_size(const void *blob, size_t size, char *message, size_t capacity);
+
+/* Make a handle in `memory`, 8-byte aligned and of core_size bytes, zeroed by this call. The blob must
+   outlive it. NULL if the blob is refused.                                                            */
+CORE_API core *core_open(const void *blob, size_t size, void *memory);
+
+/* A result array by name, and its number of elements; NULL if there is no such array.
+     lengths        muscle path lengths l, muscles
+     jacobian       L = dl/dq, muscles x dofs, row by row
+     torques        -L'f, dofs
+     task_position  y of every task point in the world, tasks x 3
+     task_jacobian  dy/dq, tasks x 3 x dofs                                                            */
+CORE_API double *core_array(core *c, const char *name, size_t *length);
+
+/* Go to q: frames, path lengths, muscle Jacobian and task positions. */
+CORE_API void core_move(core *c, const double *q);
+
+/* Beyond this size, in rad, m or their rates, a state is taken for one that has diverged: engines mask
+   overflow, so waiting for an infinity would miss it.                                                 */
+#define CORE_LARGEST_STATE 1e9
+
+/* As core_move, after checking that q and qd are numbers within CORE_LARGEST_STATE. 0, or 1 + the index
+   of the first coordinate that is not; then nothing is moved.                                         */
+CORE_API int core_move_checked(core *c, const double *q, const double *qd);
+
+/* torques = -L'max(f, 0) at the last q: a cable cannot push. 0, or 1 + the index of the first force that
+   is not finite; then the torques stay.                                                               */
+CORE_API int core_pull(core *c, const double *f);
+
+/* task_jacobian at the last q. */
+CORE_API void core_task_jacobian(core *c);
+
+#endif

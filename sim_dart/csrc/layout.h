@@ -1,0 +1,69 @@
+/* The robot blob: one flat, read-only piece of memory that holds a robot's numbers.
+
+   This is the only place that states the order of its fields. Python asks the library for it as text
+   (core_layout), so that both ends agree by construction; the hash of that text stands in every blob.
+
+   A blob is a header, then the fields one after the other, each padded to 8 bytes. Frames are the
+   moving frames of the tree, one a degree of freedom, parents first; frame -1 is the world. Links that
+   a fixed joint connects share a frame.                                                               */
+#ifndef CARDSFLOW_LAYOUT_H
+#define CARDSFLOW_LAYOUT_H
+
+#include <stdint.h>
+
+#define BLOB_MAGIC 0x45524f43u /* "CORE" */
+#define BLOB_VERSION 1u
+
+/* COUNT(name, largest value) */
+#define BLOB_COUNTS(COUNT)                                                                             \
+    COUNT(dofs, 4096)                                                                                  \
+    COUNT(muscles, 65536)                                                                              \
+    COUNT(points, 1048576)                                                                             \
+    COUNT(tasks, 4096)
+
+/* FIELD(element type, name, elements an item, count that says how many items)
+     parent           frame that the joint is fixed to, or -1
+     joint_type       enum joint_type
+     offset_rotation  joint frame at q = 0 in the parent frame, row by row
+     offset_position  its origin, in [m]
+     axis             unit vector in the joint frame
+     muscle_points    via points of a muscle, at least 2
+     point_frame      frame that a via point is fixed to, or -1
+     point_position   in that frame, in [m]; muscle after muscle
+     task_frame       frame that a task point is fixed to, or -1
+     task_position    in that frame, in [m]                                                            */
+#define BLOB_FIELDS(FIELD)                                                                             \
+    FIELD(int32_t, parent, 1, dofs)                                                                    \
+    FIELD(int32_t, joint_type, 1, dofs)                                                                \
+    FIELD(double, offset_rotation, 9, dofs)                                                            \
+    FIELD(double, offset_position, 3, dofs)                                                            \
+    FIELD(double, axis, 3, dofs)                                                                       \
+    FIELD(int32_t, muscle_points, 1, muscles)                                                          \
+    FIELD(int32_t, point_frame, 1, points)                                                             \
+    FIELD(double, point_position, 3, points)                                                           \
+    FIELD(int32_t, task_frame, 1, tasks)                                                               \
+    FIELD(double, task_position, 3, tasks)
+
+enum joint_type { JOINT_REVOLUTE = 0, JOINT_PRISMATIC = 1, JOINT_TYPES };
+
+#define BLOB_COUNT_MEMBER(name, largest) int32_t name;
+typedef struct {
+    BLOB_COUNTS(BLOB_COUNT_MEMBER)
+} blob_counts;
+#undef BLOB_COUNT_MEMBER
+
+typedef struct {
+    uint32_t magic, version, layout_hash, reserved;
+    uint64_t size; /* of the whole blob, in bytes */
+    blob_counts counts;
+} blob_header;
+
+/* A validated blob: pointers into the caller's memory. */
+#define BLOB_FIELD_MEMBER(type, name, per_item, count) const type *name;
+typedef struct {
+    blob_counts counts;
+    BLOB_FIELDS(BLOB_FIELD_MEMBER)
+} blob_view;
+#undef BLOB_FIELD_MEMBER
+
+#endif

@@ -1,0 +1,67 @@
+/* The inside of a handle, and the small vector algebra. */
+#ifndef CARDSFLOW_STATE_H
+#define CARDSFLOW_STATE_H
+
+#include "core.h"
+#include "layout.h"
+
+/* ARRAY(name, number of doubles) in the working memory behind the handle.
+   A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */
+#define STATE_ARRAYS(ARRAY)                                                                            \
+    ARRAY(rotation_sin, 9 * dofs)                                                                      \
+    ARRAY(rotation_cos, 9 * dofs)                                                                      \
+    ARRAY(rotation, 9 * dofs) /* frame in the world, row by row */                                     \
+    ARRAY(origin, 3 * dofs)   /* of the frame in the world; on the axis */                             \
+    ARRAY(axis, 3 * dofs)     /* in the world */                                                       \
+    ARRAY(point, 3 * points)  /* via points in the world */                                            \
+    ARRAY(lengths, muscles)                                                                            \
+    ARRAY(jacobian, muscles *dofs)                                                                     \
+    ARRAY(torques, dofs)                                                                               \
+    ARRAY(task_position, 3 * tasks)                                                                    \
+    ARRAY(task_jacobian, 3 * tasks *dofs)
+
+#define STATE_MEMBER(name, length) double *name;
+struct core {
+    blob_view blob;
+    STATE_ARRAYS(STATE_MEMBER)
+};
+#undef STATE_MEMBER
+
+/* 0, or a message in `message`: the blob is checked whole, so that nothing after it reads out of bounds. */
+int blob_open(blob_view *view, const void *blob, size_t size, char *message, size_t capacity);
+
+void tree_prepare(core *c);
+void tree_move(core *c, const double *q);
+void tree_point(const core *c, int32_t frame, const double local[3], double world[3]);
+/* Velocity of a point fixed to a frame that joint j carries, for unit joint velocity. */
+void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3]);
+void paths_move(core *c);
+void tasks_move(core *c);
+
+static inline double dot3(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void cross3(double out[3], const double a[3], const double b[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* out = R v */
+static inline void rotate3(double out[3], const double R[9], const double v[3])
+{
+    for (int k = 0; k < 3; k++) out[k] = dot3(R + 3 * k, v);
+}
+
+/* out = A B */
+static inline void multiply3(double out[9], const double A[9], const double B[9])
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            out[3 * i + k] = A[3 * i] * B[k] + A[3 * i + 1] * B[3 + k] + A[3 * i + 2] * B[6 + k];
+}
+
+#endif

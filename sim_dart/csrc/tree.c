@@ -1,0 +1,66 @@
+/* Kinematics of the tree: where every frame is, and how a joint moves a point. */
+#include "state.h"
+
+#include <math.h>
+#include <string.h>
+
+/* R1 = R0 [a], R2 = R0 [a][a], so that Rodrigues' formula is two products and two sums an entry. */
+void tree_prepare(core *c)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        if (c->blob.joint_type[i] != JOINT_REVOLUTE) continue;
+        const double *a = c->blob.axis + 3 * i;
+        const double skew[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
+        multiply3(c->rotation_sin + 9 * i, c->blob.offset_rotation + 9 * i, skew);
+        multiply3(c->rotation_cos + 9 * i, c->rotation_sin + 9 * i, skew);
+    }
+}
+
+void tree_point(const core *c, int32_t frame, const double local[3], double world[3])
+{
+    if (frame < 0) {
+        memcpy(world, local, 3 * sizeof(double));
+        return;
+    }
+    rotate3(world, c->rotation + 9 * frame, local);
+    for (int k = 0; k < 3; k++) world[k] += c->origin[3 * frame + k];
+}
+
+static void joint_rotation(const core *c, int32_t i, double q, double R[9])
+{
+    const double *R0 = c->blob.offset_rotation + 9 * i;
+    if (c->blob.joint_type[i] != JOINT_REVOLUTE) {
+        memcpy(R, R0, 9 * sizeof(double));
+        return;
+    }
+    const double s = sin(q), v = 1 - cos(q);
+    for (int k = 0; k < 9; k++) R[k] = R0[k] + s * c->rotation_sin[9 * i + k] + v * c->rotation_cos[9 * i + k];
+}
+
+void tree_move(core *c, const double *q)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        const int32_t parent = c->blob.parent[i];
+        double local[9], *R = c->rotation + 9 * i, *origin = c->origin + 3 * i, *axis = c->axis + 3 * i;
+        tree_point(c, parent, c->blob.offset_position + 3 * i, origin);
+        joint_rotation(c, i, q[i], local);
+        if (parent < 0)
+            memcpy(R, local, sizeof local);
+        else
+            multiply3(R, c->rotation + 9 * parent, local);
+        rotate3(axis, R, c->blob.axis + 3 * i);
+        if (c->blob.joint_type[i] == JOINT_PRISMATIC)
+            for (int k = 0; k < 3; k++) origin[k] += q[i] * axis[k];
+    }
+}
+
+void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3])
+{
+    const double *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
+    if (c->blob.joint_type[j] == JOINT_PRISMATIC) {
+        memcpy(velocity, axis, 3 * sizeof(double));
+        return;
+    }
+    const double arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
+    cross3(velocity, axis, arm);
+}

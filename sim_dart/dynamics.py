@@ -1,0 +1,142 @@
+"""DartDynamics: the terms of M(q) qdd + C + G = -L(q)^T f at any (q, qd), for controllers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import Robot
+
+from .muscle_paths import MusclePaths, vector
+from .skeleton import build_skeleton
+
+FloatArray = NDArray[np.float64]
+
+
+class DartDynamics:
+    """Dynamics of a robot, from DART (M, C, G, task bias) and the C core (l, L, y, J).
+
+    It owns its skeleton, so a controller never disturbs a plant. Joint damping is not part of these
+    terms; `damping` gives it apart. Every array returned is the caller's own.
+
+    Args:
+        robot: The robot; its active cable set and operational space count.
+
+    Raises:
+        RobotError: The robot is not valid.
+
+    Attributes:
+        robot: The robot.
+        n: Number of coordinates.
+        m: Number of muscles.
+        f_min, f_max: Force bounds, shape (m,), in [N].
+        damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._paths = MusclePaths(robot)
+        self._skeleton: Any = build_skeleton(robot)
+        self.robot = robot
+        self.coordinate_names = tuple(c.name for c in robot.coordinates)
+        self.muscle_names = tuple(muscle.name for muscle in robot.muscles)
+        self.n = len(self.coordinate_names)
+        self.m = len(self.muscle_names)
+        self.f_min = np.array([muscle.f_min for muscle in robot.muscles])
+        self.f_max = np.array([muscle.f_max for muscle in robot.muscles])
+        self.damping = np.array([c.damping for c in robot.coordinates])
+        self._task_rows = [
+            3 * k + "xyz".index(axis)
+            for k, frame in enumerate(robot.task_frames)
+            for axis in frame.axes
+        ]
+        self._task_points = [
+            (self._skeleton.getBodyNode(frame.link), np.array(frame.position))
+            for frame in robot.task_frames
+        ]
+
+    def mass_matrix(self, q: ArrayLike) -> FloatArray:
+        """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self._move(q)
+        M: FloatArray = self._skeleton.getMassMatrix()
+        return M
+
+    def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        """
+        self._move(q, qd)
+        C: FloatArray = self._skeleton.getCoriolisForces()
+        return C
+
+    def gravity(self, q: ArrayLike) -> FloatArray:
+        """G(q) = dV/dq, shape (n,), in [N·m] or [N].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self._move(q)
+        G: FloatArray = self._skeleton.getGravityForces()
+        return G
+
+    def muscle_lengths(self, q: ArrayLike) -> FloatArray:
+        """l(q), shape (m,), in [m].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._paths.evaluate(q).lengths.copy()
+
+    def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
+        """L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._paths.evaluate(q).jacobian.copy()
+
+    def task_position(self, q: ArrayLike) -> FloatArray:
+        """Task coordinates y(q), shape (k,), in [m]: the active frames' axes, in order.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._paths.task_positions(q).reshape(-1)[self._task_rows]
+
+    def task_jacobian(self, q: ArrayLike) -> FloatArray:
+        """J(q) = dy/dq, shape (k, n), in [m/rad] or [m/m].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._paths.task_jacobians(q).reshape(-1, self.n)[self._task_rows]
+
+    def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """J'(q, qd) qd, shape (k,), in [m/s²].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        """
+        velocities = self._move(q, qd)
+        terms = [
+            self._skeleton.getLinearJacobianDeriv(body, offset) @ velocities
+            for body, offset in self._task_points
+        ]
+        return np.array(terms).reshape(-1)[self._task_rows]
+
+    def _move(self, q: ArrayLike, qd: ArrayLike | None = None) -> FloatArray:
+        self._skeleton.setPositions(vector("q", q, self.n))
+        if qd is None:
+            return np.zeros(self.n)
+        velocities = vector("qd", qd, self.n)
+        self._skeleton.setVelocities(velocities)
+        return velocities

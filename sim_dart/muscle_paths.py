@@ -1,0 +1,97 @@
+"""q -> muscle path lengths l and muscle Jacobian L = dl/dq, through the C core."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.check import require_valid
+
+from .blob import compile_blob
+from .core import Core
+
+FloatArray = NDArray[np.float64]
+
+
+def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
+    """The values as a contiguous float array of shape (size,).
+
+    Raises:
+        InputError: They have another shape or are no numbers.
+    """
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be {size} numbers, not {values!r}") from None
+    if array.shape != (size,):
+        raise InputError(f"{what} must have shape ({size},), not {array.shape}")
+    return array
+
+
+class PathState(NamedTuple):
+    """Lengths and Jacobian at one q. Views: the next evaluation changes them.
+
+    Attributes:
+        lengths: l, shape (m,), in [m].
+        jacobian: L = dl/dq, shape (m, n), in [m/rad] or [m/m]; positive where a muscle lengthens.
+    """
+
+    lengths: FloatArray
+    jacobian: FloatArray
+
+
+class MusclePaths:
+    """The muscle paths of a robot's active cable set.
+
+    Args:
+        robot: The robot.
+
+    Raises:
+        RobotError: The robot is not valid.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        require_valid(robot)
+        n, m = len(robot.coordinates), len(robot.muscles)
+        self._n = n
+        self._core = Core(compile_blob(robot))
+        self._move = self._core.move
+        self._handle = self._core.handle
+        self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
+        k = len(robot.task_frames)
+        self._task_position = self._core.array("task_position", k, 3)
+        self._task_jacobian = self._core.array("task_jacobian", k, 3, n)
+
+    def evaluate(self, q: ArrayLike) -> PathState:
+        """Lengths and Jacobian at q, as views that the next call changes.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+
+        Raises:
+            InputError: q has another shape.
+        """
+        self._move(self._handle, vector("q", q, self._n).tobytes())
+        return self._state
+
+    def task_positions(self, q: ArrayLike) -> FloatArray:
+        """Positions of the task points in the world, shape (k, 3), in [m]; a view.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self.evaluate(q)
+        return self._task_position
+
+    def task_jacobians(self, q: ArrayLike) -> FloatArray:
+        """Jacobians of the task points, shape (k, 3, n), in [m/rad] or [m/m]; a view.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self.evaluate(q)
+        self._core.update_task_jacobian(self._handle)
+        return self._task_jacobian

@@ -1,0 +1,130 @@
+"""A robot in MuJoCo: its tree as bodies, its muscles as spatial tendons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from lxml import etree
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from addin_sdfusion.robot import WORLD, Pose, Robot, Vector3
+
+FloatArray = NDArray[np.float64]
+
+
+class MujocoRobot:
+    """Muscle paths and dynamics of a robot by MuJoCo.
+
+    Args:
+        robot: The robot.
+        inertias: Whether to hand over the links' inertias; MuJoCo refuses zero moments.
+    """
+
+    def __init__(self, robot: Robot, *, inertias: bool = True) -> None:
+        xml = etree.tostring(_model(robot, inertias), encoding="unicode")
+        self.model: Any = mujoco.MjModel.from_xml_string(xml)
+        self.data: Any = mujoco.MjData(self.model)
+        self._order = [
+            self.model.joint(j.name).dofadr[0] for j in robot.joints if j.type != "fixed"
+        ]
+
+    def move(self, q: Sequence[float], qd: Sequence[float] | None = None) -> None:
+        """Go to a state and evaluate everything that depends on it."""
+        self.data.qpos[self._order] = q
+        self.data.qvel[self._order] = 0.0 if qd is None else qd
+        mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def lengths(self) -> FloatArray:
+        """l, shape (m,)."""
+        return np.array(self.data.ten_length)
+
+    @property
+    def jacobian(self) -> FloatArray:
+        """L, shape (m, n)."""
+        model = self.model
+        dense = np.zeros((model.ntendon, model.nv))
+        for k in range(model.ntendon):
+            row = slice(model.ten_J_rowadr[k], model.ten_J_rowadr[k] + model.ten_J_rownnz[k])
+            dense[k, model.ten_J_colind[row]] = self.data.ten_J[row]
+        return dense[:, self._order]
+
+    @property
+    def mass_matrix(self) -> FloatArray:
+        """M, shape (n, n)."""
+        M = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, M)
+        return M[np.ix_(self._order, self._order)]
+
+    @property
+    def bias(self) -> FloatArray:
+        """C + G, shape (n,)."""
+        return np.array(self.data.qfrc_bias)[self._order]
+
+
+def _model(robot: Robot, inertias: bool) -> Any:
+    root = etree.Element("mujoco")
+    etree.SubElement(root, "compiler", angle="radian", autolimits="false")
+    etree.SubElement(root, "option", gravity=_text(robot.gravity))
+    bodies = {WORLD: etree.SubElement(root, "worldbody")}
+    for joint in robot.joints:
+        bodies[joint.child] = _body(robot, joint, bodies[joint.parent], inertias)
+    _tendons(robot, root, bodies)
+    return root
+
+
+def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
+    T = _matrix(joint.T_parent_joint) @ np.linalg.inv(_matrix(joint.T_child_joint))
+    body = etree.SubElement(
+        parent, "body", name=joint.child, pos=_text(T[:3, 3]), quat=_quaternion(T)
+    )
+    R_child_joint = _matrix(joint.T_child_joint)[:3, :3]
+    if joint.type != "fixed":
+        etree.SubElement(
+            body,
+            "joint",
+            name=joint.name,
+            type={"revolute": "hinge", "prismatic": "slide"}[joint.type],
+            pos=_text(joint.T_child_joint.position),
+            axis=_text(R_child_joint @ np.array(joint.axis)),
+        )
+    inertia = robot.link(joint.child).inertia
+    moments = (inertia.ixx, inertia.iyy, inertia.izz, inertia.ixy, inertia.ixz, inertia.iyz)
+    etree.SubElement(
+        body,
+        "inertial",
+        pos=_text(inertia.com),
+        mass=repr(inertia.mass if inertias else 1.0),
+        fullinertia=_text(moments if inertias else (1, 1, 1, 0, 0, 0)),
+    )
+    return body
+
+
+def _tendons(robot: Robot, root: Any, bodies: dict[str, Any]) -> None:
+    tendons = etree.SubElement(root, "tendon")
+    for m, muscle in enumerate(robot.muscles):
+        spatial = etree.SubElement(tendons, "spatial", name=muscle.name)
+        for k, point in enumerate(muscle.via_points):
+            site = f"site_{m}_{k}"
+            etree.SubElement(bodies[point.link], "site", name=site, pos=_text(point.position))
+            etree.SubElement(spatial, "site", site=site)
+
+
+def _matrix(pose: Pose) -> FloatArray:
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_euler("xyz", pose.rpy).as_matrix()
+    T[:3, 3] = pose.position
+    return T
+
+
+def _quaternion(T: FloatArray) -> str:
+    x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat()
+    return _text((w, x, y, z))
+
+
+def _text(values: Vector3 | Sequence[float] | FloatArray) -> str:
+    return " ".join(repr(float(value)) for value in values)

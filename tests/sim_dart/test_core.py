@@ -1,0 +1,79 @@
+"""The C core trusts no blob: a damaged one is refused with a message, or is a valid robot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robots import planar_2r, random_robot
+
+from addin_sdfusion.robot import CardsflowError
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core, library, pack_blob
+
+pytestmark = pytest.mark.native
+
+
+def test_every_truncation_is_refused() -> None:
+    blob = compile_blob(planar_2r())
+    for size in range(len(blob)):
+        with pytest.raises(CardsflowError, match="refuses the robot"):
+            Core(blob[:size])
+
+
+def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
+    rng = np.random.default_rng(3)
+    blobs = [compile_blob(random_robot(seed)) for seed in range(4)]
+    refused = 0
+    for _ in range(4000):
+        blob = bytearray(blobs[rng.integers(len(blobs))])
+        for _ in range(rng.integers(1, 4)):
+            at = rng.integers(len(blob)) if rng.random() < 0.5 else rng.integers(200)
+            blob[at] = rng.integers(256)
+        try:
+            core = Core(bytes(blob))
+        except CardsflowError:
+            refused += 1
+            continue
+        core.move(core.handle, np.zeros(64).tobytes())
+    assert refused > 1000
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("parent", [-1, 1], "joint 1: parent 1"),
+        ("parent", [-2, 0], "joint 0: parent -2"),
+        ("joint_type", [0, 7], "joint 1: unknown type 7"),
+        ("axis", [[0, 2, 0], [0, 1, 0]], "joint 0: its axis"),
+        ("offset_rotation", [np.eye(3), np.ones((3, 3))], "joint 1: its rotation"),
+        ("offset_position", [[0, 0, np.nan], [0, 0, 0]], "joint 0: its position"),
+        ("muscle_points", [1], "muscle 0: fewer"),
+        ("muscle_points", [3], "do not add up"),
+        ("point_frame", [-1, 2], "via point 1: there is no frame 2"),
+        ("point_position", [[0, 0, 0], [np.inf, 0, 0]], "via point 1: its position"),
+        ("task_frame", [5], "task point 0: there is no frame 5"),
+    ],
+)
+def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
+    counts = {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1}
+    fields: dict[str, object] = {
+        "parent": [-1, 0],
+        "joint_type": [0, 1],
+        "offset_rotation": [np.eye(3), np.eye(3)],
+        "offset_position": np.zeros((2, 3)),
+        "axis": [[0, 1, 0], [0, 1, 0]],
+        "muscle_points": [2],
+        "point_frame": [-1, 1],
+        "point_position": [[0, 0, 0], [1, 0, 0]],
+        "task_frame": [1],
+        "task_position": [[0, 0, 1]],
+    }
+    Core(pack_blob(counts, fields))
+    with pytest.raises(CardsflowError, match=message):
+        Core(pack_blob(counts, fields | {field: value}))
+
+
+def test_the_layout_text_names_every_count_and_field() -> None:
+    lines = library().core_layout().decode().split("\n")
+    assert lines[0] == "count dofs"
+    assert "double point_position 3 points" in lines

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.mujoco_model import MujocoRobot
+from robots import planar_2r, random_robot
+
+from sim_dart import DartDynamics, Plant
+
+CASPR = {
+    "Example_2R_planar_XZ__basic": "basic",
+    "Example_2R_planar_XZ__basic_multi_segment": "basic_multi_segment",
+    "Example_2R_planar_XZ__commit_03330b5f_2018_10_25": "basic_4_cables_2018_10",
+    "Example_2R_planar_XZ__commit_b8314f6f_2018_07_03": "basic_2018_07",
+}
+
+
+@pytest.mark.parametrize("file", CASPR)
+def test_terms_equal_casprs_own(shared: Path, file: str) -> None:
+    """M, G, L, l, J, y to 1e-10 and C, J' to 1e-8 of CASPR's own numbers."""
+    dynamics = DartDynamics(planar_2r(CASPR[file]))
+    poses = json.loads((shared / "reference/caspr" / f"{file}.json").read_text())["poses"]
+    assert poses
+    for pose in poses:
+        q, qd = np.array(pose["q"], float), np.array(pose["qd"], float)
+        equal = {"rtol": 0, "atol": 1e-10}
+        np.testing.assert_allclose(dynamics.mass_matrix(q), pose["M"], **equal)
+        np.testing.assert_allclose(dynamics.gravity(q), pose["G"], **equal)
+        np.testing.assert_allclose(dynamics.muscle_jacobian(q), pose["L"], **equal)
+        np.testing.assert_allclose(dynamics.muscle_lengths(q), pose["l"], **equal)
+        np.testing.assert_allclose(dynamics.coriolis(q, qd), pose["C"], rtol=0, atol=1e-8)
+        if "y" in pose:
+            rows = [0, len(pose["y"]) - 1]  # the older versions count y as well, which is 0
+            J, Jdot = np.array(pose["J"])[rows], np.array(pose["Jdot"])[rows]
+            np.testing.assert_allclose(
+                dynamics.task_position(q), np.array(pose["y"])[rows], **equal
+            )
+            np.testing.assert_allclose(dynamics.task_jacobian(q), J, **equal)
+            np.testing.assert_allclose(dynamics.task_bias(q, qd), Jdot @ qd, rtol=0, atol=1e-8)
+
+
+def test_paper_era_model_has_casprs_published_terms() -> None:
+    """The spot values of one pose, to the digits they are given with."""
+    dynamics = DartDynamics(planar_2r("basic_4_cables_2018_10"))
+    q, qd = np.array([-0.4448, -0.3029]), np.array([-0.2181, 0.7428])
+    L = [[-0.33126, 0], [-0.78211, -0.23618], [0.49093, 0], [1.41739, 0.71539]]
+    lengths = [1.102993, 2.882402, 0.726739, 1.561710]
+    np.testing.assert_allclose(
+        dynamics.mass_matrix(q), [[0.24545, 0.07272], [0.07272, 0.025]], atol=5e-5
+    )
+    np.testing.assert_allclose(dynamics.coriolis(q, qd), [0.0033967, -0.0007094], atol=1e-6)
+    np.testing.assert_allclose(dynamics.gravity(q), [0.966671, 0.333517], atol=5e-5)
+    np.testing.assert_allclose(dynamics.muscle_jacobian(q), L, atol=5e-5)
+    np.testing.assert_allclose(dynamics.muscle_lengths(q), lengths, atol=5e-5)
+
+
+def test_terms_equal_the_closed_form_of_a_two_link_arm() -> None:
+    """Links of length 1 with the mass in the middle and no moment about the joint axis."""
+    dynamics, m, g = DartDynamics(planar_2r()), 0.1, 9.81
+    for q1, q2, u1, u2 in np.random.default_rng(0).uniform(-2, 2, (20, 4)):
+        c2, s2 = np.cos(q2), np.sin(q2)
+        M = m * np.array([[0.25 + 1.25 + c2, 0.25 + 0.5 * c2], [0.25 + 0.5 * c2, 0.25]])
+        C = m * 0.5 * s2 * np.array([-(2 * u1 * u2 + u2**2), u1**2])
+        G = -m * g * np.array([1.5 * np.sin(q1) + 0.5 * np.sin(q1 + q2), 0.5 * np.sin(q1 + q2)])
+        q, qd = np.array([q1, q2]), np.array([u1, u2])
+        np.testing.assert_allclose(dynamics.mass_matrix(q), M, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(dynamics.coriolis(q, qd), C, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(dynamics.gravity(q), G, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_terms_equal_mujocos_on_random_trees(seed: int) -> None:
+    robot = random_robot(seed)
+    dynamics, mujoco = DartDynamics(robot), MujocoRobot(robot)
+    rng = np.random.default_rng(seed)
+    for _ in range(5):
+        q, qd = rng.uniform(-1.5, 1.5, (2, len(robot.coordinates)))
+        mujoco.move(q, qd)
+        bias = dynamics.coriolis(q, qd) + dynamics.gravity(q)
+        np.testing.assert_allclose(
+            dynamics.mass_matrix(q), mujoco.mass_matrix, rtol=1e-11, atol=1e-12
+        )
+        np.testing.assert_allclose(bias, mujoco.bias, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_task_bias_is_the_rest_of_the_task_acceleration(seed: int) -> None:
+    """J' qd = d(J qd)/dt at constant qd, by central differences."""
+    robot = random_robot(seed)
+    dynamics, h = DartDynamics(robot), 1e-6
+    q, qd = np.random.default_rng(seed).uniform(-1, 1, (2, len(robot.coordinates)))
+    ahead, behind = (dynamics.task_jacobian(q + s * h * qd) @ qd for s in (1, -1))
+    np.testing.assert_allclose(dynamics.task_bias(q, qd), (ahead - behind) / (2 * h), atol=1e-7)
+
+
+def test_dynamics_never_disturb_a_plant() -> None:
+    robot = planar_2r()
+    plant, alone, dynamics = Plant(robot), Plant(robot), DartDynamics(robot)
+    for _ in range(50):
+        dynamics.mass_matrix([1.0, 2.0])
+        dynamics.coriolis([1.0, 2.0], [3.0, 4.0])
+        plant.step([20.0, 10.0, 30.0, 10.0])
+        alone.step([20.0, 10.0, 30.0, 10.0])
+    assert np.array_equal(plant.get_state(), alone.get_state())
+
+
+def test_zero_moment_of_inertia_makes_no_noise(capfd: pytest.CaptureFixture[str]) -> None:
+    """DART warns of inertias that it takes all the same; a user sees none of it."""
+    Plant(planar_2r()).step([10.0] * 4)
+    DartDynamics(planar_2r()).mass_matrix([0.0, 0.0])
+    assert capfd.readouterr() == ("", "")

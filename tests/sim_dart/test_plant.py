@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from robots import chain, planar_2r, random_robot
+
+from addin_sdfusion.robot import InputError, Robot, RobotError, SimulationError
+from sim_dart import DartDynamics, Plant
+
+
+def with_coordinates(robot: Robot, **changes: float) -> Robot:
+    joints = [
+        replace(j, coordinates=tuple(replace(c, **changes) for c in j.coordinates))
+        for j in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_step_is_the_semi_implicit_euler_step_of_the_equation_of_motion(seed: int) -> None:
+    """qd+ = qd + h M^-1 (-L'f - C - G), q+ = q + h qd+."""
+    robot, h = random_robot(seed), 1e-3
+    plant, terms = Plant(robot, step=h), DartDynamics(robot)
+    rng = np.random.default_rng(seed)
+    q, qd = rng.uniform(-1, 1, (2, len(robot.coordinates)))
+    f = rng.uniform(5, 50, len(robot.muscles))
+    plant.reset(q, qd)
+    plant.step(f)
+    tau = -terms.muscle_jacobian(q).T @ f - terms.coriolis(q, qd) - terms.gravity(q)
+    expected = qd + h * np.linalg.solve(terms.mass_matrix(q), tau)
+    np.testing.assert_allclose(plant.qd, expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(plant.q, q + h * expected, rtol=0, atol=1e-12)
+    assert plant.time == h
+
+
+def test_lengths_follow_the_state() -> None:
+    robot = random_robot(3)
+    plant, terms = Plant(robot), DartDynamics(robot)
+    for _ in range(20):
+        plant.step(np.full(len(robot.muscles), 20.0))
+        np.testing.assert_allclose(plant.muscle_lengths, terms.muscle_lengths(plant.q), atol=1e-15)
+        np.testing.assert_allclose(
+            plant.muscle_jacobian, terms.muscle_jacobian(plant.q), atol=1e-15
+        )
+
+
+def energy(terms: DartDynamics, robot: Robot, q: np.ndarray, qd: np.ndarray) -> float:
+    """Kinetic energy, and potential energy of the two-link arm."""
+    z1 = 0.5 * np.cos(q[0])
+    z2 = np.cos(q[0]) + 0.5 * np.cos(q[0] + q[1])
+    return float(0.5 * qd @ terms.mass_matrix(q) @ qd + 0.1 * 9.81 * (z1 + z2))
+
+
+def test_energy_of_the_free_arm_drifts_with_the_first_order_of_the_step() -> None:
+    robot = with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf)
+    terms = DartDynamics(robot)
+    drift = []
+    for h in (2e-3, 1e-3):
+        plant = Plant(robot, step=h)
+        plant.reset([2.6, 0.3])
+        start = energy(terms, robot, plant.q, plant.qd)
+        worst = 0.0
+        for _ in range(round(2 / h)):
+            plant.step(np.zeros(4))
+            worst = max(worst, abs(energy(terms, robot, plant.q, plant.qd) - start))
+        drift.append(worst)
+    assert drift[1] < 5e-3
+    assert drift[0] / drift[1] == pytest.approx(2.0, rel=0.1)
+
+
+def test_damping_is_integrated_implicitly() -> None:
+    """qd+ = qd + h (M + h D)^-1 (-C - G - D qd)."""
+    robot, h, d = with_coordinates(planar_2r(), damping=1.0), 1e-3, 1.0
+    plant, terms = Plant(robot, step=h), DartDynamics(robot)
+    q, qd = np.array([0.3, -0.2]), np.array([1.0, -2.0])
+    plant.reset(q, qd)
+    plant.step(np.zeros(4))
+    M, D = terms.mass_matrix(q), d * np.eye(2)
+    tau = -terms.coriolis(q, qd) - terms.gravity(q) - D @ qd
+    np.testing.assert_allclose(plant.qd, qd + h * np.linalg.solve(M + h * D, tau), rtol=1e-10)
+
+
+def test_limits_stop_a_falling_arm_and_are_off_where_there_are_none() -> None:
+    stopped = Plant(with_coordinates(planar_2r(), lower=-0.4, upper=0.4))
+    free = Plant(with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf))
+    for plant in (stopped, free):
+        plant.reset([0.3, 0.1])
+        for _ in range(1500):
+            plant.step(np.zeros(4))
+            if plant is stopped:
+                assert np.all(np.abs(plant.q) <= 0.4 + 1e-9)
+    assert np.abs(free.q).max() > 1.0
+
+
+def test_a_resting_robot_is_not_put_to_sleep() -> None:
+    """A force that appears after ten quiet seconds moves the robot at once."""
+    robot = replace(planar_2r(), gravity=(0.0, 0.0, 0.0))
+    plant = Plant(robot)
+    for _ in range(10_000):
+        plant.step(np.zeros(4))
+    plant.step([0.0, 0.0, 1e-3, 0.0])
+    assert plant.qd[0] != 0.0
+
+
+def test_a_cable_cannot_push() -> None:
+    plant, slack = Plant(planar_2r()), Plant(planar_2r())
+    plant.step([-50.0, 10.0, -1.0, 10.0])
+    slack.step([0.0, 10.0, 0.0, 10.0])
+    assert np.array_equal(plant.get_state(), slack.get_state())
+
+
+def test_state_goes_back_bit_by_bit() -> None:
+    plant = Plant(chain())
+    f = np.random.default_rng(0).uniform(1, 5, 60)
+    for _ in range(30):
+        plant.step(f)
+    saved = plant.get_state()
+    for _ in range(30):
+        plant.step(f)
+    first = plant.get_state()
+    plant.set_state(saved)
+    for _ in range(30):
+        plant.step(f)
+    assert np.array_equal(plant.get_state(), first)
+    assert plant.time == 60 * plant.step_size
+
+
+@pytest.mark.parametrize(
+    ("forces", "message"),
+    [
+        ([1.0, 2.0], "shape"),
+        (10.0, "shape"),
+        ([1.0, np.nan, 1.0, 1.0], "cable_2.*not finite"),
+        ([1.0, 1.0, 1.0, np.inf], "cable_4.*not finite"),
+        (["a", "b", "c", "d"], "4 numbers"),
+    ],
+)
+def test_wrong_forces_are_refused_and_the_plant_stays(forces: object, message: str) -> None:
+    plant = Plant(planar_2r())
+    before = plant.get_state()
+    with pytest.raises(InputError, match=message):
+        plant.step(forces)  # type: ignore[arg-type]
+    assert np.array_equal(plant.get_state(), before)
+
+
+@pytest.mark.parametrize("q", [[np.nan, 0.0], [0.0, np.inf]])
+def test_a_start_that_is_not_finite_is_refused(q: list[float]) -> None:
+    with pytest.raises(InputError, match="not finite"):
+        Plant(planar_2r()).reset(q)
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-3, np.nan, np.inf])
+def test_a_step_that_is_no_time_is_refused(step: float) -> None:
+    with pytest.raises(InputError, match="positive time"):
+        Plant(planar_2r(), step=step)
+
+
+def test_an_exploding_state_ends_with_time_and_coordinate() -> None:
+    plant = Plant(with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf))
+    with pytest.raises(SimulationError, match=r"diverged at t = .* s: joint_\d is"):
+        for _ in range(100):
+            plant.step([1e300, 0.0, 0.0, 0.0])
+
+
+def test_an_invalid_robot_is_refused() -> None:
+    robot = planar_2r()
+    bad = replace(robot, links=robot.links[:1])
+    with pytest.raises(RobotError):
+        Plant(bad)
