@@ -1,0 +1,215 @@
+"""Force distribution: which muscle forces make a wanted joint torque.
+
+    min 1/2 f'Hf   s.t.   -L'f = tau,   f_min <= f <= f_max
+
+When no force fits, the soft problem is solved instead: the smallest torque error within the bounds,
+    min 1/2 |L'f + tau|^2 + eps/2 f'Hf   s.t.   f_min <= f <= f_max.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import qpsolvers
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, SimulationError
+
+from . import qp
+
+FloatArray = NDArray[np.float64]
+
+_SOFTNESS = 1e-8  # eps, relative to the size of LL'
+_AT_BOUND = 1e-9  # a force this close to a bound is at it, relative to 1 N or the bound
+
+
+@dataclass(frozen=True)
+class ForceSolution:
+    """Muscle forces for a wanted torque; it can check itself.
+
+    Attributes:
+        forces: f, shape (m,), in [N]; always within the bounds.
+        status: `solved`, or `soft` when no force within the bounds makes the torque.
+        slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
+        f_min, f_max: The bounds, shape (m,), in [N].
+        coordinate_names: n names.
+        muscle_names: m names.
+    """
+
+    forces: FloatArray
+    status: Literal["solved", "soft"]
+    slack: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+    coordinate_names: tuple[str, ...]
+    muscle_names: tuple[str, ...]
+
+    @property
+    def equality_residual(self) -> float:
+        """Largest torque error, max |tau + L'f|, in [N·m] or [N]."""
+        return float(np.max(np.abs(self.slack), initial=0.0))
+
+    @property
+    def bound_violation(self) -> float:
+        """Largest distance of a force from its bounds, in [N]; 0 when all are within."""
+        outside = np.maximum(self.f_min - self.forces, self.forces - self.f_max)
+        return float(np.max(outside, initial=0.0))
+
+    @property
+    def at_min(self) -> tuple[str, ...]:
+        """Names of the muscles at their lower bound."""
+        near = self.forces - self.f_min <= _AT_BOUND * np.maximum(1.0, self.f_min)
+        return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
+
+    @property
+    def at_max(self) -> tuple[str, ...]:
+        """Names of the muscles at their upper bound."""
+        finite = np.where(np.isfinite(self.f_max), self.f_max, np.finfo(float).max)
+        near = finite - self.forces <= _AT_BOUND * np.maximum(1.0, finite)
+        return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
+
+    def describe(self) -> str:
+        """One line: the slack by coordinate, and the muscles at their bounds."""
+        slack = ", ".join(
+            f"{name} {value:.3g}"
+            for name, value in zip(self.coordinate_names, self.slack, strict=True)
+        )
+        bounds = [
+            f"at {bound}: {', '.join(names)}"
+            for bound, names in (("f_min", self.at_min), ("f_max", self.at_max))
+            if names
+        ]
+        return "; ".join([f"{self.status}: slack {slack}", *bounds])
+
+
+class ForceDistribution:
+    """Distributes joint torques over muscles.
+
+    Args:
+        f_min: Lower bounds, shape (m,), in [N].
+        f_max: Upper bounds, shape (m,), in [N]; may be infinite.
+        weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
+        solver: Name of a qpsolvers back end.
+        tolerance: Largest torque error of a solved problem, relative to 1 + max |tau|.
+        coordinate_names: n names for reports; numbered when None.
+        muscle_names: m names for reports; numbered when None.
+
+    Raises:
+        InputError: A bound or weight is wrong; the message names the muscle.
+        UnknownNameError: The back end is not installed.
+    """
+
+    def __init__(
+        self,
+        f_min: ArrayLike,
+        f_max: ArrayLike,
+        *,
+        weights: ArrayLike | None = None,
+        solver: str = qp.DEFAULT_SOLVER,
+        tolerance: float = 1e-6,
+        coordinate_names: Sequence[str] | None = None,
+        muscle_names: Sequence[str] | None = None,
+    ) -> None:
+        m = np.size(f_min)
+        self.weights: FloatArray = np.array(np.ones(m) if weights is None else weights, dtype=float)
+        self.solver = qp.require_solver(solver)
+        self.tolerance = tolerance
+        self.coordinate_names = None if coordinate_names is None else tuple(coordinate_names)
+        numbered = tuple(f"muscle {k + 1}" for k in range(m))
+        self.muscle_names = numbered if muscle_names is None else tuple(muscle_names)
+        self.set_bounds(f_min, f_max)
+        self._H = np.diag(self.weights)
+        self._zeros = np.zeros(m)
+
+    def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
+        """Change the bounds.
+
+        Args:
+            f_min: Lower bounds, shape (m,), in [N].
+            f_max: Upper bounds, shape (m,), in [N]; may be infinite.
+
+        Raises:
+            InputError: A bound is wrong; the message names the muscle.
+        """
+        self.f_min: FloatArray = np.array(f_min, dtype=np.float64)
+        self.f_max: FloatArray = np.array(f_max, dtype=np.float64)
+        self._check_bounds()
+
+    def _check_bounds(self) -> None:
+        shapes = {self.f_min.shape, self.f_max.shape, self.weights.shape}
+        if len(shapes) != 1 or self.f_min.ndim != 1 or self.f_min.size == 0:
+            raise InputError(f"f_min, f_max and weights must be equally long vectors, not {shapes}")
+        for name, low, high, weight in zip(
+            self.muscle_names, self.f_min, self.f_max, self.weights, strict=True
+        ):
+            if not (np.isfinite(low) and low >= 0):
+                raise InputError(f"muscle {name!r}: f_min {low} must be finite and not negative")
+            if not low <= high:
+                raise InputError(f"muscle {name!r}: f_min {low} is above f_max {high}")
+            if not (np.isfinite(weight) and weight > 0):
+                raise InputError(f"muscle {name!r}: weight {weight} must be finite and positive")
+
+    def build_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
+        """The QP, apart from its solution.
+
+        Args:
+            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
+            tau: Wanted torque, shape (n,), in [N·m] or [N].
+        """
+        return qpsolvers.Problem(self._H, self._zeros, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
+
+    def build_soft_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
+        """The QP that always has a solution: the smallest torque error within the bounds.
+
+        Args:
+            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
+            tau: Wanted torque, shape (n,), in [N·m] or [N].
+        """
+        LL = L @ L.T
+        size = max(float(np.trace(LL)) / float(self.weights.sum()), np.finfo(float).tiny)
+        P = LL + _SOFTNESS * size * self._H
+        return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)
+
+    def solve(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
+        """Forces that make the torque, or come as near as the bounds allow.
+
+        The answer of the back end is checked by itself, whatever its status says; where it fails,
+        DAQP is asked as well.
+
+        Args:
+            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
+            tau: Wanted torque, shape (n,), in [N·m] or [N].
+
+        Raises:
+            SimulationError: L or tau is not finite.
+        """
+        if not (np.isfinite(tau).all() and np.isfinite(L).all()):
+            raise SimulationError("the wanted torque or the muscle Jacobian is not finite")
+        allowed = self.tolerance * (1.0 + float(np.abs(tau).max(initial=0.0)))
+        problem = self.build_problem(L, tau)
+        for solver in dict.fromkeys((self.solver, qp.DEFAULT_SOLVER)):
+            forces = self._within_bounds(qp.solve(problem, solver))
+            if forces is not None and np.abs(slack := tau + L.T @ forces).max() <= allowed:
+                return self._solution(forces, "solved", slack)
+        return self._solve_soft(L, tau)
+
+    def _solve_soft(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
+        forces = self._within_bounds(qp.solve(self.build_soft_problem(L, tau), qp.DEFAULT_SOLVER))
+        if forces is None:
+            raise SimulationError(f"no forces found for the torque {tau} within the bounds")
+        return self._solution(forces, "soft", tau + L.T @ forces)
+
+    def _within_bounds(self, forces: FloatArray | None) -> FloatArray | None:
+        """Forces without the rounding errors of a back end beyond the bounds."""
+        return None if forces is None else np.clip(forces, self.f_min, self.f_max)
+
+    def _solution(
+        self, forces: FloatArray, status: Literal["solved", "soft"], slack: FloatArray
+    ) -> ForceSolution:
+        names = self.coordinate_names or tuple(f"coordinate {k + 1}" for k in range(slack.size))
+        return ForceSolution(
+            forces, status, slack, self.f_min, self.f_max, names, self.muscle_names
+        )

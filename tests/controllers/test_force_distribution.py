@@ -1,0 +1,164 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import qpsolvers
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog, lsq_linear
+
+from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+from controllers import ForceDistribution, ForceSolution, qp
+
+
+def random_problem(seed: int, n: int, m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A muscle Jacobian, bounds, and forces within the bounds, several of them at a bound."""
+    rng = np.random.default_rng(seed)
+    L = rng.normal(size=(m, n)) * 0.1
+    f = rng.uniform(10.0, 100.0, m)
+    f[rng.random(m) < 0.5] = 10.0
+    f[rng.random(m) < 0.2] = 100.0
+    return L, f, rng.uniform(0.5, 2.0, m)
+
+
+def is_optimal(L: np.ndarray, solution: ForceSolution, H: np.ndarray) -> bool:
+    """Karush, Kuhn, Tucker: H f + L y is zero but for pushes against a bound."""
+    f = solution.forces
+    low = np.isclose(f, solution.f_min, atol=1e-7).astype(float)
+    high = np.isclose(f, solution.f_max, atol=1e-7).astype(float)
+    columns = np.hstack([L, -L, -np.diag(low), np.diag(high)])  # y = y+ - y-, and two multipliers
+    multipliers = linprog(
+        np.zeros(columns.shape[1]),
+        A_ub=np.vstack([columns, -columns]),
+        b_ub=np.concatenate([1e-5 - H * f, 1e-5 + H * f]),
+        bounds=(0, None),
+    )
+    return bool(multipliers.status == 0)
+
+
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))
+@settings(deadline=None, max_examples=150)
+def test_a_feasible_torque_is_made_with_least_effort(seed: int, n: int, extra: int) -> None:
+    L, f, H = random_problem(seed, n, n + extra)
+    distribution = ForceDistribution(np.full(n + extra, 10.0), np.full(n + extra, 100.0), weights=H)
+    solution = distribution.solve(L, -L.T @ f)
+    assert solution.status == "solved"
+    assert solution.equality_residual < 1e-6 * (1 + np.abs(L.T @ f).max())
+    assert solution.bound_violation == 0.0
+    assert solution.forces @ (H * solution.forces) <= f @ (H * f) * (1 + 1e-6)
+    assert is_optimal(L, solution, H)
+
+
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))
+@settings(deadline=None, max_examples=150)
+def test_an_infeasible_torque_is_missed_by_as_little_as_possible(
+    seed: int, n: int, extra: int
+) -> None:
+    """The slack is that of scipy's bounded least squares; linprog agrees on feasibility."""
+    m = n + extra
+    L, _, _ = random_problem(seed, n, m)
+    tau = np.random.default_rng(seed).normal(size=n) * 30.0
+    low, high = np.full(m, 10.0), np.full(m, 100.0)
+    solution = ForceDistribution(low, high).solve(L, tau)
+    feasible = linprog(np.zeros(m), A_eq=-L.T, b_eq=tau, bounds=(10.0, 100.0)).status == 0
+    best = lsq_linear(L.T, -tau, bounds=(low, high), tol=1e-14)
+    error = np.linalg.norm(L.T @ best.x + tau)
+    assert (solution.status == "solved") == feasible or error < 1e-4
+    assert solution.bound_violation == 0.0
+    np.testing.assert_allclose(solution.slack, tau + L.T @ solution.forces, atol=1e-12)
+    assert np.linalg.norm(solution.slack) <= error * (1 + 1e-4) + 1e-5
+
+
+def test_a_soft_solution_names_what_is_missing_and_what_is_at_its_bounds() -> None:
+    distribution = ForceDistribution(
+        [10.0, 10.0],
+        [50.0, 80.0],
+        coordinate_names=["elbow"],
+        muscle_names=["biceps", "triceps"],
+    )
+    solution = distribution.solve(np.array([[-0.1], [0.1]]), np.array([10.0]))
+    assert solution.status == "soft"
+    assert solution.slack[0] == pytest.approx(10.0 - (50.0 - 10.0) * 0.1)
+    assert solution.at_max == ("biceps",)
+    assert solution.at_min == ("triceps",)
+    text = solution.describe()
+    assert "elbow 6" in text
+    assert "f_max: biceps" in text
+    assert "f_min: triceps" in text
+
+
+def test_unlimited_muscles_are_never_at_their_upper_bound() -> None:
+    solution = ForceDistribution([0.0], [np.inf]).solve(np.array([[-0.1]]), np.array([1e4]))
+    assert solution.status == "solved"
+    assert solution.forces[0] == pytest.approx(1e5)
+    assert solution.at_max == ()
+
+
+@pytest.mark.parametrize("solver", [s for s in qpsolvers.available_solvers if s != "scs"])
+def test_every_back_end_gives_the_same_forces(solver: str) -> None:
+    for seed in range(5):
+        L, f, H = random_problem(seed, 3, 7)
+        low, high = np.full(7, 10.0), np.full(7, 100.0)
+        reference = ForceDistribution(low, high, weights=H).solve(L, -L.T @ f)
+        other = ForceDistribution(low, high, weights=H, solver=solver).solve(L, -L.T @ f)
+        assert other.status == "solved"
+        np.testing.assert_allclose(other.forces, reference.forces, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "lie",
+    [
+        lambda problem, solver: None,
+        lambda problem, solver: np.full(problem.lb.size, 10.0),
+        lambda problem, solver: np.full(problem.lb.size, 1e6),
+    ],
+)
+def test_a_back_end_is_not_believed(monkeypatch: pytest.MonkeyPatch, lie: object) -> None:
+    """Whatever OSQP answers, the forces are right: it is checked, and DAQP asked instead."""
+    honest = qp.solve
+    monkeypatch.setattr(qp, "solve", lambda p, s: lie(p, s) if s == "osqp" else honest(p, s))
+    L, f, H = random_problem(1, 3, 7)
+    low, high = np.full(7, 10.0), np.full(7, 100.0)
+    solution = ForceDistribution(low, high, weights=H, solver="osqp").solve(L, -L.T @ f)
+    expected = ForceDistribution(low, high, weights=H).solve(L, -L.T @ f)
+    assert np.array_equal(solution.forces, expected.forces)
+
+
+def test_the_problem_stands_apart_from_its_solution() -> None:
+    L, f, H = random_problem(2, 2, 5)
+    tau = -L.T @ f
+    problem = ForceDistribution(np.full(5, 10.0), np.full(5, 100.0), weights=H).build_problem(
+        L, tau
+    )
+    assert isinstance(problem, qpsolvers.Problem)
+    np.testing.assert_array_equal(problem.P, np.diag(H))
+    np.testing.assert_array_equal(problem.A, -L.T)
+    np.testing.assert_array_equal(problem.b, tau)
+    assert problem.lb.min() == 10.0
+    assert problem.ub.max() == 100.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([20.0], [10.0]), "muscle 1.*f_min 20.0 is above f_max 10.0"),
+        (([np.nan], [10.0]), "must be finite"),
+        (([-1.0], [10.0]), "not negative"),
+        (([0.0], [np.nan]), "above"),
+        (([0.0, 0.0], [1.0]), "equally long"),
+        (([], []), "equally long"),
+    ],
+)
+def test_wrong_bounds_are_refused(arguments: tuple[list[float], list[float]], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ForceDistribution(*arguments)
+
+
+def test_an_unknown_back_end_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match=r"'dapq'; did you mean 'daqp'.*osqp"):
+        ForceDistribution([0.0], [1.0], solver="dapq")
+
+
+def test_a_torque_that_is_not_finite_is_refused() -> None:
+    with pytest.raises(SimulationError, match="not finite"):
+        ForceDistribution([0.0], [1.0]).solve(np.array([[1.0]]), np.array([np.nan]))
