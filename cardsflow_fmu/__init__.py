@@ -1,0 +1,32 @@
+"""The roof: FMUs, co-simulation, experiments, results and the command line.
+
+The names below are imported when first used: a command starts without what it does not need.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from .version import __version__
+
+if TYPE_CHECKING:
+    from .experiment import Experiment as Experiment
+    from .results import Result as Result
+    from .simulation import build as build
+    from .simulation import run as run
+
+_HOMES = {
+    "Experiment": "experiment",
+    "build": "simulation",
+    "run": "simulation",
+    "Result": "results",
+}
+
+__all__ = ["Experiment", "Result", "__version__", "build", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)

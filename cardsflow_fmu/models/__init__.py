@@ -1,0 +1,1 @@
+"""The models inside the FMUs: plain classes that run without any FMI."""

@@ -1,0 +1,91 @@
+"""What an FMU needs of its model: a plain class with ports and a step, without any FMI."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.ports import Port
+
+FloatArray = NDArray[np.float64]
+
+
+class FmuModel(ABC):
+    """A model that can be stepped in a plain Python loop, in a test, or inside an FMU.
+
+    All variables stand in one flat array, `values`, in the order of `ports`: inputs, then outputs,
+    then parameters. A host writes inputs and parameters there and reads outputs from there; a model
+    never replaces the array, so that it may be another program's memory.
+
+    The order of calls: parameters are set; `initialize`; then any number of `step`. `reset` leads
+    back to the beginning.
+
+    Args:
+        ports: The table of variables.
+        values: Memory for the variables, shape (len(ports),); allocated when None.
+
+    Attributes:
+        ports: The table of variables.
+        values: Their values.
+        inputs, outputs, parameters: Views of `values`.
+    """
+
+    description: ClassVar[str] = ""
+    """One line for people, written into the FMU."""
+
+    def __init__(self, ports: Sequence[Port], values: FloatArray | None = None) -> None:
+        self.ports = tuple(ports)
+        order = ("input", "output", "parameter")
+        ranks = [order.index(port.causality) for port in self.ports]
+        assert ranks == sorted(ranks), "ports stand in the order inputs, outputs, parameters"
+        counts = [ranks.count(rank) for rank in range(3)]
+        self.values: FloatArray = np.empty(len(self.ports)) if values is None else values
+        assert self.values.shape == (len(self.ports),)
+        self.inputs, self.outputs, self.parameters = np.split(
+            self.values, [counts[0], counts[0] + counts[1]]
+        )
+        self._start = np.array([port.start for port in self.ports])
+        self.values[:] = self._start
+
+    @classmethod
+    @abstractmethod
+    def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
+        """Make the model from the files that travel in an FMU.
+
+        Args:
+            folder: The FMU's resources.
+            values: Memory for the variables.
+        """
+
+    @abstractmethod
+    def initialize(self) -> None:
+        """Take over the parameters, go to the start state and compute the outputs there.
+
+        May be called again before the first step, when a parameter has changed.
+        """
+
+    @abstractmethod
+    def step(self, t: float, h: float) -> None:
+        """Advance from t to t + h with the inputs as they stand.
+
+        Args:
+            t: Time at the beginning of the step, in [s].
+            h: Length of the step, in [s].
+        """
+
+    @abstractmethod
+    def get_state(self) -> bytes:
+        """Everything that the model remembers beyond `values`, as plain bytes."""
+
+    @abstractmethod
+    def set_state(self, state: bytes) -> None:
+        """Go back to a state from `get_state`; refuses bytes of another length."""
+
+    def reset(self) -> None:
+        """Back to the start values; `initialize` is due next."""
+        self.values[:] = self._start

@@ -1,0 +1,18 @@
+/* Where an instance reports to, whatever the version of FMI. */
+#ifndef LOG_H
+#define LOG_H
+
+/* The numbers are those of FMI 2 and FMI 3. A message with STATUS_OK tells of an event. */
+enum status { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR };
+
+typedef void log_writer(void *context, enum status status, const char *text);
+
+struct log {
+    log_writer *write;
+    void *context;
+    int events; /* whether events are wanted; anything worse always is */
+};
+
+void log_status(const struct log *log, enum status status, const char *text);
+
+#endif

@@ -1,0 +1,35 @@
+/* The seam between FMI and whatever computes: a table of functions that a backend fills in. */
+#ifndef MODEL_H
+#define MODEL_H
+
+#include "text.h"
+
+#include <stddef.h>
+
+struct model;
+
+/* Each returns 0, or nonzero with the reason in `model->error`. */
+struct model_functions {
+    /* Takes over the parameters, goes to the start state and computes the outputs there. */
+    int (*initialize)(struct model *model);
+    /* Advances from clock[0] by clock[1] with the inputs as they stand. */
+    int (*step)(struct model *model);
+    /* Back to the start values; also the way out after a failure. */
+    int (*reset)(struct model *model);
+    /* What the model remembers beyond `values`, as bytes on the heap that the caller frees. */
+    int (*get_state)(struct model *model, void **bytes, size_t *size);
+    int (*set_state)(struct model *model, const void *bytes, size_t size);
+    void (*close)(struct model *model);
+};
+
+/* The memory of clock and values is the backend's, so that it can be shared with where the model
+ * runs and last as long as anything there looks at it. */
+struct model {
+    const struct model_functions *functions;
+    void *backend;
+    double *clock;  /* time at the beginning of the step and its length, both in s */
+    double *values; /* one for each variable of the port table */
+    struct text error;
+};
+
+#endif

@@ -1,0 +1,30 @@
+/* A text that grows as needed, for messages. */
+#ifndef TEXT_H
+#define TEXT_H
+
+#include <stdarg.h>
+
+#if defined(__GNUC__)
+#define TEXT_FORMAT(index, first) __attribute__((format(printf, index, first)))
+#else
+#define TEXT_FORMAT(index, first)
+#endif
+
+struct text {
+    char *chars; /* NULL when there is none */
+};
+
+/* Replaces the text; an argument may be a part of the old one. */
+void text_set(struct text *text, const char *format, ...) TEXT_FORMAT(2, 3);
+
+void text_set_list(struct text *text, const char *format, va_list arguments);
+
+/* The text, never NULL. */
+const char *text_get(const struct text *text);
+
+void text_free(struct text *text);
+
+/* A copy on the heap, NULL without memory. */
+char *text_copy(const char *chars);
+
+#endif

@@ -1,0 +1,154 @@
+"""The Python end of an FMU whose host is itself Python: what the C library calls.
+
+C must never see an exception, so everything here returns its failure as text.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError, InputError
+from cardsflow_fmu.models.model import FmuModel
+from cardsflow_fmu.version import __version__
+
+from .model_file import load_class, read_model_file
+from .port_table import ports_digest
+
+_CLOCK_BYTES = 16
+
+
+def open_model(resources: str, memory: bytearray) -> HostedModel | str:
+    """Open the model of an FMU on the memory of its host.
+
+    Args:
+        resources: Folder of the FMU's resources.
+        memory: Two doubles for time and step length, in [s], then one for each variable.
+
+    Returns:
+        The model, or what is wrong.
+    """
+    try:
+        return HostedModel(_model_maker(Path(resources), memory), memory)
+    except CardsflowError as error:
+        return _plain(str(error))
+    except BaseException as error:
+        return _failure(error)
+
+
+class HostedModel:
+    """A model that is called by C: the methods return None, or the text of a failure.
+
+    Args:
+        create: Makes the model on the host's memory.
+        memory: As for `open_model`.
+    """
+
+    __slots__ = ("_clock", "_create", "_has_failed", "_model")
+
+    def __init__(self, create: Callable[[], FmuModel], memory: bytearray) -> None:
+        self._clock = memoryview(memory)[:_CLOCK_BYTES].cast("d")
+        self._create = create
+        self._model = create()
+        self._has_failed = False
+
+    def initialize(self) -> str | None:
+        """Go to the start state."""
+        try:
+            self._model.initialize()
+        except BaseException as error:
+            return self._fail(error)
+        return None
+
+    def step(self) -> str | None:
+        """Advance by the step that the clock tells."""
+        try:
+            time, step = self._clock
+            self._model.step(time, step)
+        except BaseException as error:
+            return self._fail(error)
+        return None
+
+    def reset(self) -> str | None:
+        """Back to the start values, with a new model when this one has failed."""
+        try:
+            self._reset()
+        except BaseException as error:
+            return self._fail(error)
+        return None
+
+    def get_state(self) -> bytes | str:
+        """What the model remembers beyond the variables, or the text of a failure."""
+        try:
+            return bytes(self._model.get_state())
+        except BaseException as error:
+            return self._fail(error)
+
+    def set_state(self, state: bytes) -> str | None:
+        """Go back to a state from `get_state`."""
+        try:
+            self._model.set_state(state)
+        except BaseException as error:
+            return self._fail(error)
+        return None
+
+    def _reset(self) -> None:
+        if not self._has_failed:
+            try:
+                self._model.reset()
+            except Exception:
+                self._has_failed = True
+        if self._has_failed:
+            self._replace()
+
+    def _replace(self) -> None:
+        if hasattr(self, "_model"):
+            del self._model  # first, for what only one model can hold, such as a network port
+        self._model = self._create()
+        self._has_failed = False
+
+    def _fail(self, error: BaseException) -> str:
+        self._has_failed = True
+        return _failure(error)
+
+
+def _model_maker(folder: Path, memory: bytearray) -> Callable[[], FmuModel]:
+    """Check what the FMU was built with; returns what makes its model."""
+    record = read_model_file(folder)
+    if record.package != __version__:
+        raise InputError(
+            f"this FMU needs cardsflow {record.package}, found is {__version__} "
+            f"in {Path(__file__).parents[1]}: install that version or build the FMU again"
+        )
+    model_class = load_class(record.model_class)
+    values = np.frombuffer(memory, offset=_CLOCK_BYTES)
+
+    def create() -> FmuModel:
+        model = model_class.from_resources(folder, values)
+        if ports_digest(model.ports) != record.ports:
+            raise InputError(
+                f"{record.model_class} has other variables than this FMU: build the FMU again"
+            )
+        if model.values.ctypes.data != values.ctypes.data:
+            raise InputError(f"{record.model_class} does not compute on its host's memory")
+        return model
+
+    return create
+
+
+def _failure(error: BaseException) -> str:
+    """The exception in one line, then its trace."""
+    try:
+        summary = "".join(traceback.format_exception_only(error)).strip()
+        trace = "".join(traceback.format_exception(error)).strip()
+        return _plain(f"{summary}\n{trace}")
+    except BaseException:
+        return f"{type(error).__name__}, whose text cannot be made"
+
+
+def _plain(text: str) -> str:
+    """Text that C can hold."""
+    return text.replace("\0", "\\0").encode(errors="backslashreplace").decode()

@@ -1,0 +1,85 @@
+"""`resources/model.json`: which Python class an FMU runs, and what it was built with."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.models.model import FmuModel
+
+MODEL_FILE = "model.json"
+_FORMAT = 1
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """What an FMU records of its model.
+
+    Attributes:
+        package: Version of the package that built the FMU.
+        model_class: Such as `cardsflow_fmu.models.plant:PlantModel`.
+        ports: `ports_digest` of the variables.
+    """
+
+    package: str
+    model_class: str
+    ports: str
+
+    def encode(self) -> bytes:
+        """The contents of the file."""
+        entries = {"format": _FORMAT, **asdict(self)}
+        entries["class"] = entries.pop("model_class")
+        return json.dumps(entries, indent=1, sort_keys=True).encode() + b"\n"
+
+
+def read_model_file(folder: Path) -> ModelFile:
+    """Read the file in an FMU's resources.
+
+    Raises:
+        InputError: It is missing, damaged, or of a later format.
+    """
+    path = folder / MODEL_FILE
+    try:
+        entries: Any = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{error}; unpack or build the FMU again", file=path) from None
+    keys = ("package", "class", "ports")
+    if not isinstance(entries, dict) or entries.get("format") != _FORMAT:
+        raise InputError(f"is not a model file of format {_FORMAT}", file=path)
+    if not all(isinstance(entries.get(key), str) for key in keys):
+        raise InputError(f"needs the texts {', '.join(keys)}", file=path)
+    return ModelFile(*(entries[key] for key in keys))
+
+
+def class_path(model_class: type[FmuModel]) -> str:
+    """Where a class can be imported from, such as `cardsflow_fmu.models.plant:PlantModel`.
+
+    Raises:
+        InputError: It cannot be imported by its name.
+    """
+    path = f"{model_class.__module__}:{model_class.__qualname__}"
+    if model_class.__module__ == "__main__" or "<locals>" in path:
+        raise InputError(f"{path} cannot be imported by an FMU: define the class in a module")
+    return path
+
+
+def load_class(path: str) -> type[FmuModel]:
+    """The class at a path from `class_path`.
+
+    Raises:
+        InputError: There is no such class.
+    """
+    module_name, _, name = path.partition(":")
+    try:
+        module = importlib.import_module(module_name)
+        found = functools.reduce(getattr, name.split("."), module)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"the model class {path} cannot be imported: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, FmuModel)):
+        raise InputError(f"{path} is not an FmuModel")
+    return found

@@ -1,0 +1,46 @@
+"""An FMU of the toy model, and instances of it."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fmu_host import Host, opened, unpack
+
+
+@pytest.fixture(scope="session")
+def toy_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An unpacked FMU of the toy model."""
+    return unpack(tmp_path_factory.mktemp("toy") / "toy")
+
+
+@pytest.fixture
+def damaged(toy_fmu: Path, tmp_path: Path) -> Path:
+    """A copy of the FMU to damage."""
+    return Path(shutil.copytree(toy_fmu, tmp_path / "copy"))
+
+
+@pytest.fixture
+def host(toy_fmu: Path) -> Iterator[Host]:
+    """A new instance."""
+    with opened(toy_fmu) as (host,):
+        yield host
+
+
+@pytest.fixture
+def started(host: Host) -> Host:
+    """An instance in step mode."""
+    host.start()
+    return host
+
+
+@pytest.fixture(scope="session")
+def compiler() -> str:
+    """A C compiler."""
+    found = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if found is None or sys.platform == "win32":
+        pytest.skip("no C compiler")
+    return found

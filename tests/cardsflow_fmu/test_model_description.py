@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import pytest
+from toy_model import PORTS
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.model_description import model_description
+from cardsflow_fmu.ports import Port
+
+INPUT = Port("f.biceps", "N", "input", "continuous", "Force of biceps", 0.1)
+
+
+def describe(*ports: Port, **changes: object) -> ET.Element:
+    arguments: dict = {
+        "model_name": "toy",
+        "guid": "{1}",
+        "description": "A toy",
+        "step": 1e-3,
+        **changes,
+    }
+    return ET.fromstring(model_description(ports, **arguments))
+
+
+def variable(root: ET.Element, name: str) -> ET.Element:
+    found = root.find(f"ModelVariables/ScalarVariable[@name='{name}']")
+    assert found is not None
+    return found
+
+
+def test_variables_carry_what_the_ports_say() -> None:
+    root = describe(*PORTS)
+    assert len(root.findall("ModelVariables/ScalarVariable")) == len(PORTS)
+    for reference, port in enumerate(PORTS):
+        found = variable(root, port.name)
+        assert found.get("valueReference") == str(reference)
+        assert found.get("causality") == port.causality
+        assert found.get("variability") == port.variability
+        assert found.get("description") == port.description
+        assert found[0].tag == ("Boolean" if port.boolean else "Real")
+
+
+def test_start_values_read_back_exactly() -> None:
+    root = describe(replace(INPUT, start=0.1 + 0.2))
+    assert float(variable(root, "f.biceps")[0].get("start", "")) == 0.1 + 0.2
+
+
+def test_boolean_start_values_are_words() -> None:
+    root = describe(Port("on", "", "input", "discrete", "", 1.0, boolean=True))
+    assert variable(root, "on")[0].get("start") == "true"
+
+
+def test_outputs_are_calculated_and_listed_as_unknowns() -> None:
+    root = describe(*PORTS)
+    outputs = [str(i) for i, port in enumerate(PORTS, 1) if port.causality == "output"]
+    for path in ("ModelStructure/Outputs/Unknown", "ModelStructure/InitialUnknowns/Unknown"):
+        assert [unknown.get("index") for unknown in root.findall(path)] == outputs
+    assert variable(root, "x").get("initial") == "calculated"
+    assert variable(root, "x")[0].get("start") is None
+
+
+def test_units_are_defined_by_base_units() -> None:
+    root = describe(INPUT)
+    (unit,) = root.findall("UnitDefinitions/Unit")
+    assert unit.get("name") == "N"
+    assert unit[0].attrib == {"kg": "1", "m": "1", "s": "-2"}
+
+
+def test_capabilities() -> None:
+    slave = describe(*PORTS).find("CoSimulation")
+    assert slave is not None
+    flags = {name for name, value in slave.attrib.items() if value == "true"}
+    assert flags == {"needsExecutionTool", "canGetAndSetFMUstate", "canSerializeFMUstate"}
+
+
+def test_default_experiment() -> None:
+    experiment = describe(*PORTS, stop_time=8).find("DefaultExperiment")
+    assert experiment is not None
+    assert experiment.attrib == {"startTime": "0.0", "stopTime": "8.0", "stepSize": "0.001"}
+
+
+@pytest.mark.parametrize("name", ["q.elbow", "a.b.c", "a[1].b[2,3]", "q.'left arm'", "q.'it\\'s'"])
+def test_structured_names(name: str) -> None:
+    assert variable_names(describe(replace(INPUT, name=name))) == [name]
+
+
+def variable_names(root: ET.Element) -> list[str | None]:
+    return [found.get("name") for found in root.findall("ModelVariables/ScalarVariable")]
+
+
+@pytest.mark.parametrize(
+    ("port", "message"),
+    [
+        (replace(INPUT, name="q.left arm"), "not a structured"),
+        (replace(INPUT, name="q."), "not a structured"),
+        (replace(INPUT, name="q.Arm\n"), "not a structured"),
+        (replace(INPUT, unit="kN"), "unit of f.biceps"),
+        (replace(INPUT, variability="fixed"), "input cannot be fixed"),
+        (replace(INPUT, causality="parameter"), "parameter cannot be continuous"),
+        (replace(INPUT, boolean=True), "cannot be continuous"),
+        (replace(INPUT, boolean=True, variability="discrete"), "starts at 0 or 1, not 0.1"),
+        (replace(INPUT, start=float("nan")), "start value nan is not finite"),
+        (replace(INPUT, start=float("inf")), "start value inf is not finite"),
+        (replace(INPUT, description="\x07"), "characters that XML cannot hold"),
+    ],
+)
+def test_refuses_what_fmi_does_not_allow(port: Port, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        describe(port)
+
+
+def test_refuses_two_variables_of_one_name() -> None:
+    with pytest.raises(InputError, match=r"same name: f\.biceps"):
+        describe(INPUT, INPUT)
+
+
+def test_refuses_no_variables() -> None:
+    with pytest.raises(InputError, match="at least one variable"):
+        describe()
+
+
+@pytest.mark.parametrize("name", ["left arm", "1st", "", "ä"])
+def test_refuses_model_names_that_are_no_identifiers(name: str) -> None:
+    with pytest.raises(InputError, match="model name"):
+        describe(INPUT, model_name=name)

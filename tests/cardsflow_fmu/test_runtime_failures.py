@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import pytest
+from fmu_host import STEP, Host, opened, plain_run, refused
+from toy_model import REFERENCES, ToyModel
+
+from cardsflow_fmu.runtime.in_process import HostedModel
+
+pytestmark = pytest.mark.native
+
+
+def test_exception_in_step(host: Host) -> None:
+    host.start(fail_at=4.5 * STEP)
+    assert (host.drive(0, 5) == plain_run(5)).all()
+    refused(lambda: host.slave.doStep(5 * STEP, STEP))
+    (message,) = host.messages
+    first, second, *_ = host.last.splitlines()
+    assert message.category == "logStatusError"
+    assert first == "doStep at 0.005 s: ValueError: 100 % broken at 0.005 s: größer als #1"
+    assert second == "Traceback (most recent call last):"
+    assert "toy_model.py" in host.last
+    assert "_fail_when_asked" in host.last
+
+
+def test_after_an_exception_a_run_is_as_fresh(host: Host) -> None:
+    host.start(fail_at=0.0)
+    refused(lambda: host.slave.doStep(0.0, STEP))
+    refused(lambda: host.get("x"))
+    host.slave.reset()
+    host.start()
+    assert (host.drive(0, 50) == plain_run(50)).all()
+
+
+def test_an_exception_does_not_disturb_others(toy_fmu: Path) -> None:
+    with opened(toy_fmu, toy_fmu) as (one, two):
+        one.start(fail_at=0.0)
+        two.start()
+        refused(lambda: one.slave.doStep(0.0, STEP))
+        assert (two.drive(0, 50) == plain_run(50)).all()
+        assert two.messages == []
+
+
+def test_keyboard_interrupt(host: Host) -> None:
+    host.slave.setBoolean([REFERENCES["interrupt"]], [True])
+    host.start(fail_at=0.0)
+    refused(lambda: host.slave.doStep(0.0, STEP))
+    assert host.last.startswith("doStep at 0 s: KeyboardInterrupt\nTraceback")
+
+
+def test_exception_at_the_start(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ToyModel, "initialize", lambda self: 1 / 0)
+    refused(host.start)
+    assert host.last.startswith("initialization: ZeroDivisionError: division by zero")
+
+
+def test_model_that_cannot_be_made_again(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    started.set(fail_at=0.0)
+    refused(lambda: started.slave.doStep(0.0, STEP))
+    with monkeypatch.context() as patch:
+        patch.setattr(ToyModel, "from_resources", lambda folder, values: 1 / 0)
+        refused(started.slave.reset)
+        assert started.last.startswith("reset: ZeroDivisionError")
+        refused(started.slave.reset)
+    started.slave.reset()
+    started.start()
+    assert (started.drive(0, 50) == plain_run(50)).all()
+
+
+def test_model_whose_reset_fails(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    started.drive(0, 3)
+    monkeypatch.setattr(ToyModel, "reset", lambda self: 1 / 0)
+    started.slave.reset()
+    started.start()
+    assert (started.drive(0, 50) == plain_run(50)).all()
+
+
+def test_model_that_answers_nonsense(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ToyModel, "get_state", lambda self: None)
+    refused(started.slave.getFMUstate)
+    assert started.last.startswith("getFMUstate: TypeError")
+
+
+def test_what_escapes_from_python(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: HostedModel) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(HostedModel, "step", interrupted)
+    monkeypatch.setattr(HostedModel, "get_state", lambda self: 1)
+    with opened(toy_fmu, toy_fmu) as (one, two):
+        one.start()
+        state = one.slave.fmi2GetFMUstate
+        refused(lambda: state(one.slave.component, ctypes.byref(ctypes.c_void_p())))
+        assert one.last == "getFMUstate: the model answered neither bytes nor a text"
+        two.start()
+        refused(lambda: two.slave.doStep(0.0, STEP))
+        assert two.last == "doStep at 0 s: <class 'KeyboardInterrupt'>"

@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fmpy import fmi2
+from fmu_host import STEP, Host, load, opened, refused
+from toy_model import REFERENCES, ToyModel
+
+pytestmark = pytest.mark.native
+
+
+def test_fmpy_shows_it_as_written(toy_fmu: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    slave = load(toy_fmu).slave
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.setReal([REFERENCES["fail_at"]], [0.0])
+    slave.exitInitializationMode()
+    refused(lambda: slave.doStep(0.0, STEP))
+    slave.freeInstance()
+    printed = capfd.readouterr().out
+    assert printed.startswith("[ERROR] doStep at 0 s: ValueError: 100 % broken at 0.0 s: größer")
+    assert "Traceback" in printed
+
+
+def test_long_texts_come_in_pieces(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "ü%" * 3000 + "\n" + "line\n" * 1000 + "#"
+
+    def fail(self: ToyModel, t: float, h: float) -> None:
+        raise ValueError(text)
+
+    monkeypatch.setattr(ToyModel, "step", fail)
+    refused(lambda: started.slave.doStep(0.0, STEP))
+    pieces = [message.text for message in started.messages]
+    assert all(len(piece.encode()) <= 2000 for piece in pieces)
+    whole = "".join(pieces).replace("%%", "%").replace("##", "#")
+    assert text.replace("\n", "") in whole.replace("\n", "")
+
+
+def test_texts_that_c_cannot_hold(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(self: ToyModel, t: float, h: float) -> None:
+        raise ValueError("nul \0 surrogate \ud800 end")
+
+    monkeypatch.setattr(ToyModel, "step", fail)
+    refused(lambda: started.slave.doStep(0.0, STEP))
+    assert r"nul \0 surrogate \ud800 end" in started.last
+
+
+def test_exceptions_without_a_text(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    class MuteError(Exception):
+        def __str__() -> str:
+            raise RuntimeError
+
+    def fail(self: ToyModel, t: float, h: float) -> None:
+        raise MuteError
+
+    monkeypatch.setattr(ToyModel, "step", fail)
+    refused(lambda: started.slave.doStep(0.0, STEP))
+    assert "MuteError" in started.last
+
+
+def test_events_when_asked_for(toy_fmu: Path) -> None:
+    with opened(toy_fmu, events=True) as (host,):
+        host.start()
+        host.slave.terminate()
+        host.slave.reset()
+        assert [(message.category, message.text) for message in host.messages] == [
+            ("logEvents", "instantiated"),
+            ("logEvents", "initialized"),
+            ("logEvents", "terminated"),
+            ("logEvents", "reset"),
+        ]
+
+
+@pytest.mark.parametrize(
+    ("is_on", "categories", "expected"),
+    [
+        (True, [], 1),
+        (True, ["logEvents"], 1),
+        (True, ["logStatusError", "logAll"], 1),
+        (True, ["logStatusError"], 0),
+        (False, ["logEvents"], 0),
+    ],
+)
+def test_categories(host: Host, is_on: bool, categories: list[str], expected: int) -> None:
+    host.slave.setDebugLogging(is_on, categories)
+    host.start()
+    assert len(host.messages) == expected
+
+
+def test_unknown_category(host: Host) -> None:
+    host.slave.setDebugLogging(True, ["logNonsense"])
+    assert host.messages[-1].category == "logStatusWarning"
+
+
+def test_no_logger(toy_fmu: Path) -> None:
+    host = load(toy_fmu)
+    host.callbacks = fmi2.fmi2CallbackFunctions()
+    assert host.instantiate("wrong", "file:///nowhere") is None
+    assert host.instantiate(host.slave.guid, (toy_fmu / "resources").as_uri())
+    refused(lambda: host.slave.doStep(0.0, STEP))
+    host.slave.freeInstance()

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmu_host import run
+
+from cardsflow_fmu.runtime.library import library_path
+
+pytestmark = pytest.mark.native
+
+
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+SOURCES = Path(__file__).parents[2] / "cardsflow_fmu/runtime/csrc"
+
+
+SIZES = r"""
+#include <stdio.h>
+
+int main(void)
+{
+    printf("%d %d %d\n", fmi2OK, fmi2Warning, fmi2Discard);
+    printf("%d %d %d\n", fmi2Error, fmi2Fatal, fmi2Pending);
+    printf("%d %d\n", fmi2ModelExchange, fmi2CoSimulation);
+    printf("%d %d\n", fmi2DoStepStatus, fmi2PendingStatus);
+    printf("%d %d\n", fmi2LastSuccessfulTime, fmi2Terminated);
+    printf("%zu %zu\n", sizeof(fmi2CallbackFunctions), offsetof(fmi2CallbackFunctions, logger));
+    printf("%zu\n", offsetof(fmi2CallbackFunctions, componentEnvironment));
+    printf("%d %d %s %s\n", fmi2True, fmi2False, fmi2TypesPlatform, fmi2Version);
+    return 0;
+}
+"""
+
+TYPES = r"""
+#define SAME(type, standard) _Static_assert(_Generic((type){0}, standard: 1, default: 0), #type)
+SAME(fmi2Component, void *);
+SAME(fmi2ComponentEnvironment, void *);
+SAME(fmi2FMUstate, void *);
+SAME(fmi2ValueReference, unsigned int);
+SAME(fmi2Real, double);
+SAME(fmi2Integer, int);
+SAME(fmi2Boolean, int);
+SAME(fmi2String, const char *);
+SAME(fmi2Byte, char);
+"""
+
+
+def test_signatures_are_those_of_the_standard(compiler: str) -> None:
+    """The standard's header takes the place of ours, so that the compiler compares."""
+    flags = ["-std=c99", "-D_GNU_SOURCE", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+    standard = ["-DFMI2_TYPES_H", f"-I{HEADERS}", "-include", "fmi2Functions.h"]
+    run([compiler, *flags, *standard, "-Wmissing-prototypes", str(SOURCES / "fmi2.c")])
+    run([compiler, *flags, *standard, str(SOURCES / "fmi2_log.c")])
+
+
+def test_types_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
+    answers = []
+    for header in (SOURCES / "fmi2_types.h", HEADERS / "fmi2Functions.h"):
+        source, program = tmp_path / "types.c", tmp_path / "types"
+        source.write_text(f'#include <stddef.h>\n#include "{header}"\n{TYPES}{SIZES}')
+        run([compiler, "-std=c11", "-Wall", "-Werror", str(source), "-o", str(program)])
+        answers.append(run([str(program)]))
+    assert answers[0] == answers[1]
+
+
+def test_only_fmi_is_exported() -> None:
+    nm = shutil.which("nm")
+    if nm is None or sys.platform != "linux":
+        pytest.skip("no nm")
+    lines = run([nm, "-D", "--defined-only", str(library_path())]).splitlines()
+    names = {line.split()[-1] for line in lines}
+    assert all(name.startswith("fmi2") for name in names)
