@@ -1,0 +1,229 @@
+"""The command line: parses, and calls public functions."""
+
+from __future__ import annotations
+
+import time
+
+_STARTED = time.perf_counter()
+
+import argparse  # noqa: E402
+import json  # noqa: E402
+import sys  # noqa: E402
+import tomllib  # noqa: E402
+import traceback  # noqa: E402
+from collections.abc import Iterator, Sequence  # noqa: E402
+from contextlib import contextmanager  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import TYPE_CHECKING, Any  # noqa: E402
+
+from addin_sdfusion.robot import CardsflowError, InputError, RobotError  # noqa: E402
+
+from .version import __version__  # noqa: E402
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
+    from .master import Progress
+    from .results import Result
+
+BAD_INPUT, FAILED, GOOD = 2, 1, 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command.
+
+    Args:
+        arguments: Words after `cardsflow`; the process' own when None.
+
+    Returns:
+        0 for success, 1 for a failed check or run, 2 for bad input.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.command(options))
+    except Exception as error:
+        if options.debug:
+            traceback.print_exc()
+        if isinstance(error, CardsflowError):
+            print(f"cardsflow: {error}", file=sys.stderr)
+            return BAD_INPUT if isinstance(error, InputError) else FAILED
+        what = f"{type(error).__name__}: {error}"
+        print(f"cardsflow: internal error: {what} (--debug shows where)", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print("cardsflow: interrupted", file=sys.stderr)
+        return FAILED
+
+
+def _parser() -> argparse.ArgumentParser:
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--debug", action="store_true", help="show the trace of an error")
+    parser = argparse.ArgumentParser(
+        prog="cardsflow",
+        description="Cable-driven robots: simulate, control, package as FMUs.",
+    )
+    parser.add_argument("--version", action="version", version=f"cardsflow {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    _add_run(commands, common)
+    _add_build(commands, common)
+    _add_check(commands, common)
+    return parser
+
+
+def _add_command(
+    commands: Any, common: argparse.ArgumentParser, name: str, text: str, example: str
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        parents=[common],
+        help=text,
+        description=text,
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return parser
+
+
+def _add_experiment(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "experiment", type=Path, help="an experiment.toml, or the folder that holds one"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting, such as controller.period=0.01; may be repeated",
+    )
+
+
+def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = _add_command(
+        commands,
+        common,
+        "run",
+        "Build the FMUs of an experiment, co-simulate them, write results and a figure.",
+        "cardsflow run examples/planar_2r --set controller.period=0.01 -o /tmp/at_100_hz",
+    )
+    _add_experiment(parser)
+    parser.add_argument("-o", "--output", type=Path, help="folder for the results")
+    parser.add_argument(
+        "--direct", action="store_true", help="step plain Python objects instead of FMUs"
+    )
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    parser.set_defaults(command=_run)
+
+
+def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = _add_command(
+        commands,
+        common,
+        "build",
+        "Build plant.fmu, controller.fmu and reference.fmu of an experiment.",
+        "cardsflow build examples/planar_2r -o fmus",
+    )
+    _add_experiment(parser)
+    parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the FMUs")
+    parser.set_defaults(command=_build)
+
+
+def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = _add_command(
+        commands,
+        common,
+        "check",
+        "List everything that is wrong or doubtful in a robot's files.",
+        "cardsflow check examples/planar_2r/robot",
+    )
+    parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
+    parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
+    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    parser.set_defaults(command=_check)
+
+
+def _settings(words: Sequence[str]) -> dict[str, Any]:
+    """`KEY=VALUE` words as settings; a value is TOML, or else a text."""
+    settings: dict[str, Any] = {}
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not equals or not key:
+            raise InputError(f"must be KEY=VALUE, not {word!r}", key="--set")
+        try:
+            settings[key] = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            settings[key] = value
+    return settings
+
+
+def _experiment(options: argparse.Namespace) -> Experiment:
+    from .experiment import Experiment
+
+    return Experiment.load(options.experiment, _settings(options.set))
+
+
+def _run(options: argparse.Namespace) -> int:
+    from .simulation import RunError, Through, run
+
+    experiment = _experiment(options)
+    through: Through = "direct" if options.direct else "fmu"
+    try:
+        with _progress_bar(experiment.run.steps) as progress:
+            result = run(
+                experiment, options.output, through=through, progress=progress, started=_STARTED
+            )
+    except RunError as error:
+        _print_result(error.result, options.json)
+        raise
+    _print_result(result, options.json)
+    return GOOD
+
+
+@contextmanager
+def _progress_bar(steps: int) -> Iterator[Progress | None]:
+    """A progress bar on a terminal, nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=steps, unit="step", leave=False) as bar:
+
+        def show(done: int) -> None:
+            bar.update(done - bar.n)
+
+        yield show
+
+
+def _print_result(result: Result, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(result.summary, indent=1))
+    else:
+        print(result.describe())
+
+
+def _build(options: argparse.Namespace) -> int:
+    from .simulation import build
+
+    for path in build(_experiment(options), options.output).values():
+        print(path)
+    return GOOD
+
+
+def _check(options: argparse.Namespace) -> int:
+    from addin_sdfusion.robot.readers import read
+
+    try:
+        findings = read(options.robot, options.cable_set).findings
+    except RobotError as error:
+        findings = error.findings
+    if options.json:
+        print(json.dumps([finding.as_dict() for finding in findings], indent=1))
+    else:
+        for finding in findings:
+            print(finding)
+        errors = sum(finding.is_error for finding in findings)
+        print(f"{errors} errors, {len(findings) - errors} warnings")
+    return FAILED if any(finding.is_error for finding in findings) else GOOD
+
+
+if __name__ == "__main__":
+    sys.exit(main())

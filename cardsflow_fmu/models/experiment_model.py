@@ -1,0 +1,34 @@
+"""A model that is made of an experiment, which travels in its FMU."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from pathlib import Path
+from typing import Self
+
+from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.ports import Port
+
+from .model import FloatArray, FmuModel
+
+
+class ExperimentModel(FmuModel):
+    """A model that is made of an experiment.
+
+    Args:
+        experiment: What to simulate.
+        values: Memory for the variables; allocated when None.
+    """
+
+    def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
+        super().__init__(self.table(experiment), values)
+
+    @staticmethod
+    @abstractmethod
+    def table(experiment: Experiment) -> list[Port]:
+        """The table of variables for an experiment, without making the model."""
+
+    @classmethod
+    def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
+        """Make the model from the files that travel in an FMU."""
+        return cls(Experiment.from_resources(folder), values)

@@ -1,0 +1,80 @@
+"""The plant as an FMU model: forces in; positions, velocities, muscle lengths, task points out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.ports import Port, plant_ports
+from cardsflow_fmu.timing import whole_steps
+from sim_dart import Plant
+
+from .experiment_model import ExperimentModel
+from .model import FloatArray
+
+
+class PlantModel(ExperimentModel):
+    """A simulated robot; a step may be any whole number of its internal steps.
+
+    Args:
+        experiment: What to simulate.
+        values: Memory for the variables.
+    """
+
+    description = "Simulated robot with muscles"
+
+    def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
+        super().__init__(experiment, values)
+        robot = experiment.robot
+        n, m = len(robot.coordinates), len(robot.muscles)
+        self._robot = robot
+        self._plant = Plant(robot, experiment.plant.step)
+        self._q, self._qd, self._lengths, self._tasks = np.split(
+            self.outputs, [n, 2 * n, 2 * n + m]
+        )
+        self._q_start, self._qd_start, self._step = np.split(self.parameters, [n, 2 * n])
+        self._task_rows = [
+            3 * k + "xyz".index(axis)
+            for k, frame in enumerate(robot.task_frames)
+            for axis in frame.axes
+        ]
+
+    @staticmethod
+    def table(experiment: Experiment) -> list[Port]:
+        """The table of variables for an experiment."""
+        start = experiment.start
+        return plant_ports(experiment.robot, start.q, start.qd, experiment.plant.step)
+
+    def initialize(self) -> None:
+        """Go to the start state."""
+        if self._step[0] != self._plant.step_size:
+            self._plant = Plant(self._robot, float(self._step[0]))
+        self._plant.reset(self._q_start, self._qd_start)
+        self._write_outputs()
+
+    def step(self, t: float, h: float) -> None:
+        """Advance from t to t + h, with the forces held."""
+        plant = self._plant
+        for _ in range(whole_steps(h, plant.step_size, "the plant's internal step")):
+            plant.step(self.inputs)
+        self._write_outputs()
+
+    def get_state(self) -> bytes:
+        """Number of steps, q and qd."""
+        return self._plant.get_state().tobytes()
+
+    def set_state(self, state: bytes) -> None:
+        """Go back to a state from `get_state`."""
+        if len(state) % 8:
+            raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
+        self._plant.set_state(np.frombuffer(state))
+        self._write_outputs()
+
+    def _write_outputs(self) -> None:
+        plant = self._plant
+        self._q[:] = plant.q
+        self._qd[:] = plant.qd
+        self._lengths[:] = plant.lengths_view
+        if self._task_rows:
+            self._tasks[:] = plant.task_points.reshape(-1)[self._task_rows]

@@ -1,0 +1,146 @@
+"""Reading a table of settings: typed, complete, and with errors that name file and key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+
+_REQUIRED = object()
+
+
+class Table:
+    """A table of settings, read key by key; `close` refuses what was not read.
+
+    Args:
+        data: The table.
+        file: Where it comes from.
+        path: Its own key, such as `controller`; empty for the whole file.
+    """
+
+    def __init__(self, data: Mapping[str, Any], file: Path, path: str = "") -> None:
+        self._data = data
+        self._read: list[str] = []
+        self.file = file
+        self.path = path
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    def key(self, key: str) -> str:
+        """The full key, such as `controller.kp`."""
+        return f"{self.path}.{key}" if self.path else key
+
+    def error(self, key: str, what: str) -> InputError:
+        """An error about a key of this table."""
+        return InputError(what, file=self.file, key=self.key(key))
+
+    def unknown(self, key: str, kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
+        """An error about a name that does not exist."""
+        return UnknownNameError(kind, name, known, file=self.file, key=self.key(key))
+
+    def close(self) -> None:
+        """Refuse keys that nothing has read.
+
+        Raises:
+            UnknownNameError: There is one; the message names the nearest known.
+        """
+        for key in self._data:
+            if key not in self._read:
+                raise self.unknown(key, "key", key, dict.fromkeys(self._read))
+
+    def value(self, key: str, default: Any = _REQUIRED) -> Any:
+        """The raw value."""
+        self._read.append(key)
+        if key in self._data:
+            return self._data[key]
+        if default is _REQUIRED:
+            raise self.error(key, "missing")
+        return default
+
+    def table(self, key: str) -> Table:
+        """A table in this one; empty when absent."""
+        data = self.value(key, {})
+        if not isinstance(data, dict):
+            raise self.error(key, f"must be a table, not {data!r}")
+        return Table(data, self.file, self.key(key))
+
+    def text(self, key: str, default: Any = _REQUIRED) -> str:
+        """A text that is not empty."""
+        text = self.value(key, default)
+        if not isinstance(text, str) or (not text and default is _REQUIRED):
+            raise self.error(key, f"must be a text, not {text!r}")
+        return text
+
+    def choice(self, key: str, kind: str, known: Sequence[str], default: Any = _REQUIRED) -> str:
+        """One of several texts."""
+        text = self.text(key, default)
+        if text not in known:
+            raise self.unknown(key, kind, text, known)
+        return text
+
+    def number(self, key: str, default: Any = _REQUIRED) -> float:
+        """A finite number."""
+        return self._finite(key, self.value(key, default))
+
+    def positive(self, key: str, default: Any = _REQUIRED) -> float:
+        """A finite number above 0."""
+        number = self.number(key, default)
+        if number <= 0:
+            raise self.error(key, f"must be above 0, not {number!r}")
+        return number
+
+    def numbers(self, key: str, count: int, default: Any = _REQUIRED) -> tuple[float, ...]:
+        """A list of finite numbers."""
+        values = self.value(key, default)
+        if not isinstance(values, list | tuple) or len(values) != count:
+            raise self.error(key, f"must be a list of {count} numbers, not {values!r}")
+        return tuple(self._finite(key, value) for value in values)
+
+    def by_name(
+        self, key: str, kind: str, names: Sequence[str], default: Any = _REQUIRED
+    ) -> tuple[float, ...]:
+        """A number for every name: one number for all, a list in order, or a table by name.
+
+        Args:
+            key: The key.
+            kind: What the names name, for messages.
+            names: The names, in order.
+            default: A number or sequence for names that a table leaves out.
+        """
+        values = self.value(key, default)
+        if not isinstance(values, dict):
+            if not isinstance(values, list | tuple):
+                values = [values] * len(names)
+            if len(values) != len(names):
+                raise self.error(key, f"must have {len(names)} numbers, one for each {kind}")
+            return tuple(self._finite(key, value) for value in values)
+        table = Table(values, self.file, self.key(key))
+        for name in values:
+            if name not in names:
+                raise table.unknown(name, kind, name, names)
+        defaults = dict(zip(names, self._defaults(default, len(names)), strict=True))
+        return tuple(table.number(name, defaults[name]) for name in names)
+
+    def tables(self, names: Sequence[str], kind: str) -> Iterator[tuple[int, Table]]:
+        """The tables of this one, each under one of the names, with the name's index."""
+        for name in self._data:
+            if name not in names:
+                raise self.unknown(name, kind, name, names)
+            yield names.index(name), self.table(name)
+
+    @staticmethod
+    def _defaults(default: Any, count: int) -> Sequence[Any]:
+        if isinstance(default, list | tuple):
+            return default
+        return [default] * count
+
+    def _finite(self, key: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.error(key, f"must be a number, not {value!r}")
+        if not math.isfinite(value):
+            raise self.error(key, f"must be a finite number, not {value!r}")
+        return float(value)

@@ -1,0 +1,31 @@
+"""Times that must be whole multiples of one another."""
+
+from __future__ import annotations
+
+import math
+
+from addin_sdfusion.robot import InputError
+
+_TOLERANCE = 1e-9
+
+
+def whole_steps(time: float, step: float, what: str, *, key: str | None = None) -> int:
+    """How many steps make a time.
+
+    Args:
+        time: In [s].
+        step: In [s].
+        what: Name of the step, for the message.
+        key: Key of the time, for the message.
+
+    Returns:
+        A whole number of at least 1.
+
+    Raises:
+        InputError: The time is not a whole multiple of the step.
+    """
+    ratio = time / step
+    steps = round(ratio) if math.isfinite(ratio) else 0
+    if steps < 1 or abs(ratio - steps) > _TOLERANCE * steps:
+        raise InputError(f"{time!r} s is not a whole multiple of {what}, {step!r} s", key=key)
+    return steps

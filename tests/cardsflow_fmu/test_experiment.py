@@ -1,0 +1,206 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from robots import PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the example without its results."""
+    shutil.copytree(PLANAR_2R, tmp_path / "arm", ignore=shutil.ignore_patterns("results"))
+    return tmp_path / "arm"
+
+
+def edit(folder: Path, old: str, new: str) -> Path:
+    file = folder / "experiment.toml"
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    return file
+
+
+def test_the_example_says_what_the_paper_says() -> None:
+    experiment = Experiment.load(PLANAR_2R)
+    assert experiment.controller.kp == (2000.0, 2000.0)
+    assert experiment.controller.kd == (90.0, 90.0)
+    assert experiment.run.steps == 8000
+    assert experiment.start.q == (-0.5, 0.5)
+    assert [(m.name, m.f_min, m.f_max) for m in experiment.robot.muscles] == [
+        (f"cable_{k}", 10.0, 100.0) for k in (1, 2, 3, 4)
+    ]
+
+
+@pytest.mark.parametrize("name", ["basic_multi_segment", "basic_4_cables_2018_10", "basic_2018_07"])
+def test_every_published_variant_is_a_cable_set(name: str) -> None:
+    experiment = Experiment.load(PLANAR_2R, {"robot.cable_set": name})
+    assert experiment.robot.cable_set == name
+    assert len(experiment.robot.muscles) == 4
+
+
+def test_what_travels_in_an_fmu_reads_back_as_the_same_experiment(
+    folder: Path, tmp_path: Path
+) -> None:
+    edit(folder, "[plant]", "[muscles.cable_2]\nf_min = 12.5\n\n[plant]")
+    settings = {"start.q": {"joint_2": 0.1}, "controller.kp": {"joint_1": 1.0, "joint_2": 2.0}}
+    experiment = Experiment.load(folder, settings)
+    resources = tmp_path / "elsewhere"
+    for name, content in experiment.resources().items():
+        target = resources / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    shutil.rmtree(folder)
+    again = Experiment.from_resources(resources)
+    assert again.robot == experiment.robot
+    assert again.robot.muscles[1].f_min == 12.5
+    assert again.start == experiment.start
+    assert again.controller == experiment.controller
+    assert again.plant == experiment.plant
+    assert again.run.duration == experiment.run.duration
+    assert again.trajectory.points == experiment.trajectory.points
+
+
+def test_points_of_a_reference_may_stand_in_the_experiment(folder: Path) -> None:
+    points = (
+        'spline = "cubic"\n'
+        "points = [{ time = 0, q = { joint_1 = 0.1, joint_2 = 0.2 } },"
+        " { time = 2, q = [0.3, 0.4], qd = { joint_1 = 1.0 } }]"
+    )
+    edit(folder, 'trajectory = "simple_joint_motion"', points)
+    experiment = Experiment.load(folder, {"run.duration": 2.0})
+    first, last = experiment.trajectory.points
+    assert (first.q, first.qd, first.qdd) == ((0.1, 0.2), (0.0, 0.0), ())
+    assert (last.time, last.q, last.qd) == (2.0, (0.3, 0.4), (1.0, 0.0))
+    assert experiment.start.q == (0.1, 0.2)
+
+
+BAD = {
+    "misspelt key": ("kp = 2000.0", "kpp = 2000.0", "controller.kp: missing"),
+    "misspelt key beside": ("[plant]", "[plant]\nstpe = 1", "plant.stpe: .*did you mean 'step'"),
+    "misspelt table": ("[plant]", "[plnt]", "plnt: no key 'plnt'; did you mean 'plant'"),
+    "unknown muscle": (
+        "[plant]",
+        "[muscles.cabel_1]\nf_min = 1\n[plant]",
+        "muscles.cabel_1: no muscle 'cabel_1'; did you mean 'cable_1'.*cable_4",
+    ),
+    "unknown joint": (
+        "[plant]",
+        "[start]\nq = { joint1 = 0.0 }\n[plant]",
+        "start.q.joint1: no coordinate 'joint1'; did you mean 'joint_1'",
+    ),
+    "unknown joint in gains": (
+        "kd = 90.0",
+        "kd = { joint_1 = 1.0, joint_3 = 1.0 }",
+        "controller.kd.joint_3: no coordinate 'joint_3'",
+    ),
+    "NaN at the start": (
+        "[plant]",
+        "[start]\nq = { joint_1 = nan }\n[plant]",
+        "start.q.joint_1: must be a finite number",
+    ),
+    "beyond the limits": (
+        "[plant]",
+        "[start]\nq = { joint_1 = 4.0 }\n[plant]",
+        "start.q.joint_1: 4.0 is outside the limits",
+    ),
+    "infinite gain": ("kp = 2000.0", "kp = inf", "controller.kp: must be a finite number"),
+    "negative gain": ("kp = 2000.0", "kp = -1", "controller.kp: must not be negative"),
+    "f_min above f_max": (
+        "[plant]",
+        "[muscles.cable_3]\nf_min = 200.0\n[plant]",
+        "muscles.cable_3: f_min 200.0 N is above f_max 100.0 N",
+    ),
+    "negative f_min": (
+        "[plant]",
+        "[muscles.cable_3]\nf_min = -1.0\n[plant]",
+        "muscles.cable_3.f_min: must not be negative",
+    ),
+    "no multiple": (
+        "period = 0.001",
+        "period = 0.0015",
+        "controller.period: 0.0015 s is not a whole",
+    ),
+    "too short": (
+        "period = 0.001",
+        "period = 0.0005",
+        "controller.period: 0.0005 s is not a whole",
+    ),
+    "plant no multiple": (
+        "[plant]\nstep = 0.001 ",
+        "[plant]\nstep = 0.0003 ",
+        "run.step: 0.001 s is not a whole multiple of plant.step, 0.0003 s",
+    ),
+    "duration no multiple": (
+        "duration = 8.0",
+        "duration = 8.0005",
+        "run.duration: 8.0005 s is not",
+    ),
+    "zero step": ("[run]\nstep = 0.001", "[run]\nstep = 0", "run.step: must be above 0"),
+    "endless": ("duration = 8.0", "duration = 1e12", "run.duration: .* more than a run can hold"),
+    "text for a number": ("kd = 90.0", 'kd = "90"', "controller.kd: must be a number, not '90'"),
+    "truth for a number": ("kd = 90.0", "kd = true", "controller.kd: must be a number, not True"),
+    "number for a table": ("[robot]", "plant = 3\n[robot]", "plant: must be a table, not 3"),
+    "too few gains": ("kp = 2000.0", "kp = [1.0]", "controller.kp: must have 2 numbers"),
+    "unknown controller": (
+        '"joint_space" ',
+        '"joint" ',
+        "controller.type: .*did you mean 'joint_space'",
+    ),
+    "unknown solver": ('"daqp"  ', '"dapq"  ', "controller.solver: .*did you mean 'daqp'"),
+    "unknown cable set": (
+        'cable_set = "basic"',
+        'cable_set = "basics"',
+        "robot.cable_set: no cable set 'basics'; did you mean 'basic'",
+    ),
+    "unknown trajectory": (
+        "simple_joint_motion",
+        "simple_motion",
+        "reference.trajectory: no trajectory 'simple_motion'; did you mean 'simple_joint_motion'",
+    ),
+    "missing robot": ("planar_2r_bodies.xml", "none_bodies.xml", "none_bodies.xml: "),
+    "no TOML": ("[plant]", "[plant", "line"),
+    "unknown wire": (
+        "[plant]",
+        '[wiring.controler]\n"q.joint_1" = "plant.q.joint_1"\n[plant]',
+        "wiring.controler: no key 'controler'; did you mean 'controller'",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_with_file_and_key(folder: Path, case: str) -> None:
+    old, new, message = BAD[case]
+    file = edit(folder, old, new)
+    if case == "number for a table":
+        file.write_text(file.read_text().replace("[plant]\nstep", "# step"))
+    with pytest.raises(InputError, match=message) as caught:
+        Experiment.load(folder)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert str(folder) in text
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"a = [" + b"[" * 5000])
+def test_files_that_are_no_toml_are_refused(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "experiment.toml"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"experiment\.toml: "):
+        Experiment.load(file)
+
+
+def test_a_missing_experiment_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"experiment\.toml: cannot be read: No such file"):
+        Experiment.load(tmp_path)
+
+
+def test_a_setting_may_be_changed_by_its_key() -> None:
+    experiment = Experiment.load(
+        PLANAR_2R, {"controller.period": 0.01, "muscles.cable_1.f_max": 50.0}
+    )
+    assert experiment.controller.period == 0.01
+    assert experiment.robot.muscle("cable_1").f_max == 50.0

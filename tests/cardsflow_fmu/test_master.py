@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+from cardsflow_fmu.master import Master
+
+
+class Stub:
+    """A participant whose step is a function of its inputs, and which keeps a diary."""
+
+    def __init__(self, name, inputs, outputs, law, diary):
+        self.name, self.input_names, self.output_names = name, tuple(inputs), tuple(outputs)
+        self.inputs, self.outputs = np.zeros(len(inputs)), np.zeros(len(outputs))
+        self.law, self.diary = law, diary
+
+    def step(self, t, h):
+        self.diary.append((self.name, round(t, 9), round(h, 9), *self.inputs))
+        self.outputs[:] = self.law(t, h, self.inputs, self.outputs)
+
+    def close(self):
+        pass
+
+
+def system(diary, **changes):
+    """A pure integrator x' = f under f = r - x; the reference r is the time."""
+    plant = Stub("plant", ["f"], ["x"], lambda t, h, u, y: y + h * u, diary)
+    controller = Stub(
+        "controller", ["r", "x"], ["f", "infeasible"], lambda t, h, u, y: [u[0] - u[1], 0], diary
+    )
+    reference = Stub("reference", [], ["r"], lambda t, h, u, y: t + h, diary)
+    parts = {"plant": plant, "controller": controller, "reference": reference}
+    return parts | changes
+
+
+def test_the_controller_sees_this_ticks_outputs_and_its_force_acts_in_this_step() -> None:
+    diary: list = []
+    recording = Master(**system(diary), wiring={}, step=0.5, steps=3).run()
+    assert diary[:6] == [
+        ("controller", 0.0, 0.5, 0.0, 0.0),
+        ("plant", 0.0, 0.5, 0.0),
+        ("reference", 0.0, 0.5),
+        ("controller", 0.5, 0.5, 0.5, 0.0),
+        ("plant", 0.5, 0.5, 0.5),
+        ("reference", 0.5, 0.5),
+    ]
+    assert recording.names == ("time", "x", "r", "f", "infeasible")
+    x = [0.0, 0.0, 0.25, 0.25 + 0.5 * 0.75]
+    np.testing.assert_allclose(recording.rows[:, 1], x)
+    np.testing.assert_allclose(recording.rows[:, 0], [0.0, 0.5, 1.0, 1.5])
+    np.testing.assert_allclose(recording.rows[:, 3], [0.0, 0.5, 0.75, 0.75])
+    assert recording.ticks == [0, 1, 2]
+    assert recording.failure is None
+
+
+def test_a_slower_controller_holds_its_forces() -> None:
+    diary: list = []
+    recording = Master(**system(diary), wiring={}, step=0.1, steps=6, ticks_every=3).run()
+    assert [entry[:3] for entry in diary if entry[0] == "controller"] == [
+        ("controller", 0.0, 0.3),
+        ("controller", 0.3, 0.3),
+    ]
+    assert recording.ticks == [0, 3]
+    assert np.ptp(recording.rows[0:3, 3]) == 0.0
+    assert np.ptp(recording.rows[3:6, 3]) == 0.0
+
+
+def test_wiring_by_name_may_be_changed() -> None:
+    diary: list = []
+    parts = system(diary)
+    parts["plant"].output_names = ("position",)
+    with pytest.raises(InputError, match=r"input controller\.x needs one output.*none"):
+        Master(**parts, wiring={}, step=0.1, steps=1)
+    wired = Master(**parts, wiring={"controller.x": "plant.position"}, step=0.1, steps=3).run()
+    plain = Master(**system([]), wiring={}, step=0.1, steps=3).run()
+    np.testing.assert_array_equal(wired.rows, plain.rows)
+
+
+@pytest.mark.parametrize(
+    ("wiring", "message"),
+    [
+        ({"controller.y": "plant.x"}, r"no input 'controller\.y'; did you mean 'controller\.x'"),
+        ({"controller.x": "plant.z"}, r"wiring\.controller\.x: no output 'plant\.z'"),
+    ],
+)
+def test_unknown_ports_in_the_wiring_are_refused(wiring: dict[str, str], message: str) -> None:
+    with pytest.raises(UnknownNameError, match=message):
+        Master(**system([]), wiring=wiring, step=0.1, steps=1)
+
+
+def test_a_failure_keeps_what_was_recorded() -> None:
+    def fail_late(t, h, u, y):
+        if t > 0.25:
+            raise SimulationError("spring broke")
+        return y + h * u
+
+    diary: list = []
+    plant = Stub("plant", ["f"], ["x"], fail_late, diary)
+    recording = Master(**system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
+    assert str(recording.failure) == "spring broke"
+    np.testing.assert_allclose(recording.rows[:, 0], [0.0, 0.1, 0.2, 0.3])
+
+
+def test_ctrl_c_ends_between_two_steps_and_keeps_what_was_recorded() -> None:
+    def press_ctrl_c(t, h, u, y):
+        if 0.25 < t < 0.35:
+            os.kill(os.getpid(), signal.SIGINT)
+        return y + h * u
+
+    before = signal.getsignal(signal.SIGINT)
+    diary: list = []
+    plant = Stub("plant", ["f"], ["x"], press_ctrl_c, diary)
+    recording = Master(**system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
+    assert str(recording.failure) == "interrupted"
+    assert len(recording.rows) == 4
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_progress_ends_with_all_steps() -> None:
+    seen: list[int] = []
+    Master(**system([]), wiring={}, step=0.1, steps=300).run(seen.append)
+    assert seen[-1] == 300
+    assert seen == sorted(seen)

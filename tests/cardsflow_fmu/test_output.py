@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.output import OutputFolder
+
+
+def test_a_folder_that_was_made_goes_again_unless_kept(tmp_path: Path) -> None:
+    path = tmp_path / "a/b/c"
+    with pytest.raises(RuntimeError), OutputFolder(path):
+        (path / "plant.fmu").write_text("half")
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+    with OutputFolder(path) as folder:
+        (path / "plant.fmu").write_text("whole")
+        folder.keep()
+    assert (path / "plant.fmu").read_text() == "whole"
+
+
+def test_other_files_in_the_folder_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(RuntimeError), OutputFolder(tmp_path):
+        (tmp_path / "plant.fmu").write_text("half")
+        raise RuntimeError
+    assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize("summary", [None, "{}", "no json", '{"versions": 3}'])
+def test_results_that_no_run_has_written_are_not_replaced(
+    tmp_path: Path, summary: str | None
+) -> None:
+    (tmp_path / "results.csv").write_text("mine")
+    if summary is not None:
+        (tmp_path / "summary.json").write_text(summary)
+    with pytest.raises(InputError, match=r"holds results\.csv, which no run has written"):
+        OutputFolder(tmp_path).__enter__()
+    assert (tmp_path / "results.csv").read_text() == "mine"
+
+
+def test_a_folder_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path / "file", tmp_path / "file/below", Path("/proc/none/results")):
+        with pytest.raises(InputError, match="cannot be written"):
+            OutputFolder(path).__enter__()
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

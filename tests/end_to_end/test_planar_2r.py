@@ -1,0 +1,186 @@
+"""The paper's planar arm, from its files through FMUs to results."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from robots import PLANAR_2R
+
+from cardsflow_fmu import Experiment, Result, build, run
+from cardsflow_fmu.simulation import RunError, simulate
+
+pytestmark = pytest.mark.native
+
+
+@pytest.fixture(scope="module")
+def at_1_khz() -> Result:
+    return simulate(Experiment.load(PLANAR_2R))
+
+
+def test_the_run_at_1_khz_tracks_within_the_papers_bounds(at_1_khz: Result) -> None:
+    summary = at_1_khz.summary
+    assert summary["status"] == "complete"
+    assert summary["ticks"] == 8000
+    assert summary["infeasible_ticks"] == 0
+    assert summary["tracking"]["rms"] < 1e-5
+    assert summary["forces"]["min"] >= 10.0
+    assert summary["forces"]["max"] < 41.5
+    assert at_1_khz.rows.shape[0] == 8001
+    assert at_1_khz["time"][-1] == 8.0
+
+
+def test_the_summary_is_what_the_columns_say(at_1_khz: Result) -> None:
+    q, q_d = (at_1_khz.columns([f"{p}.joint_{k}" for k in (1, 2)]) for p in ("q", "q_d"))
+    rms = np.sqrt(np.mean(np.sum((q - q_d) ** 2, axis=1)))
+    assert at_1_khz.summary["tracking"]["rms"] == pytest.approx(rms, rel=1e-12)
+    forces = at_1_khz.columns([f"f.cable_{k}" for k in (1, 2, 3, 4)])
+    assert at_1_khz.summary["forces"]["max"] == forces.max()
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"controller.period": 0.01, "robot.cable_set": "basic_2018_07"}]
+)
+def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict) -> None:
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 3.0, **settings})
+    fmu, direct = simulate(experiment), simulate(experiment, through="direct")
+    assert fmu.names == direct.names
+    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("file", "cable_set"),
+    [("r2head", "basic"), ("r2oct", "basic_4_cables_2018_10"), ("r2jul", "basic_2018_07")],
+)
+def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_set: str) -> None:
+    """Forces to 1 %, and the tracking error of the same size."""
+    caspr = json.loads((shared / f"reference/caspr/closed_loop_CTC_2R__{file}.json").read_text())
+    settings = {"controller.period": 0.01, "robot.cable_set": cable_set}
+    result = simulate(Experiment.load(PLANAR_2R, settings))
+    rows = np.rint(np.array(caspr["t"]) / 1e-3).astype(int)
+    forces = result.columns([f"f.cable_{k}" for k in (1, 2, 3, 4)])[rows].T
+    np.testing.assert_allclose(forces, caspr["f"], rtol=0.01)
+    q = result.columns(["q.joint_1", "q.joint_2"])[rows].T
+    np.testing.assert_allclose(q, caspr["q"], rtol=0, atol=1e-3)
+    assert result.summary["tracking"]["max"] == pytest.approx(0.003, abs=0.001)
+    assert result.summary["infeasible_ticks"] == 0
+
+
+def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
+    """Substeps evaluate L and f anew, so the plant converges with the first order."""
+    rows = []
+    for step in (1e-3, 5e-4, 2.5e-4):
+        settings = {"run.duration": 1.0, "plant.step": step}
+        rows.append(simulate(Experiment.load(PLANAR_2R, settings), through="direct")["q.joint_1"])
+    coarse, fine = np.abs(rows[0] - rows[1]).max(), np.abs(rows[1] - rows[2]).max()
+    assert 0 < fine < 0.8 * coarse
+
+
+def test_a_run_writes_readable_results(tmp_path: Path) -> None:
+    result = run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), tmp_path / "out")
+    with (tmp_path / "out/results.csv").open() as file:
+        names, *rows = csv.reader(file)
+    assert names[0] == "time"
+    np.testing.assert_array_equal(np.array(rows, float), result.rows)  # exact floats
+    units = json.loads((tmp_path / "out/results.units.json").read_text())
+    assert list(units) == names
+    assert units["q.joint_1"] == "rad"
+    assert units["f.cable_1"] == "N"
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    assert summary == result.summary
+    assert set(summary["files"].values()) == {p.name for p in (tmp_path / "out").iterdir()}
+    assert (tmp_path / "out/tracking.png").read_bytes().startswith(b"\x89PNG")
+    assert b"force command" in (tmp_path / "out/tracking.svg").read_bytes()
+
+
+def test_a_second_run_replaces_the_first_and_nothing_else(tmp_path: Path) -> None:
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.05})
+    run(experiment, tmp_path)
+    (tmp_path / "notes.txt").write_text("mine")
+    first = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    run(experiment, tmp_path)
+    second = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    timed = "summary.json"
+    assert {k: v for k, v in first.items() if k != timed} == {
+        k: v for k, v in second.items() if k != timed
+    }
+
+
+def test_fmus_are_valid_and_carry_all_they_need(tmp_path: Path) -> None:
+    for file in build(Experiment.load(PLANAR_2R), tmp_path).values():
+        assert validate_fmu(str(file)) == []
+
+
+def test_a_failing_fmu_ends_the_run_with_its_own_words_and_keeps_the_results(
+    tmp_path: Path,
+) -> None:
+    """Gains this hard make the sampled loop explode, within forces that no bound stops."""
+    settings = {
+        "controller.kp": 1e8,
+        "controller.kd": 0.0,
+        "start.q": [-0.4, 0.5],
+        **{f"muscles.cable_{k}.f_max": 1e12 for k in (1, 2, 3, 4)},
+    }
+    with pytest.raises(
+        RunError, match=r"controller\.fmu failed at t = .* no forces found"
+    ) as caught:
+        run(Experiment.load(PLANAR_2R, settings), tmp_path)
+    assert "Traceback" in str(caught.value)
+    assert not caught.value.result.complete
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["status"] == "incomplete"
+    assert "no forces found" in summary["error"]
+    assert len((tmp_path / "results.csv").read_text().splitlines()) > 1
+
+
+def cardsflow(*words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+
+
+def test_the_command_prints_a_short_summary(tmp_path: Path) -> None:
+    done = cardsflow("run", PLANAR_2R, "--set", "run.duration=0.2", "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""  # no progress bar, as this is no terminal
+    for words in ("RMS", "max", "q.joint_1", "bounds 10 to 100", "0 of 200 ticks", "real time"):
+        assert words in done.stdout
+    assert str(tmp_path / "out/results.csv") in done.stdout
+    assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.stdout)
+
+
+BAD_COMMANDS = {
+    "missing experiment": (["run", "{tmp}/none"], "none"),
+    "unwritable output": (["run", PLANAR_2R, "-o", "{tmp}/file/out"], "cannot be written"),
+    "unknown key": (["run", PLANAR_2R, "--set", "controller.kq=1"], "did you mean 'kp'"),
+    "no value": (["run", PLANAR_2R, "--set", "controller.kp"], "KEY=VALUE"),
+    "missing robot": (["check", "{tmp}/none.sdf"], "none.sdf"),
+    "not a robot": (["check", "{tmp}/file"], "is not a robot"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_COMMANDS)
+def test_bad_input_is_one_line_and_exit_2(tmp_path: Path, case: str) -> None:
+    (tmp_path / "file").write_text("")
+    words, message = BAD_COMMANDS[case]
+    done = cardsflow(*(str(w).replace("{tmp}", str(tmp_path)) for w in words), cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert re.fullmatch(rf"cardsflow: .*{re.escape(message)}.*\n", done.stderr)
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
+    done = cardsflow("check", PLANAR_2R / "robot")
+    assert done.returncode == 0
+    assert "planar_2r_bodies.xml:" in done.stdout
+    assert "zero-inertia-about-axis" in done.stdout
+    assert "0 errors, 2 warnings" in done.stdout
+    findings = json.loads(cardsflow("check", PLANAR_2R / "robot", "--json").stdout)
+    assert {f["name"] for f in findings} == {"link_1", "link_2"}
