@@ -1,8 +1,8 @@
 """Compiles the C libraries when the package is built; also a script for the sanitized build.
 
 The system's C compiler is used where there is one (`CC`, cc, gcc, clang), else, or with
-`CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement. Nothing is linked but libc and
-libm, so one library serves every Python.
+`CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement.
+Nothing is linked but libc and libm, so one library serves every Python.
 
     python hatch_build.py                            into the source tree
     python hatch_build.py --sanitize --output DIR    with the address and UB sanitizers

@@ -103,7 +103,7 @@ class Result:
                 f"speed       {summary['real_time_factor']:.1f} x real time, "
                 f"first step after {summary['first_step_after_s']:.1f} s"
             )
-        lines += [f"{kind:<11} {path}" for kind, path in sorted(self.files.items())]
+        lines += [f"{kind:<14} {path}" for kind, path in sorted(self.files.items())]
         return "\n".join(lines)
 
     def _table(self) -> str:

@@ -1,0 +1,95 @@
+"""The house: floors, the add-in's independence, and words that must stay true."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart")
+
+
+def test_import_contracts_hold() -> None:
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("module", "allowed"),
+    [
+        ("dartpy", "sim_dart/"),
+        ("adsk", "addin_sdfusion/"),
+        ("fmpy", "cardsflow_fmu/"),
+        ("qpsolvers", "controllers/"),
+        ("matplotlib", "cardsflow_fmu/plots.py"),
+        ("tqdm", "cardsflow_fmu/cli.py"),
+    ],
+)
+def test_a_library_is_imported_in_its_room_only(module: str, allowed: str) -> None:
+    pattern = re.compile(rf"^\s*(import|from) {module}\b", re.MULTILINE)
+    users = [
+        file.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for file in (ROOT / package).rglob("*.py")
+        if pattern.search(file.read_text())
+    ]
+    assert [user for user in users if not user.startswith(allowed)] == []
+
+
+def test_names_that_others_build_on() -> None:
+    import addin_sdfusion.robot
+    import cardsflow_fmu
+    import controllers
+    import sim_dart
+
+    for module, names in (
+        (addin_sdfusion.robot, "Robot read_robot write_sdf write_caspr check"),
+        (sim_dart, "DartDynamics Plant"),
+        (controllers, "JointSpaceController ForceDistribution"),
+        (cardsflow_fmu, "Experiment build run"),
+    ):
+        assert all(hasattr(module, name) for name in names.split())
+
+
+def code_blocks(file: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", file.read_text(), re.DOTALL)
+
+
+def test_python_in_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    blocks = code_blocks(ROOT / "README.md", "python")
+    assert blocks
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), {})
+
+
+def test_commands_in_the_words_are_understood() -> None:
+    """Every `cardsflow` line of README and examples parses, and names what exists."""
+    from cardsflow_fmu.cli import _parser
+
+    files = [ROOT / "README.md", *sorted((ROOT / "examples").glob("*/README.md"))]
+    lines = [
+        match
+        for file in files
+        for block in code_blocks(file, "sh")
+        for match in re.findall(r"cardsflow (\w+ [^\n&#]*)", block)
+        if "EXPERIMENT" not in match and "ROBOT" not in match
+    ]
+    assert len(lines) >= 3
+    for line in lines:
+        options = _parser().parse_args(line.split())
+        assert (ROOT / options.experiment / "experiment.toml").is_file()
+
+
+def test_dependencies_are_bounded() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    for requirement in [*project["dependencies"], *extras["test"]]:
+        assert re.search(r">=[\d.]+,<[\d.]+$", requirement), requirement
