@@ -10,7 +10,7 @@ from addin_sdfusion.robot import Robot, Vector3
 from .core import pack_blob
 from .frames import FloatArray, MovingFrame, moving_frames
 
-_JOINT_TYPE = {"revolute": 0, "prismatic": 1}
+_MOTION = {"rotation": 0, "translation": 1}
 
 
 def _unit(axis: Vector3) -> FloatArray:
@@ -22,10 +22,11 @@ def _unit(axis: Vector3) -> FloatArray:
 def _tree_fields(frames: list[MovingFrame]) -> dict[str, ArrayLike]:
     return {
         "parent": [frame.parent for frame in frames],
-        "joint_type": [_JOINT_TYPE[frame.joint.type] for frame in frames],
-        "offset_rotation": [frame.T_parent_joint[:3, :3] for frame in frames],
-        "offset_position": [frame.T_parent_joint[:3, 3] for frame in frames],
-        "axis": [_unit(frame.joint.axis) for frame in frames],
+        "motion": [_MOTION[frame.motion.kind] for frame in frames],
+        "coordinate": [frame.coordinate for frame in frames],
+        "offset_rotation": [frame.T_parent_frame[:3, :3] for frame in frames],
+        "offset_position": [frame.T_parent_frame[:3, 3] for frame in frames],
+        "axis": [_unit(frame.motion.axis) for frame in frames],
     }
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -37,7 +35,7 @@ class DartDynamics:
 
     def __init__(self, robot: Robot) -> None:
         self._paths = MusclePaths(robot)
-        self._skeleton: Any = build_skeleton(robot)
+        self._skeleton = build_skeleton(robot)
         self.robot = robot
         self.coordinate_names = tuple(c.name for c in robot.coordinates)
         self.muscle_names = tuple(muscle.name for muscle in robot.muscles)
@@ -52,7 +50,7 @@ class DartDynamics:
             for axis in frame.axes
         ]
         self._task_points = [
-            (self._skeleton.getBodyNode(frame.link), np.array(frame.position))
+            (self._skeleton.bodies[frame.link], np.array(frame.position))
             for frame in robot.task_frames
         ]
 
@@ -63,8 +61,7 @@ class DartDynamics:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
         self._move(q)
-        M: FloatArray = self._skeleton.getMassMatrix()
-        return M
+        return self._skeleton.matrix(self._skeleton.dart.getMassMatrix())
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N].
@@ -74,8 +71,7 @@ class DartDynamics:
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         """
         self._move(q, qd)
-        C: FloatArray = self._skeleton.getCoriolisForces()
-        return C
+        return self._skeleton.vector(self._skeleton.dart.getCoriolisForces())
 
     def gravity(self, q: ArrayLike) -> FloatArray:
         """G(q) = dV/dq, shape (n,), in [N·m] or [N].
@@ -84,8 +80,7 @@ class DartDynamics:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
         self._move(q)
-        G: FloatArray = self._skeleton.getGravityForces()
-        return G
+        return self._skeleton.vector(self._skeleton.dart.getGravityForces())
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m].
@@ -126,17 +121,16 @@ class DartDynamics:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         """
-        velocities = self._move(q, qd)
+        self._move(q, qd)
+        dart = self._skeleton.dart
+        velocities = dart.getVelocities()
         terms = [
-            self._skeleton.getLinearJacobianDeriv(body, offset) @ velocities
+            dart.getLinearJacobianDeriv(body, offset) @ velocities
             for body, offset in self._task_points
         ]
         return np.array(terms).reshape(-1)[self._task_rows]
 
-    def _move(self, q: ArrayLike, qd: ArrayLike | None = None) -> FloatArray:
-        self._skeleton.setPositions(vector("q", q, self.n))
-        if qd is None:
-            return np.zeros(self.n)
-        velocities = vector("qd", qd, self.n)
-        self._skeleton.setVelocities(velocities)
-        return velocities
+    def _move(self, q: ArrayLike, qd: ArrayLike | None = None) -> None:
+        self._skeleton.set_positions(vector("q", q, self.n))
+        if qd is not None:
+            self._skeleton.set_velocities(vector("qd", qd, self.n))

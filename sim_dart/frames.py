@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import WORLD, Joint, Pose, Robot
+from addin_sdfusion.robot import WORLD, Motion, Pose, Robot
 from addin_sdfusion.robot.pose import rotation
 
 FloatArray = NDArray[np.float64]
@@ -51,34 +51,36 @@ class Place:
 
 @dataclass(frozen=True)
 class MovingFrame:
-    """A frame that one joint moves; its axis passes through its origin.
+    """A frame that one motion of a joint moves; the motion's axis passes through its origin.
 
     Attributes:
-        joint: The joint.
-        parent: Index of the moving frame that the joint is fixed to, -1 for the world.
-        T_parent_joint: Pose of the frame in the parent frame at q = 0, shape (4, 4).
+        motion: The motion.
+        coordinate: Index in q of the coordinate that drives it.
+        parent: Index of the moving frame that it is fixed to at q = 0, -1 for the world.
+        T_parent_frame: Pose of the frame in the parent frame at q = 0, shape (4, 4).
     """
 
-    joint: Joint
+    motion: Motion
+    coordinate: int
     parent: int
-    T_parent_joint: FloatArray
+    T_parent_frame: FloatArray
 
 
 def moving_frames(robot: Robot) -> tuple[list[MovingFrame], dict[str, Place]]:
-    """The frames that move, in the order of the coordinates, and where every link is fixed.
+    """The frames that move, parents first, and where every link is fixed.
 
     Args:
         robot: A valid robot.
     """
     frames: list[MovingFrame] = []
     places = {WORLD: Place(-1, np.eye(4))}
+    first = 0
     for joint in robot.joints:
         parent = places[joint.parent]
-        T_frame_joint = parent.T_frame_link @ transform(joint.T_parent_joint)
-        T_joint_child = inverse(transform(joint.T_child_joint))
-        if joint.type == "fixed":
-            places[joint.child] = Place(parent.frame, T_frame_joint @ T_joint_child)
-        else:
-            places[joint.child] = Place(len(frames), T_joint_child)
-            frames.append(MovingFrame(joint, parent.frame, T_frame_joint))
+        frame, T_frame_next = parent.frame, parent.T_frame_link @ transform(joint.T_parent_joint)
+        for motion in joint.motions:
+            frames.append(MovingFrame(motion, first + motion.coordinate, frame, T_frame_next))
+            frame, T_frame_next = len(frames) - 1, np.eye(4)
+        first += len(joint.coordinates)
+        places[joint.child] = Place(frame, T_frame_next @ inverse(transform(joint.T_child_joint)))
     return frames, places

@@ -60,12 +60,12 @@ class Plant:
         self._jacobian = self._core.array("jacobian", m, n)
         self._torques = self._core.array("torques", n)
         self._task_position = self._core.array("task_position", k, 3)
-        self._skeleton: Any = build_skeleton(robot)
-        self._world = _world(robot, self._skeleton, step)
-        self._set_forces = self._skeleton.setForces
+        self._skeleton = build_skeleton(robot)
+        self._world = _world(robot, self._skeleton.dart, step)
+        self._set_forces = self._skeleton.set_forces
         self._world_step = self._world.step
-        self._get_positions = self._skeleton.getPositions
-        self._get_velocities = self._skeleton.getVelocities
+        self._get_positions = self._skeleton.get_positions
+        self._get_velocities = self._skeleton.get_velocities
         self.reset()
 
     @property
@@ -163,9 +163,9 @@ class Plant:
         if bad:
             name = self.robot.coordinates[bad - 1].name
             raise InputError(f"position or velocity of {name!r} is not finite, or beyond 1e9")
-        self._skeleton.resetAccelerations()
-        self._skeleton.setPositions(q)
-        self._skeleton.setVelocities(qd)
+        self._skeleton.dart.resetAccelerations()
+        self._skeleton.set_positions(q)
+        self._skeleton.set_velocities(qd)
         self._ticks = ticks
         self.q = q.copy()
         self.qd = qd.copy()

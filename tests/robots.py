@@ -21,6 +21,10 @@ from addin_sdfusion.robot import (
     TaskSet,
     ViaPoint,
     read_robot,
+    revolute,
+)
+from addin_sdfusion.robot import (
+    prismatic as prismatic_,
 )
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -41,20 +45,17 @@ def random_robot(
     for k in range(joints + joints // 3):
         fixed = k >= joints
         parent = str(rng.choice(movable[-4:]))
-        kind = "fixed" if fixed else "prismatic" if prismatic and rng.random() < 0.3 else "revolute"
+        kind = prismatic_(_unit(rng)) if prismatic and rng.random() < 0.3 else revolute(_unit(rng))
         links.append(Link(f"link_{k}", _inertia(rng)))
         chain.append(
             Joint(
                 f"joint_{k}",
-                kind,
                 parent,
                 f"link_{k}",
+                () if fixed else kind,
+                () if fixed else (Coordinate(f"joint_{k}", unit=kind[0].unit),),
                 T_parent_joint=_pose(rng),
                 T_child_joint=_pose(rng),
-                axis=_unit(rng),
-                coordinates=()
-                if fixed
-                else (Coordinate(f"joint_{k}", unit="m" if kind == "prismatic" else "rad"),),
             )
         )
         movable.append(f"link_{k}")
@@ -93,12 +94,11 @@ def chain(joints: int = 20, muscles: int = 60, points: int = 4) -> Robot:
     tree = tuple(
         Joint(
             f"joint_{k}",
-            "revolute",
             WORLD if k == 0 else f"link_{k - 1}",
             f"link_{k}",
+            revolute(axes[k % 2]),
+            (Coordinate(f"joint_{k}", damping=0.05),),
             Pose((0.0, 0.0, 0.0 if k == 0 else -0.1)),
-            axis=axes[k % 2],
-            coordinates=(Coordinate(f"joint_{k}", damping=0.05),),
         )
         for k in range(joints)
     )

@@ -16,13 +16,17 @@ from addin_sdfusion.robot import (
     Inertia,
     Joint,
     Link,
+    Motion,
     Muscle,
     Pose,
     Robot,
     TaskFrame,
     TaskSet,
     ViaPoint,
+    prismatic,
+    revolute,
 )
+from addin_sdfusion.robot.caspr_joints import CASPR_JOINTS
 from addin_sdfusion.robot.pose import normalized
 
 numbers = st.floats(-10.0, 10.0)
@@ -50,21 +54,37 @@ def inertias(draw: st.DrawFn) -> Inertia:
 
 
 @st.composite
-def coordinates(draw: st.DrawFn, name: str, type_: str, damped: bool) -> tuple[Coordinate, ...]:
-    """The coordinates of a joint."""
-    if type_ == "fixed":
-        return ()
-    lower, upper = sorted((draw(numbers), draw(numbers)))
-    return (
-        Coordinate(
-            name,
+def coordinates(
+    draw: st.DrawFn, joint: str, motions: tuple[Motion, ...], caspr: bool
+) -> tuple[Coordinate, ...]:
+    """The coordinates of a joint with these motions."""
+    suffixes = next((j.suffixes for j in CASPR_JOINTS.values() if j.motions == motions), None)
+    suffixes = suffixes or ("",) * len(motions)
+    actuated = caspr and draw(st.booleans())
+    units = [motion.unit for motion in sorted(motions, key=lambda motion: motion.coordinate)]
+    drawn = []
+    for unit, suffix in zip(units, suffixes, strict=True):
+        lower, upper = sorted((draw(numbers), draw(numbers)))
+        coordinate = Coordinate(
+            f"{joint}_{suffix}" if suffix else joint,
             draw(st.sampled_from([lower, -math.inf])),
             draw(st.sampled_from([upper, math.inf])),
             draw(numbers),
-            draw(st.floats(0.0, 5.0)) if damped else 0.0,
-            "m" if type_ == "prismatic" else "rad",
-        ),
-    )
+            0.0 if caspr else draw(st.floats(0.0, 5.0)),
+            unit,
+            actuated,
+        )
+        drawn.append(coordinate)
+    return tuple(drawn)
+
+
+@st.composite
+def motions(draw: st.DrawFn, caspr: bool) -> tuple[Motion, ...]:
+    """Any joint that CASPR has; else a revolute, prismatic or fixed one."""
+    single = st.one_of(axes.map(revolute), axes.map(prismatic))
+    if caspr:
+        return draw(st.one_of(single, st.sampled_from([j.motions for j in CASPR_JOINTS.values()])))
+    return draw(st.one_of(single, st.just(())))
 
 
 @st.composite
@@ -111,22 +131,20 @@ def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
     drawn = draw(st.lists(names, min_size=2 * count, max_size=2 * count, unique=True))
     link_names = drawn[:count]
     joint_names = [f"joint_{i + 1}" for i in range(count)] if caspr else drawn[count:]
-    types = ["revolute", "prismatic"] if caspr else ["revolute", "prismatic", "fixed"]
     ends = vectors if caspr else st.none() | vectors
     links, joints = [], []
     for i in range(count):
-        type_ = draw(st.sampled_from(types))
+        moves = draw(motions(caspr))
         links.append(Link(link_names[i], draw(inertias()), draw(ends)))
         joints.append(
             Joint(
                 joint_names[i],
-                type_,
                 draw(st.sampled_from([WORLD, *link_names[:i]])),
                 link_names[i],
+                moves,
+                draw(coordinates(joint_names[i], moves, caspr)),
                 draw(translations if caspr else poses),
                 IDENTITY if caspr else draw(poses),
-                (0.0, 0.0, 1.0) if type_ == "fixed" else draw(axes),
-                draw(coordinates(joint_names[i], type_, damped=not caspr)),
             )
         )
     cables = draw(st.lists(names, max_size=3, unique=True))

@@ -8,25 +8,21 @@ from .caspr import write_caspr
 from .check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
+from .joint import Coordinate, Joint, JointType, Motion, MotionKind, prismatic, revolute
 from .model import (
     GRAVITY,
-    IDENTITY,
     WORLD,
     Axis,
     CableSet,
-    Coordinate,
     Inertia,
-    Joint,
-    JointType,
     Link,
     Muscle,
-    Pose,
     Robot,
     TaskFrame,
     TaskSet,
-    Vector3,
     ViaPoint,
 )
+from .placement import IDENTITY, Pose, Vector3
 from .sdf import write_sdf
 from .trajectory import Spline, Trajectory, TrajectoryPoint
 
@@ -44,6 +40,8 @@ __all__ = [
     "Joint",
     "JointType",
     "Link",
+    "Motion",
+    "MotionKind",
     "Muscle",
     "Pose",
     "Robot",
@@ -59,8 +57,10 @@ __all__ = [
     "Vector3",
     "ViaPoint",
     "check",
+    "prismatic",
     "read_robot",
     "require_valid",
+    "revolute",
     "write_caspr",
     "write_sdf",
 ]

@@ -13,33 +13,18 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
+from .caspr_joints import CASPR_AXIS_JOINTS, caspr_word
 from .check import require_valid
 from .errors import InputError
 from .files import write_files
-from .model import (
-    GRAVITY,
-    IDENTITY,
-    WORLD,
-    Joint,
-    Link,
-    Muscle,
-    Robot,
-    TaskFrame,
-    Vector3,
-)
+from .joint import Joint
+from .model import GRAVITY, WORLD, Link, Muscle, Robot, TaskFrame
+from .placement import IDENTITY
 from .trajectory import Trajectory
 from .xml_text import document, element, numbers
 
 TEMPLATES = "../../../templates"
 """Where CASPR's models find its DTDs."""
-
-COORDINATE_AXES: dict[tuple[str, Vector3], str] = {
-    ("revolute", (1.0, 0.0, 0.0)): "R_X",
-    ("revolute", (0.0, 1.0, 0.0)): "R_Y",
-    ("revolute", (0.0, 0.0, 1.0)): "R_Z",
-    ("prismatic", (1.0, 0.0, 0.0)): "P_X",
-}
-FREE_AXES = {"revolute": "R_AXIS", "prismatic": "P_AXIS"}
 
 
 def write_caspr(
@@ -83,12 +68,16 @@ def _require_caspr(robot: Robot) -> None:
     for joint in robot.joints:
         if joint.type == "fixed":
             raise InputError(f"CASPR has no fixed joints: merge the links of {joint.name!r}")
+        if caspr_word(joint.motions) is None:
+            raise InputError(f"CASPR has no joint with the motions of {joint.name!r}")
         if any(joint.T_parent_joint.rpy) or any(joint.T_child_joint.rpy):
             what = f"CASPR has no turned frames: joint {joint.name!r} turns one at q = 0"
             raise InputError(what)
         if joint.T_child_joint != IDENTITY:
             what = f"in CASPR the frame of link {joint.child!r} is that of joint {joint.name!r}"
             raise InputError(f"{what}; move the link's frame there")
+        if len({coordinate.actuated for coordinate in joint.coordinates}) > 1:
+            raise InputError(f"in CASPR all coordinates of {joint.name!r} are actuated, or none")
         if any(coordinate.damping for coordinate in joint.coordinates):
             raise InputError(f"CASPR has no damping: joint {joint.name!r} has; set it to 0")
 
@@ -120,15 +109,17 @@ def _link(links: ElementTree.Element, link: Link, joint: Joint, numbered: dict[s
 
 
 def _joint_attributes(joint: Joint) -> dict[str, str]:
-    (q,) = joint.coordinates
-    kind = COORDINATE_AXES.get((joint.type, joint.axis))
-    axis = {} if kind else {"axis": numbers(joint.axis)}
+    word = caspr_word(joint.motions)
+    assert word is not None
+    axis = {"axis": numbers(joint.motions[0].axis)} if word in CASPR_AXIS_JOINTS else {}
+    actuated = {"actuated": "true"} if any(q.actuated for q in joint.coordinates) else {}
     return {
-        "type": kind or FREE_AXES[joint.type],
+        "type": word,
         **axis,
-        "q_initial": numbers([q.initial]),
-        "q_min": numbers([q.lower]),
-        "q_max": numbers([q.upper]),
+        "q_initial": numbers([q.initial for q in joint.coordinates]),
+        "q_min": numbers([q.lower for q in joint.coordinates]),
+        "q_max": numbers([q.upper for q in joint.coordinates]),
+        **actuated,
     }
 
 

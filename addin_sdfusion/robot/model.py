@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, TypeVar
 
 from .errors import UnknownNameError
+from .joint import Coordinate, Joint
+from .placement import Vector3
 
-Vector3 = tuple[float, float, float]
-JointType = Literal["revolute", "prismatic", "fixed"]
 Axis = Literal["x", "y", "z"]
 
 WORLD = "world"
@@ -24,22 +24,6 @@ WORLD = "world"
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.81)
 """Gravity unless a robot says otherwise, in [m/s²]: CASPR's value, z up."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """A rigid transform: rotate by roll, pitch, yaw about the fixed axes, then translate.
-
-    Attributes:
-        position: Translation, in [m].
-        rpy: Roll about x, pitch about y, yaw about z, in [rad]: R = Rz(yaw) Ry(pitch) Rx(roll).
-    """
-
-    position: Vector3 = (0.0, 0.0, 0.0)
-    rpy: Vector3 = (0.0, 0.0, 0.0)
-
-
-IDENTITY = Pose()
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,54 +70,6 @@ class Link:
     name: str
     inertia: Inertia
     end: Vector3 | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Coordinate:
-    """One generalised coordinate q_i.
-
-    Attributes:
-        name: Its name, unique among the coordinates.
-        lower, upper: Limits, in [rad] or [m]; infinite where there is none.
-        initial: The value at the start unless an experiment says otherwise, in [rad] or [m].
-        damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
-        unit: `rad` or `m`.
-    """
-
-    name: str
-    lower: float = -math.inf
-    upper: float = math.inf
-    initial: float = 0.0
-    damping: float = 0.0
-    unit: Literal["rad", "m"] = "rad"
-
-
-@dataclass(frozen=True, slots=True)
-class Joint:
-    """A connection between a parent and a child link.
-
-    With q the joint's motion about or along `axis`, the child's pose in the parent is
-    T_parent_child = T_parent_joint · motion(q) · T_child_joint⁻¹.
-
-    Attributes:
-        name: Its name, unique among the joints.
-        type: `revolute`, `prismatic` or `fixed`.
-        parent: The parent link, or `WORLD`.
-        child: The child link.
-        T_parent_joint: Pose of the joint frame in the parent link's frame.
-        T_child_joint: Pose of the joint frame in the child link's frame.
-        axis: Unit vector in the joint frame; ignored by a fixed joint.
-        coordinates: One for revolute and prismatic, none for fixed.
-    """
-
-    name: str
-    type: JointType
-    parent: str
-    child: str
-    T_parent_joint: Pose = IDENTITY
-    T_child_joint: Pose = IDENTITY
-    axis: Vector3 = (0.0, 0.0, 1.0)
-    coordinates: tuple[Coordinate, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,13 @@ A rotation is a matrix, row by row, that turns vectors of the child frame into t
 from __future__ import annotations
 
 import math
+import sys
 
-from .model import Pose, Vector3
+from .placement import Pose, Vector3
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
+_LARGE = 2.0**200
 UNIT_TOLERANCE = 1e-12
 """How far a vector's norm may be from one for the vector to be left as it is."""
 
@@ -87,6 +89,8 @@ def normalized(v: Vector3) -> Vector3:
     norm = math.hypot(*v)
     if norm == 0.0 or not math.isfinite(norm) or abs(norm - 1.0) <= UNIT_TOLERANCE:
         return v
+    if norm < sys.float_info.min:  # too few digits are left to divide by
+        return normalized((v[0] * _LARGE, v[1] * _LARGE, v[2] * _LARGE))
     return v[0] / norm, v[1] / norm, v[2] / norm
 
 

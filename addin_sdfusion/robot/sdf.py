@@ -20,7 +20,9 @@ from .cardsflow_xml import cardsflow_xml, end_effector_element, muscle_element
 from .check import require_valid
 from .errors import InputError
 from .files import write_files
-from .model import WORLD, Joint, Link, Pose, Robot
+from .joint import Joint
+from .model import WORLD, Link, Robot
+from .placement import Pose
 from .pose import inverse
 from .xml_text import document, element, numbers
 
@@ -46,6 +48,7 @@ def write_sdf(robot: Robot, folder: str | Path) -> list[Path]:
     """
     require_valid(robot)
     _require_sdf_names(robot)
+    _require_single_motions(robot)
     _require_own_coordinate_names(robot)
     texts = {
         "model.sdf": _model_sdf(robot),
@@ -88,9 +91,9 @@ def _joint(model: ElementTree.Element, joint: Joint) -> None:
     _pose(node, joint.T_parent_joint, MODEL_FRAME if joint.parent == WORLD else joint.parent)
     element(node, "parent", joint.parent)
     element(node, "child", joint.child)
-    for coordinate in joint.coordinates:
+    for coordinate, motion in zip(joint.coordinates, joint.motions, strict=True):
         axis = element(node, "axis")
-        element(axis, "xyz", numbers(joint.axis))
+        element(axis, "xyz", numbers(motion.axis))
         limit = element(axis, "limit")
         element(limit, "lower", max(coordinate.lower, -NO_LIMIT))
         element(limit, "upper", min(coordinate.upper, NO_LIMIT))
@@ -153,6 +156,13 @@ def _require_sdf_names(robot: Robot) -> None:
             raise InputError(what)
         if "::" in name or (name.startswith("__") and name.endswith("__")) or name == WORLD:
             raise InputError(f"SDF reserves the name {name!r}; rename the link or joint")
+
+
+def _require_single_motions(robot: Robot) -> None:
+    for joint in robot.joints:
+        if len(joint.motions) > 1:
+            what = f"joint {joint.name!r} ({joint.type}) has {len(joint.motions)} motions"
+            raise InputError(f"{what}; SDF with muscles is written for single ones")
 
 
 def _require_own_coordinate_names(robot: Robot) -> None:

@@ -95,21 +95,24 @@ static int is_rotation(const double R[9])
     return 1;
 }
 
-static int check_joints(const blob_view *b, char *message, size_t capacity)
+static int check_frames(const blob_view *b, char *message, size_t capacity)
 {
     for (int i = 0; i < b->counts.dofs; i++) {
         if (b->parent[i] < -1 || b->parent[i] >= i)
-            return refuse(message, capacity, "joint %d: parent %d does not come before it", i,
+            return refuse(message, capacity, "frame %d: parent %d does not come before it", i,
                           (int)b->parent[i]);
-        if (b->joint_type[i] < 0 || b->joint_type[i] >= JOINT_TYPES)
-            return refuse(message, capacity, "joint %d: unknown type %d", i, (int)b->joint_type[i]);
+        if (b->motion[i] < 0 || b->motion[i] >= MOTIONS)
+            return refuse(message, capacity, "frame %d: unknown motion %d", i, (int)b->motion[i]);
+        if (b->coordinate[i] < 0 || b->coordinate[i] >= b->counts.dofs)
+            return refuse(message, capacity, "frame %d: there is no coordinate %d", i,
+                          (int)b->coordinate[i]);
         if (!is_rotation(b->offset_rotation + 9 * i))
-            return refuse(message, capacity, "joint %d: its rotation is not orthonormal", i);
+            return refuse(message, capacity, "frame %d: its rotation is not orthonormal", i);
         if (!all_finite(b->offset_position + 3 * i, 3))
-            return refuse(message, capacity, "joint %d: its position is not finite", i);
+            return refuse(message, capacity, "frame %d: its position is not finite", i);
         const double *a = b->axis + 3 * i;
         if (!(fabs(dot3(a, a) - 1) < 1e-9))
-            return refuse(message, capacity, "joint %d: its axis is no unit vector", i);
+            return refuse(message, capacity, "frame %d: its axis is no unit vector", i);
     }
     return 0;
 }
@@ -145,7 +148,7 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
     if (check_header(blob, size, message, capacity)) return 1;
     set_pointers(view, blob);
     const blob_counts *n = &view->counts;
-    return check_joints(view, message, capacity) || check_muscles(view, message, capacity) ||
+    return check_frames(view, message, capacity) || check_muscles(view, message, capacity) ||
            check_points("via point", view->point_frame, view->point_position, n->points, n->dofs, message,
                         capacity) ||
            check_points("task point", view->task_frame, view->task_position, n->tasks, n->dofs, message,

@@ -22,11 +22,12 @@
     COUNT(tasks, 4096)
 
 /* FIELD(element type, name, elements an item, count that says how many items)
-     parent           frame that the joint is fixed to, or -1
-     joint_type       enum joint_type
-     offset_rotation  joint frame at q = 0 in the parent frame, row by row
+     parent           frame that this one is fixed to at q = 0, or -1
+     motion           enum motion: what moves it
+     coordinate       index in q of what drives it
+     offset_rotation  the frame at q = 0 in the parent frame, row by row
      offset_position  its origin, in [m]
-     axis             unit vector in the joint frame
+     axis             of the motion: unit vector in the frame
      muscle_points    via points of a muscle, at least 2
      point_frame      frame that a via point is fixed to, or -1
      point_position   in that frame, in [m]; muscle after muscle
@@ -34,7 +35,8 @@
      task_position    in that frame, in [m]                                                            */
 #define BLOB_FIELDS(FIELD)                                                                             \
     FIELD(int32_t, parent, 1, dofs)                                                                    \
-    FIELD(int32_t, joint_type, 1, dofs)                                                                \
+    FIELD(int32_t, motion, 1, dofs)                                                                    \
+    FIELD(int32_t, coordinate, 1, dofs)                                                                \
     FIELD(double, offset_rotation, 9, dofs)                                                            \
     FIELD(double, offset_position, 3, dofs)                                                            \
     FIELD(double, axis, 3, dofs)                                                                       \
@@ -44,7 +46,7 @@
     FIELD(int32_t, task_frame, 1, tasks)                                                               \
     FIELD(double, task_position, 3, tasks)
 
-enum joint_type { JOINT_REVOLUTE = 0, JOINT_PRISMATIC = 1, JOINT_TYPES };
+enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
 
 #define BLOB_COUNT_MEMBER(name, largest) int32_t name;
 typedef struct {

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Only the joints between the two frames change a segment: those above B move its end, those above A
+/* Only the motions between the two frames change a segment: those above B move its end, those above A
    its start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                        */
 static double add_segment(const core *c, const double A[3], int32_t a, const double B[3], int32_t b,
                           double *row)
@@ -16,11 +16,11 @@ static double add_segment(const core *c, const double A[3], int32_t a, const dou
     while (a != b) {
         if (b > a) {
             tree_point_velocity(c, b, B, velocity);
-            row[b] += dot3(u, velocity);
+            row[c->blob.coordinate[b]] += dot3(u, velocity);
             b = c->blob.parent[b];
         } else {
             tree_point_velocity(c, a, A, velocity);
-            row[a] -= dot3(u, velocity);
+            row[c->blob.coordinate[a]] -= dot3(u, velocity);
             a = c->blob.parent[a];
         }
     }

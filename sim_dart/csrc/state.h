@@ -33,7 +33,7 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
 void tree_prepare(core *c);
 void tree_move(core *c, const double *q);
 void tree_point(const core *c, int32_t frame, const double local[3], double world[3]);
-/* Velocity of a point fixed to a frame that joint j carries, for unit joint velocity. */
+/* Velocity of a point that frame j carries, for unit velocity of its motion. */
 void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3]);
 void paths_move(core *c);
 void tasks_move(core *c);

@@ -8,7 +8,7 @@
 void tree_prepare(core *c)
 {
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
-        if (c->blob.joint_type[i] != JOINT_REVOLUTE) continue;
+        if (c->blob.motion[i] != ROTATION) continue;
         const double *a = c->blob.axis + 3 * i;
         const double skew[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
         multiply3(c->rotation_sin + 9 * i, c->blob.offset_rotation + 9 * i, skew);
@@ -26,10 +26,10 @@ void tree_point(const core *c, int32_t frame, const double local[3], double worl
     for (int k = 0; k < 3; k++) world[k] += c->origin[3 * frame + k];
 }
 
-static void joint_rotation(const core *c, int32_t i, double q, double R[9])
+static void frame_rotation(const core *c, int32_t i, double q, double R[9])
 {
     const double *R0 = c->blob.offset_rotation + 9 * i;
-    if (c->blob.joint_type[i] != JOINT_REVOLUTE) {
+    if (c->blob.motion[i] != ROTATION) {
         memcpy(R, R0, 9 * sizeof(double));
         return;
     }
@@ -41,23 +41,24 @@ void tree_move(core *c, const double *q)
 {
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         const int32_t parent = c->blob.parent[i];
+        const double qi = q[c->blob.coordinate[i]];
         double local[9], *R = c->rotation + 9 * i, *origin = c->origin + 3 * i, *axis = c->axis + 3 * i;
         tree_point(c, parent, c->blob.offset_position + 3 * i, origin);
-        joint_rotation(c, i, q[i], local);
+        frame_rotation(c, i, qi, local);
         if (parent < 0)
             memcpy(R, local, sizeof local);
         else
             multiply3(R, c->rotation + 9 * parent, local);
         rotate3(axis, R, c->blob.axis + 3 * i);
-        if (c->blob.joint_type[i] == JOINT_PRISMATIC)
-            for (int k = 0; k < 3; k++) origin[k] += q[i] * axis[k];
+        if (c->blob.motion[i] == TRANSLATION)
+            for (int k = 0; k < 3; k++) origin[k] += qi * axis[k];
     }
 }
 
 void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3])
 {
     const double *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
-    if (c->blob.joint_type[j] == JOINT_PRISMATIC) {
+    if (c->blob.motion[j] == TRANSLATION) {
         memcpy(velocity, axis, 3 * sizeof(double));
         return;
     }

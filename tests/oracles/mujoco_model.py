@@ -90,7 +90,7 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
             name=joint.name,
             type={"revolute": "hinge", "prismatic": "slide"}[joint.type],
             pos=_text(joint.T_child_joint.position),
-            axis=_text(R_child_joint @ np.array(joint.axis)),
+            axis=_text(R_child_joint @ np.array(joint.motions[0].axis)),
         )
     inertia = robot.link(joint.child).inertia
     moments = (inertia.ixx, inertia.iyy, inertia.izz, inertia.ixy, inertia.ixz, inertia.iyz)

@@ -41,12 +41,13 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("parent", [-1, 1], "joint 1: parent 1"),
-        ("parent", [-2, 0], "joint 0: parent -2"),
-        ("joint_type", [0, 7], "joint 1: unknown type 7"),
-        ("axis", [[0, 2, 0], [0, 1, 0]], "joint 0: its axis"),
-        ("offset_rotation", [np.eye(3), np.ones((3, 3))], "joint 1: its rotation"),
-        ("offset_position", [[0, 0, np.nan], [0, 0, 0]], "joint 0: its position"),
+        ("parent", [-1, 1], "frame 1: parent 1"),
+        ("parent", [-2, 0], "frame 0: parent -2"),
+        ("motion", [0, 7], "frame 1: unknown motion 7"),
+        ("coordinate", [0, 2], "frame 1: there is no coordinate 2"),
+        ("axis", [[0, 2, 0], [0, 1, 0]], "frame 0: its axis"),
+        ("offset_rotation", [np.eye(3), np.ones((3, 3))], "frame 1: its rotation"),
+        ("offset_position", [[0, 0, np.nan], [0, 0, 0]], "frame 0: its position"),
         ("muscle_points", [1], "muscle 0: fewer"),
         ("muscle_points", [3], "do not add up"),
         ("point_frame", [-1, 2], "via point 1: there is no frame 2"),
@@ -58,7 +59,8 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
     counts = {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1}
     fields: dict[str, object] = {
         "parent": [-1, 0],
-        "joint_type": [0, 1],
+        "motion": [0, 1],
+        "coordinate": [0, 1],
         "offset_rotation": [np.eye(3), np.eye(3)],
         "offset_position": np.zeros((2, 3)),
         "axis": [[0, 1, 0], [0, 1, 0]],

@@ -8,6 +8,7 @@ import pytest
 from oracles.mujoco_model import MujocoRobot
 from robots import planar_2r, random_robot
 
+from addin_sdfusion.robot import read_robot
 from sim_dart import DartDynamics, Plant
 
 CASPR = {
@@ -112,3 +113,34 @@ def test_zero_moment_of_inertia_makes_no_noise(capfd: pytest.CaptureFixture[str]
     Plant(planar_2r()).step([10.0] * 4)
     DartDynamics(planar_2r()).mass_matrix([0.0, 0.0])
     assert capfd.readouterr() == ("", "")
+
+
+OTHER_CASPR = {
+    "RoboyLeftArm__DEFAULT": "RoboyLeftArm",
+    "RoboyUpperBody__DEFAULT": "RoboyUpperBody",
+    "BMArm__WORKING": "BMArm",
+    "Example_spherical__basic_4_cables": "Example_spherical",
+    "Example_spatial__basic_7_cables": "Example_spatial",
+}
+
+
+@pytest.mark.parametrize("file", OTHER_CASPR)
+def test_terms_of_casprs_robots_equal_casprs_own(shared: Path, file: str) -> None:
+    """Ball and free joints in CASPR's parametrisation, branches, cables over several links."""
+    robot = read_robot(shared / "robots/caspr" / OTHER_CASPR[file], file.split("__")[1])
+    dynamics = DartDynamics(robot)
+    reference = json.loads((shared / "reference/caspr" / f"{file}.json").read_text())
+    assert [m.name for m in robot.muscles] == reference["cable_names"]
+    for pose in reference["poses"]:
+        q, qd = np.array(pose["q"], float), np.array(pose["qd"], float)
+        equal = {"rtol": 0, "atol": 1e-10}
+        np.testing.assert_allclose(dynamics.mass_matrix(q), pose["M"], **equal)
+        np.testing.assert_allclose(dynamics.gravity(q), pose["G"], **equal)
+        np.testing.assert_allclose(dynamics.muscle_jacobian(q), pose["L"], **equal)
+        np.testing.assert_allclose(dynamics.muscle_lengths(q), pose["l"], **equal)
+        np.testing.assert_allclose(dynamics.coriolis(q, qd), pose["C"], rtol=0, atol=1e-8)
+        if "y" in pose:
+            np.testing.assert_allclose(dynamics.task_position(q), pose["y"], **equal)
+            np.testing.assert_allclose(dynamics.task_jacobian(q), pose["J"], **equal)
+            bias = np.array(pose["Jdot"]) @ qd
+            np.testing.assert_allclose(dynamics.task_bias(q, qd), bias, rtol=0, atol=1e-8)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject
-from ..model import IDENTITY, Joint, Link, Pose, Robot
+from ..joint import Joint
+from ..model import Link, Robot
+from ..placement import IDENTITY, Pose, Vector3
 from ..pose import (
     Matrix3,
     apply,
@@ -60,10 +62,11 @@ def moving_bodies(robot: Robot) -> Iterator[Finding]:
         if not all(finite(link_numbers(link)) for link, _ in parts):
             continue
         subject = Subject("link", joint.child)
-        if joint.type == "prismatic" and sum(link.inertia.mass for link, _ in parts) == 0.0:
+        last = joint.motions[-1]
+        if last.kind == "translation" and sum(link.inertia.mass for link, _ in parts) == 0.0:
             problem = f"no mass moves along joint {joint.name!r}; give the link a mass"
             yield error(subject, "no-mass-along-axis", problem)
-        if joint.type == "revolute" and _inertia_about(joint, parts) <= ZERO_INERTIA:
+        if last.kind == "rotation" and _inertia_about(joint, parts) <= ZERO_INERTIA:
             problem = (
                 f"no inertia about joint {joint.name!r}; give the link a mass away from the axis "
                 "or an inertia about it"
@@ -78,7 +81,7 @@ def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
         link = links.get(joint.child)
         if joint.type != "revolute" or link is None or not _usable(joint, link):
             continue
-        axis = rotate(rotation(joint.T_child_joint.rpy), joint.axis)
+        axis = _last_axis(joint)
         own = dot(axis, rotate(link.inertia.matrix, axis))
         if own <= MINOR_TOLERANCE * max(link.inertia.ixx, link.inertia.iyy, link.inertia.izz):
             problem = (
@@ -142,8 +145,8 @@ def _body(joint: Joint, carried: dict[str, list[Joint]]) -> dict[str, Pose] | No
 
 
 def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
-    """Inertia of links about a joint's axis, in [kg·m²]; poses are in the child's frame."""
-    axis = rotate(rotation(joint.T_child_joint.rpy), joint.axis)
+    """Inertia of links about a joint's last axis, in [kg·m²]; poses are in the child's frame."""
+    axis = _last_axis(joint)
     total = 0.0
     for link, T_child_link in parts:
         inertia = link.inertia
@@ -152,3 +155,8 @@ def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
         lever = cross(axis, arm)
         total += dot(axis, rotate(own, axis)) + inertia.mass * dot(lever, lever)
     return total
+
+
+def _last_axis(joint: Joint) -> Vector3:
+    """The axis of a joint's last motion, in the child's frame."""
+    return rotate(rotation(joint.T_child_joint.rpy), joint.motions[-1].axis)

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable, Iterator
 
 from ..finding import Finding, Subject, member
-from ..model import Coordinate, Joint, Link, Muscle, Robot
+from ..joint import Coordinate, Joint
+from ..model import Link, Muscle, Robot
 from .report import error, finite
 
 
@@ -41,7 +42,8 @@ def link_numbers(link: Link) -> tuple[float, ...]:
 def joint_numbers(joint: Joint) -> tuple[float, ...]:
     """What places a joint."""
     poses = (joint.T_parent_joint, joint.T_child_joint)
-    return (*joint.axis, *(number for pose in poses for number in (*pose.position, *pose.rpy)))
+    axes = [number for motion in joint.motions for number in motion.axis]
+    return (*axes, *(number for pose in poses for number in (*pose.position, *pose.rpy)))
 
 
 def muscle_numbers(muscle: Muscle) -> tuple[float, ...]:

@@ -7,13 +7,13 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject
-from ..model import WORLD, Joint, Robot
+from ..joint import Joint
+from ..model import WORLD, Robot
 from .report import error, finite, unknown, warning
 
 AXIS_TOLERANCE = 1e-6
 MOST_NAMES = 20
 """So many links of a loop are named."""
-UNITS = {"revolute": ["rad"], "prismatic": ["m"], "fixed": []}
 
 
 def joint_ends(robot: Robot) -> Iterator[Finding]:
@@ -67,10 +67,10 @@ def no_loops(robot: Robot) -> Iterator[Finding]:
 
 def axes(robot: Robot) -> Iterator[Finding]:
     """Axes are unit vectors."""
-    for joint in robot.joints:
-        if joint.type == "fixed" or not finite(joint.axis):
+    for joint, motion in [(j, motion) for j in robot.joints for motion in j.motions]:
+        if not finite(motion.axis):
             continue
-        norm = math.hypot(*joint.axis)
+        norm = math.hypot(*motion.axis)
         subject = Subject("joint", joint.name)
         if norm == 0.0:
             yield error(subject, "zero-axis", "the axis is zero; give it a direction")
@@ -80,18 +80,22 @@ def axes(robot: Robot) -> Iterator[Finding]:
 
 
 def coordinates(robot: Robot) -> Iterator[Finding]:
-    """Every joint has the coordinates of its type."""
+    """Every motion has a coordinate of its own, in its unit."""
     for joint in robot.joints:
         subject = Subject("joint", joint.name)
-        units = [coordinate.unit for coordinate in joint.coordinates]
-        if joint.type not in UNITS:
-            yield error(subject, "unsupported-joint", f"type {joint.type!r} is not supported")
-        elif len(units) != len(UNITS[joint.type]):
-            problem = f"{joint.type} needs {len(UNITS[joint.type])} coordinates, has {len(units)}"
+        driven = sorted(motion.coordinate for motion in joint.motions)
+        if driven != list(range(len(joint.coordinates))):
+            problem = (
+                f"its {len(joint.motions)} motions are driven by coordinates {driven} of "
+                f"{len(joint.coordinates)}; give each one of its own"
+            )
             yield error(subject, "wrong-coordinates", problem)
-        elif units != UNITS[joint.type]:
-            problem = f"a {joint.type} coordinate is in {UNITS[joint.type][0]}, not in {units[0]}"
-            yield error(subject, "wrong-unit", problem)
+            continue
+        for motion in joint.motions:
+            coordinate = joint.coordinates[motion.coordinate]
+            if coordinate.unit != motion.unit:
+                problem = f"{coordinate.name!r} drives a {motion.kind}, in {motion.unit}, "
+                yield error(subject, "wrong-unit", f"{problem}not in {coordinate.unit}")
 
 
 def limits(robot: Robot) -> Iterator[Finding]:

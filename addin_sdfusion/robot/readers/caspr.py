@@ -5,36 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from ..caspr_joints import CASPR_AXIS_JOINTS, CASPR_JOINTS, CasprJoint
 from ..errors import UnknownNameError
 from ..finding import Subject
-from ..model import (
-    IDENTITY,
-    WORLD,
-    Coordinate,
-    Inertia,
-    Joint,
-    JointType,
-    Link,
-    Pose,
-    Robot,
-    Vector3,
-)
+from ..joint import Coordinate, Joint, Motion
+from ..model import WORLD, Inertia, Link, Robot
+from ..placement import Pose, Vector3
 from ..pose import normalized, point_inertia
 from .caspr_cables import read_cables
 from .caspr_tasks import read_operational_spaces
 from .xml import Node, Notes, parse, shortened
 
 BODIES = "_bodies.xml"
-
-JOINT_TYPES: dict[str, tuple[JointType, Vector3 | None]] = {
-    "R_X": ("revolute", (1.0, 0.0, 0.0)),
-    "R_Y": ("revolute", (0.0, 1.0, 0.0)),
-    "R_Z": ("revolute", (0.0, 0.0, 1.0)),
-    "R_AXIS": ("revolute", None),
-    "P_X": ("prismatic", (1.0, 0.0, 0.0)),
-    "P_AXIS": ("prismatic", None),
-}
-"""Type and axis by CASPR's word; None where the file gives the axis."""
 
 
 def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | None:
@@ -131,31 +113,42 @@ def _joint(link: Node, number: int, links: list[Link]) -> Joint:
     node = link.required("joint")
     child = link.subject.name
     if node is None:
-        return Joint(name, "fixed", parent, child, T_parent_joint)
-    node = node.about(Subject("coordinate", name)).about(Subject("joint", name))
-    coordinate = Coordinate(name)
+        return Joint(name, parent, child, T_parent_joint=T_parent_joint)
+    node = node.about(Subject("joint", name))
+    motions, suffixes = _motions(node)
+    coordinates = _coordinates(node, name, motions, suffixes)
+    return Joint(name, parent, child, motions, coordinates, T_parent_joint)
+
+
+def _motions(node: Node) -> CasprJoint:
     word = node.attribute("type")
-    if word not in JOINT_TYPES:
-        problem = f"joint type {word} is not supported (supported: {', '.join(JOINT_TYPES)})"
-        node.error("unsupported-joint", problem)
-        return Joint(name, "revolute", parent, child, T_parent_joint, coordinates=(coordinate,))
-    type_, axis = JOINT_TYPES[word]
-    if axis is None:
+    if word in CASPR_JOINTS:
+        return CASPR_JOINTS[word]
+    if word in CASPR_AXIS_JOINTS:
         axis = normalized(node.vector_attribute("axis"))
-    coordinate = _coordinate(node, name, type_)
-    return Joint(name, type_, parent, child, T_parent_joint, IDENTITY, axis, (coordinate,))
+        return CasprJoint((Motion(CASPR_AXIS_JOINTS[word], axis),), ("",))
+    known = ", ".join([*CASPR_JOINTS, *CASPR_AXIS_JOINTS])
+    node.error("unsupported-joint", f"joint type {shortened(word)} is not supported ({known})")
+    return CASPR_JOINTS["R_X"]
 
 
-def _coordinate(node: Node, name: str, type_: JointType) -> Coordinate:
-    if node.attribute("actuated", "false").lower() == "true":
-        node.warning("actuated-joint", "a force of the joint itself is not supported; left out")
-    return Coordinate(
-        name,
-        lower=node.number_attribute("q_min", infinite=True),
-        upper=node.number_attribute("q_max", infinite=True),
-        initial=node.number_attribute("q_initial"),
-        unit="m" if type_ == "prismatic" else "rad",
-    )
+def _coordinates(
+    node: Node, joint: str, motions: tuple[Motion, ...], suffixes: tuple[str, ...]
+) -> tuple[Coordinate, ...]:
+    """The joint's coordinates, in the order of CASPR's q."""
+    actuated = node.attribute("actuated", "false").lower() == "true"
+    units = [motion.unit for motion in sorted(motions, key=lambda motion: motion.coordinate)]
+    columns = {
+        word: node.numbers_attribute(word, len(units), infinite=True)
+        for word in ("q_min", "q_max", "q_initial")
+    }
+    coordinates = []
+    for k, (unit, suffix) in enumerate(zip(units, suffixes, strict=True)):
+        name = f"{joint}_{suffix}" if suffix else joint
+        node.about(Subject("coordinate", name))
+        lower, upper, initial = (columns[word][k] for word in ("q_min", "q_max", "q_initial"))
+        coordinates.append(Coordinate(name, lower, upper, initial, unit=unit, actuated=actuated))
+    return tuple(coordinates)
 
 
 def _parent(link: Node, number: int, links: list[Link]) -> tuple[str, Vector3]:

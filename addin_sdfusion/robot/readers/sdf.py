@@ -6,20 +6,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, cast
 
 from ..finding import Subject
-from ..model import (
-    WORLD,
-    Coordinate,
-    Inertia,
-    Joint,
-    JointType,
-    Link,
-    Pose,
-    Robot,
-    Vector3,
-)
+from ..joint import Coordinate, Joint, Motion, MotionKind
+from ..model import WORLD, Inertia, Link, Robot
+from ..placement import Pose, Vector3
 from ..pose import (
     compose,
     inverse,
@@ -33,7 +24,11 @@ from .sdf_extras import read_extras
 from .sdf_frames import MODEL, Frames, read_pose
 from .xml import Node, Notes, parse, shortened
 
-JOINT_TYPES = ("revolute", "prismatic", "fixed")
+JOINT_TYPES: dict[str, MotionKind | None] = {
+    "revolute": "rotation",
+    "prismatic": "translation",
+    "fixed": None,
+}
 VERSIONS = ("1.4", "1.5", "1.6", "1.7")
 
 
@@ -128,15 +123,15 @@ def _joint(node: Node, frames: Frames, T_world_model: Pose, version: str) -> Joi
         type_ = "fixed"
     joint = Joint(
         name,
-        cast(JointType, type_),
         parent,
         child,
-        _in_parent(name, parent, frames, T_world_model),
-        _in_child(name, child, frames),
+        T_parent_joint=_in_parent(name, parent, frames, T_world_model),
+        T_child_joint=_in_child(name, child, frames),
     )
-    if joint.type == "fixed":
+    kind = JOINT_TYPES[type_]
+    if kind is None:
         return joint
-    return _with_axis(joint, node.about(Subject("coordinate", name)), frames, version)
+    return _with_axis(joint, kind, node.about(Subject("coordinate", name)), frames, version)
 
 
 def _text(node: Node, tag: str) -> str:
@@ -167,11 +162,12 @@ def _in_child(name: str, child: str, frames: Frames) -> Pose:
     return compose(inverse(frames.in_model(link)), frames.in_model(key))
 
 
-def _with_axis(joint: Joint, node: Node, frames: Frames, version: str) -> Joint:
-    unit: Literal["rad", "m"] = "m" if joint.type == "prismatic" else "rad"
+def _with_axis(joint: Joint, kind: MotionKind, node: Node, frames: Frames, version: str) -> Joint:
     axis = node.required("axis")
+    motion = Motion(kind, (0.0, 0.0, 1.0))
     if axis is None:
-        return replace(joint, coordinates=(Coordinate(joint.name, unit=unit),))
+        coordinate = Coordinate(joint.name, unit=motion.unit)
+        return replace(joint, motions=(motion,), coordinates=(coordinate,))
     limit, dynamics = axis.optional("limit"), axis.optional("dynamics")
     coordinate = Coordinate(
         joint.name,
@@ -179,10 +175,10 @@ def _with_axis(joint: Joint, node: Node, frames: Frames, version: str) -> Joint:
         upper=_limit(limit, "upper", math.inf),
         initial=axis.number("initial_position", 0.0),
         damping=dynamics.number("damping", 0.0) if dynamics else 0.0,
-        unit=unit,
+        unit=motion.unit,
     )
-    vector = _axis_in_joint(axis, joint.name, frames, version)
-    return replace(joint, axis=vector, coordinates=(coordinate,))
+    motion = replace(motion, axis=_axis_in_joint(axis, joint.name, frames, version))
+    return replace(joint, motions=(motion,), coordinates=(coordinate,))
 
 
 def _limit(limit: Node | None, tag: str, default: float) -> float:
@@ -237,7 +233,7 @@ def _welds(
             "welded-root", f"no joint carries it; it is fixed to {WORLD!r} where it stands"
         )
         pose = compose(T_world_model, frames.in_model(("link", name)))
-        welds.append(Joint(joint, "fixed", WORLD, name, pose))
+        welds.append(Joint(joint, WORLD, name, T_parent_joint=pose))
     return welds
 
 

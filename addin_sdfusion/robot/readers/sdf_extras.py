@@ -8,7 +8,8 @@ from dataclasses import replace
 from ..checks.report import unknown
 from ..errors import UnknownNameError
 from ..finding import Subject
-from ..model import Robot, Vector3
+from ..model import Robot
+from ..placement import Vector3
 from .cardsflow_xml import read_cable_set, read_task_set
 from .xml import Node, parse
 

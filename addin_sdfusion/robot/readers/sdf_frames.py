@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..finding import Subject
-from ..model import IDENTITY, Pose
+from ..placement import IDENTITY, Pose
 from ..pose import compose
 from ..sdf import MODEL_FRAME
 from .xml import Node

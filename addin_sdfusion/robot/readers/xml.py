@@ -15,7 +15,7 @@ from lxml import etree
 from ..checks.report import label
 from ..errors import InputError
 from ..finding import Finding, Severity, Subject
-from ..model import Vector3
+from ..placement import Vector3
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 MAX_BYTES = 16 * 2**20
@@ -130,6 +130,13 @@ class Node:
         text = self.attribute(name)
         return self._number(text, name, infinite) if self.has(name) else 0.0
 
+    def numbers_attribute(
+        self, name: str, size: int, *, infinite: bool = False
+    ) -> tuple[float, ...]:
+        """So many numbers in an attribute, which must be there."""
+        text = self.attribute(name)
+        return self._numbers(text, name, size, infinite) if self.has(name) else (0.0,) * size
+
     def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
         """A number in a child element, which must be there unless there is a default."""
         child = self.required(tag) if default is None else self.optional(tag)
@@ -169,13 +176,15 @@ class Node:
         x, y, z = self._numbers(text, what, 3)
         return x, y, z
 
-    def _numbers(self, text: str, what: str, size: int) -> tuple[float, ...]:
+    def _numbers(
+        self, text: str, what: str, size: int, infinite: bool = False
+    ) -> tuple[float, ...]:
         words = text.split()
         if len(words) != size:
             problem = f"{what} {shortened(text)} has {len(words)} numbers, not {size}"
             self.error("bad-vector", problem)
             return (0.0,) * size
-        return tuple(self._number(word, what, infinite=False) for word in words)
+        return tuple(self._number(word, what, infinite) for word in words)
 
     def _number(self, text: str, what: str, infinite: bool) -> float:
         sign = INFINITY.fullmatch(text)

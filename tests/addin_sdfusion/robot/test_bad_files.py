@@ -129,7 +129,7 @@ DEFECTS = [
     ("bodies", 'q_min="-3.1416"', 'q_min="4"', "limits-reversed", 6),
     ("bodies", 'q_min="-3.1416"', 'q_min="nan"', "bad-number", 6),
     ("bodies", 'q_min="-3.1416"', "", "missing-attribute", 6),
-    ("bodies", '"R_Y"', '"S_EULER_XYZ"', "unsupported-joint", 6),
+    ("bodies", '"R_Y"', '"S_QUATERNION"', "unsupported-joint", 6),
     ("bodies", '"R_Y"', '"R_AXIS"', "missing-attribute", 6),
     ("bodies", '"R_Y"', '"R_AXIS" axis="0 0 0"', "zero-axis", 6),
     ("bodies", '"R_Y"', '"R_AXIS" axis="1.7e308 1.7e308 0"', "axis-not-unit", 6),

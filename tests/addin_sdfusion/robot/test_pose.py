@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import angles, poses, vectors
 
-from addin_sdfusion.robot.model import IDENTITY, Pose
+from addin_sdfusion.robot import IDENTITY, Pose
 from addin_sdfusion.robot.pose import (
     apply,
     compose,

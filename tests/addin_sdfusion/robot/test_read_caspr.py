@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from addin_sdfusion.robot import WORLD, UnknownNameError, read_robot
+from addin_sdfusion.robot import WORLD, UnknownNameError, read_robot, revolute
 from addin_sdfusion.robot.readers import read
 
 EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r/robot"
@@ -31,7 +31,7 @@ def test_two_links_turn_about_y_and_stand_on_each_other(planar):
     assert robot.name == "Example_2R_planar_XZ"
     assert [link.name for link in robot.links] == ["R_Y 1", "R_Y 2"]
     assert [joint.name for joint in robot.joints] == ["joint_1", "joint_2"]
-    assert [joint.axis for joint in robot.joints] == [(0, 1, 0), (0, 1, 0)]
+    assert [joint.motions for joint in robot.joints] == [revolute((0, 1, 0))] * 2
     assert [joint.parent for joint in robot.joints] == [WORLD, "R_Y 1"]
     assert robot.joints[1].T_parent_joint.position == (0, 0, 1)
     assert [(c.name, c.lower, c.upper, c.unit) for c in robot.coordinates] == [
@@ -95,8 +95,8 @@ def test_axes_are_normalised_and_keep_their_direction(arm):
         (0.9171, -0.01288, -0.3984),
     ]
     for joint, axis in zip(arm.joints, given, strict=True):
-        assert math.hypot(*joint.axis) == pytest.approx(1, abs=1e-15)
-        assert joint.axis == pytest.approx(axis, abs=1e-4)
+        assert math.hypot(*joint.motions[0].axis) == pytest.approx(1, abs=1e-15)
+        assert joint.motions[0].axis == pytest.approx(axis, abs=1e-4)
 
 
 def test_the_arm_has_its_limits_masses_and_places(arm):
@@ -172,7 +172,7 @@ def test_points_of_the_base_are_absolute_whatever_the_reference(tmp_path):
 )
 def test_joint_types_have_their_axes_and_units(tmp_path, type_, kind, axis):
     joint = read_robot(edited(tmp_path, "bodies", '"R_Y"', type_)).joints[0]
-    assert (joint.type, joint.axis) == (kind, axis)
+    assert (joint.type, joint.motions[0].axis) == (kind, axis)
     assert joint.coordinates[0].unit == ("m" if kind == "prismatic" else "rad")
 
 

@@ -62,7 +62,7 @@ def world_joint(robot):
     """Where the elbow is at q = 0, and its axis there."""
     elbow = robot.joint("elbow")
     pose = compose(zero_pose(robot)[elbow.parent], elbow.T_parent_joint)
-    return (*pose.position, *rotate(rotation(pose.rpy), elbow.axis))
+    return (*pose.position, *rotate(rotation(pose.rpy), elbow.motions[0].axis))
 
 
 def test_muscle_lengths_agree_with_caspr_for_the_same_robot(shared):

@@ -16,6 +16,7 @@ from addin_sdfusion.robot import (
     Trajectory,
     TrajectoryPoint,
     read_robot,
+    revolute,
     write_caspr,
     write_sdf,
 )
@@ -110,7 +111,7 @@ def with_joint(robot, **changes):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"type": "fixed", "coordinates": ()}, "no fixed joints.*'joint_2'"),
+        ({"motions": (), "coordinates": ()}, "no fixed joints.*'joint_2'"),
         ({"T_parent_joint": Pose(rpy=(0.1, 0.0, 0.0))}, "no turned frames.*'joint_2'"),
         ({"T_child_joint": Pose((0.1, 0.0, 0.0))}, "frame of link 'link_2'.*'joint_2'"),
     ],
@@ -148,7 +149,7 @@ def test_sdf_refuses_a_coordinate_that_is_not_called_as_its_joint(robot, tmp_pat
 
 
 def test_a_broken_robot_is_not_written(robot, tmp_path):
-    broken = with_joint(robot, axis=(0.0, 0.0, 0.0))
+    broken = with_joint(robot, motions=revolute((0.0, 0.0, 0.0)))
     with pytest.raises(RobotError, match="axis is zero"):
         write_sdf(broken, tmp_path)
     with pytest.raises(RobotError, match="axis is zero"):

@@ -10,7 +10,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from addin_sdfusion.robot import Inertia, Joint, Link, Robot, WORLD, check, write_sdf
-robot = Robot("r", (Link("a", Inertia(1.0)),), (Joint("j", "fixed", WORLD, "a"),))
+robot = Robot("r", (Link("a", Inertia(1.0)),), (Joint("j", WORLD, "a"),))
 write_sdf(robot, sys.argv[2])
 print([finding.code for finding in check(robot)], "lxml" in sys.modules)
 """

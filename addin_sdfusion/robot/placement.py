@@ -1,0 +1,23 @@
+"""Where something is: points and poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A rigid transform: rotate by roll, pitch, yaw about the fixed axes, then translate.
+
+    Attributes:
+        position: Translation, in [m].
+        rpy: Roll about x, pitch about y, yaw about z, in [rad]: R = Rz(yaw) Ry(pitch) Rx(roll).
+    """
+
+    position: Vector3 = (0.0, 0.0, 0.0)
+    rpy: Vector3 = (0.0, 0.0, 0.0)
+
+
+IDENTITY = Pose()
