@@ -13,15 +13,14 @@ from .model import (
     GRAVITY,
     WORLD,
     Axis,
-    CableSet,
     Inertia,
     Link,
-    Muscle,
+    Mesh,
     Robot,
     TaskFrame,
     TaskSet,
-    ViaPoint,
 )
+from .muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from .placement import IDENTITY, Pose, Vector3
 from .sdf import write_sdf
 from .trajectory import Spline, Trajectory, TrajectoryPoint
@@ -31,6 +30,8 @@ __all__ = [
     "IDENTITY",
     "WORLD",
     "Axis",
+    "BasePulley",
+    "CableModel",
     "CableSet",
     "CardsflowError",
     "Coordinate",
@@ -40,6 +41,7 @@ __all__ = [
     "Joint",
     "JointType",
     "Link",
+    "Mesh",
     "Motion",
     "MotionKind",
     "Muscle",
@@ -56,6 +58,8 @@ __all__ = [
     "UnknownNameError",
     "Vector3",
     "ViaPoint",
+    "Wrap",
+    "WrapSurface",
     "check",
     "prismatic",
     "read_robot",

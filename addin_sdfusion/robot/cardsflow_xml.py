@@ -10,7 +10,8 @@ from __future__ import annotations
 from itertools import groupby
 from xml.etree import ElementTree
 
-from .model import Muscle, Robot, TaskFrame
+from .model import Robot, TaskFrame
+from .muscle import Muscle
 from .xml_text import document, element, numbers
 
 

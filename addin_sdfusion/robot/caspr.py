@@ -18,7 +18,8 @@ from .check import require_valid
 from .errors import InputError
 from .files import write_files
 from .joint import Joint
-from .model import GRAVITY, WORLD, Link, Muscle, Robot, TaskFrame
+from .model import GRAVITY, WORLD, Link, Robot, TaskFrame
+from .muscle import Muscle
 from .placement import IDENTITY
 from .trajectory import Trajectory
 from .xml_text import document, element, numbers

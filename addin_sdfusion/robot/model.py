@@ -8,16 +8,16 @@ coordinates q.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 from .errors import UnknownNameError
 from .joint import Coordinate, Joint
-from .placement import Vector3
+from .muscle import CableSet, Muscle, WrapSurface
+from .placement import IDENTITY, Pose, Vector3
 
-Axis = Literal["x", "y", "z"]
+Axis = Literal["x", "y", "z", "alpha", "beta", "gamma"]
 
 WORLD = "world"
 """The name of the fixed frame, usable wherever a link is named as parent or for a via point."""
@@ -58,6 +58,25 @@ class Inertia:
 
 
 @dataclass(frozen=True, slots=True)
+class Mesh:
+    """A triangle mesh of a link.
+
+    Attributes:
+        role: `visual` or `collision`.
+        uri: Where the file is, as the robot's file says it.
+        pose: In the link's frame.
+        scale: Factors along x, y, z that make metres of the file's units.
+        name: Its name in the robot's file; may be empty.
+    """
+
+    role: Literal["visual", "collision"]
+    uri: str
+    pose: Pose = IDENTITY
+    scale: Vector3 = (1.0, 1.0, 1.0)
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Link:
     """A rigid body.
 
@@ -65,65 +84,31 @@ class Link:
         name: Its name, unique among the links.
         inertia: Mass properties.
         end: The far end in the link frame, in [m]; for drawing only, None where unknown.
+        meshes: What it looks like and what it collides with.
     """
 
     name: str
     inertia: Inertia
     end: Vector3 | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ViaPoint:
-    """A point that a muscle passes through.
-
-    Attributes:
-        link: The link it is fixed to, or `WORLD`.
-        position: In that link's frame, in [m].
-    """
-
-    link: str
-    position: Vector3
-
-
-@dataclass(frozen=True, slots=True)
-class Muscle:
-    """A cable that pulls along straight segments through its via points.
-
-    Attributes:
-        name: Its name, unique in its cable set.
-        via_points: At least two, in order.
-        f_min: Smallest force that a controller may command, in [N].
-        f_max: Largest force, in [N]; infinite where unknown.
-    """
-
-    name: str
-    via_points: tuple[ViaPoint, ...]
-    f_min: float = 0.0
-    f_max: float = math.inf
-
-
-@dataclass(frozen=True, slots=True)
-class CableSet:
-    """A named, complete set of muscles; a robot has one or more and uses one at a time."""
-
-    name: str
-    muscles: tuple[Muscle, ...]
+    meshes: tuple[Mesh, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class TaskFrame:
-    """A point on a link whose position is controlled or reported.
+    """A point on a link whose position is controlled or reported, or the link's orientation.
 
     Attributes:
         name: Its name, unique in its task set.
         link: The link it is fixed to.
-        position: In that link's frame, in [m].
-        axes: The world axes that count, in order.
+        position: In that link's frame, in [m]; the origin for an orientation.
+        axes: Which task coordinates count, in order: world axes x, y, z of the point, or the angles
+            alpha, beta, gamma of R_world_link = Rx(alpha) Ry(beta) Rz(gamma), in [rad]. The task
+            Jacobian is that of these coordinates: y' = J q' for both.
     """
 
     name: str
     link: str
-    position: Vector3
+    position: Vector3 = (0.0, 0.0, 0.0)
     axes: tuple[Axis, ...] = ("x", "y", "z")
 
 
@@ -135,7 +120,7 @@ class TaskSet:
     frames: tuple[TaskFrame, ...]
 
 
-_Named = TypeVar("_Named", Link, Joint, Coordinate, Muscle, CableSet, TaskSet)
+_Named = TypeVar("_Named", Link, Joint, Coordinate, Muscle, CableSet, TaskSet, WrapSurface)
 
 
 def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
@@ -170,6 +155,7 @@ class Robot:
         task_sets: Operational spaces; may be empty.
         task_set: Name of the active one; empty if there is none.
         gravity: In the world frame, in [m/s²].
+        wrap_surfaces: What muscles may wrap over.
     """
 
     name: str
@@ -179,7 +165,8 @@ class Robot:
     cable_set: str = ""
     task_sets: tuple[TaskSet, ...] = ()
     task_set: str = ""
-    gravity: Vector3 = field(default=GRAVITY)
+    gravity: Vector3 = GRAVITY
+    wrap_surfaces: tuple[WrapSurface, ...] = ()
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:

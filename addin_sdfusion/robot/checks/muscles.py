@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from ..finding import Finding, Subject, member
-from ..model import WORLD, Muscle, Robot
+from ..model import WORLD, Robot
+from ..muscle import Muscle
 from .report import error, unknown, warning
 
 

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 
 from ..finding import Finding, Subject, member
 from ..joint import Coordinate, Joint
-from ..model import Link, Muscle, Robot
+from ..model import Link, Robot
+from ..muscle import Muscle
 from .report import error, finite
 
 

@@ -6,7 +6,8 @@ import math
 from typing import cast
 
 from ..finding import member
-from ..model import Axis, CableSet, Muscle, TaskFrame, TaskSet, ViaPoint
+from ..model import Axis, TaskFrame, TaskSet
+from ..muscle import CableSet, Muscle, ViaPoint
 from .xml import Node, shortened
 
 

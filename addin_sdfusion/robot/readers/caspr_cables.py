@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from ..errors import UnknownNameError
 from ..finding import Subject, member
-from ..model import WORLD, CableSet, Link, Muscle, ViaPoint
+from ..model import WORLD, Link
+from ..muscle import CableSet, Muscle, ViaPoint
 from ..placement import Vector3
 from ..pose import add
 from .caspr_links import link_by_number
