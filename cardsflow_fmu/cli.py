@@ -66,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_run(commands, common)
     _add_build(commands, common)
     _add_check(commands, common)
+    _add_info(commands, common)
     return parser
 
 
@@ -138,6 +139,22 @@ def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
     parser.set_defaults(command=_check)
+
+
+def _add_info(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = _add_command(
+        commands,
+        common,
+        "info",
+        "Show what a robot or an FMU is made of.",
+        "cardsflow info examples/planar_2r/robot --cable-set basic_multi_segment",
+    )
+    parser.add_argument(
+        "thing", type=Path, help="a model.sdf, a *_bodies.xml, their folder, or an .fmu"
+    )
+    parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
+    parser.add_argument("--json", action="store_true", help="print it as JSON")
+    parser.set_defaults(command=_info)
 
 
 def _settings(words: Sequence[str]) -> dict[str, Any]:
@@ -223,6 +240,17 @@ def _check(options: argparse.Namespace) -> int:
         errors = sum(finding.is_error for finding in findings)
         print(f"{errors} errors, {len(findings) - errors} warnings")
     return FAILED if any(finding.is_error for finding in findings) else GOOD
+
+
+def _info(options: argparse.Namespace) -> int:
+    from .info import describe_fmu, describe_robot, fmu_info, robot_info
+
+    if options.thing.suffix == ".fmu":
+        info, describe = fmu_info(options.thing), describe_fmu
+    else:
+        info, describe = robot_info(options.thing, options.cable_set), describe_robot
+    print(json.dumps(info, indent=1) if options.json else describe(info))
+    return GOOD
 
 
 if __name__ == "__main__":

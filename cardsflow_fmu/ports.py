@@ -86,6 +86,15 @@ def task_signals(prefix: str, robot: Robot) -> list[str]:
     ]
 
 
+def task_units(robot: Robot) -> list[str]:
+    """The unit of every task coordinate, in the order of y."""
+    return [
+        "m" if axis in ("x", "y", "z") else "rad"
+        for frame in robot.task_frames
+        for axis in frame.axes
+    ]
+
+
 def force_unit(coordinate: Coordinate) -> str:
     """Unit of the generalised force of a coordinate."""
     return "N.m" if coordinate.unit == "rad" else "N"
@@ -135,8 +144,8 @@ def plant_ports(robot: Robot, q: Sequence[float], qd: Sequence[float], step: flo
             for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
         ),
         *(
-            Port(name, "m", "output", "continuous", f"Task coordinate {name[2:]}")
-            for name in task_signals("y", robot)
+            Port(name, unit, "output", "continuous", f"Task coordinate {name[2:]}")
+            for name, unit in zip(task_signals("y", robot), task_units(robot), strict=True)
         ),
         *_coordinate_ports("q_start", "", "Start position", robot, "parameter", "fixed", q),
         *_coordinate_ports("qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd),

@@ -1,14 +1,16 @@
-"""DartDynamics: the terms of M(q) qdd + C + G = -L(q)^T f at any (q, qd), for controllers."""
+"""DartDynamics: the terms of M qdd + C + G = -L^T f + A tau at any (q, qd), for controllers."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import Robot, TaskFrame
 
 from .muscle_paths import MusclePaths, vector
 from .skeleton import build_skeleton
+from .tasks import angle_bias, is_orientation, task_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -31,6 +33,7 @@ class DartDynamics:
         m: Number of muscles.
         f_min, f_max: Force bounds, shape (m,), in [N].
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
+        actuation: A, which gives motors of the joints their coordinates, shape (n, actuated).
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -44,15 +47,8 @@ class DartDynamics:
         self.f_min = np.array([muscle.f_min for muscle in robot.muscles])
         self.f_max = np.array([muscle.f_max for muscle in robot.muscles])
         self.damping = np.array([c.damping for c in robot.coordinates])
-        self._task_rows = [
-            3 * k + "xyz".index(axis)
-            for k, frame in enumerate(robot.task_frames)
-            for axis in frame.axes
-        ]
-        self._task_points = [
-            (self._skeleton.bodies[frame.link], np.array(frame.position))
-            for frame in robot.task_frames
-        ]
+        self.actuation = np.eye(self.n)[:, [c.actuated for c in robot.coordinates]]
+        self._task_rows = task_rows(robot)
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
         """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates.
@@ -99,36 +95,45 @@ class DartDynamics:
         return self._paths.evaluate(q).jacobian.copy()
 
     def task_position(self, q: ArrayLike) -> FloatArray:
-        """Task coordinates y(q), shape (k,), in [m]: the active frames' axes, in order.
+        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
-        return self._paths.task_positions(q).reshape(-1)[self._task_rows]
+        return self._paths.task_position(q)
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J(q) = dy/dq, shape (k, n), in [m/rad] or [m/m].
+        """J(q) = dy/dq, shape (k, n): y' = J q' for positions and angles alike.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
-        return self._paths.task_jacobians(q).reshape(-1, self.n)[self._task_rows]
+        return self._paths.task_jacobian(q)
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """J'(q, qd) qd, shape (k,), in [m/s²].
+        """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²].
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         """
         self._move(q, qd)
-        dart = self._skeleton.dart
-        velocities = dart.getVelocities()
-        terms = [
-            dart.getLinearJacobianDeriv(body, offset) @ velocities
-            for body, offset in self._task_points
-        ]
+        terms = [self._frame_bias(frame) for frame in self.robot.task_frames]
         return np.array(terms).reshape(-1)[self._task_rows]
+
+    def _frame_bias(self, frame: TaskFrame) -> FloatArray:
+        """The three values of a task frame in J' qd, at DART's present state."""
+        dart, body = self._skeleton.dart, self._skeleton.bodies[frame.link]
+        velocities = dart.getVelocities()
+        if not is_orientation(frame):
+            bias: FloatArray = (
+                dart.getLinearJacobianDeriv(body, np.array(frame.position)) @ velocities
+            )
+            return bias
+        R = body.getWorldTransform().rotation()
+        angles = Rotation.from_matrix(R).as_euler("XYZ")
+        w = dart.getAngularJacobian(body) @ velocities
+        return angle_bias(angles, w, dart.getAngularJacobianDeriv(body) @ velocities)
 
     def _move(self, q: ArrayLike, qd: ArrayLike | None = None) -> None:
         self._skeleton.set_positions(vector("q", q, self.n))

@@ -12,6 +12,7 @@ from addin_sdfusion.robot.check import require_valid
 
 from .blob import compile_blob
 from .core import Core
+from .tasks import task_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -62,8 +63,9 @@ class MusclePaths:
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
         k = len(robot.task_frames)
-        self._task_position = self._core.array("task_position", k, 3)
-        self._task_jacobian = self._core.array("task_jacobian", k, 3, n)
+        self._task_rows = task_rows(robot)
+        self._task_values = self._core.array("task_values", 3 * k)
+        self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
 
     def evaluate(self, q: ArrayLike) -> PathState:
         """Lengths and Jacobian at q, as views that the next call changes.
@@ -77,21 +79,21 @@ class MusclePaths:
         self._move(self._handle, vector("q", q, self._n).tobytes())
         return self._state
 
-    def task_positions(self, q: ArrayLike) -> FloatArray:
-        """Positions of the task points in the world, shape (k, 3), in [m]; a view.
+    def task_position(self, q: ArrayLike) -> FloatArray:
+        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
         self.evaluate(q)
-        return self._task_position
+        return self._task_values[self._task_rows]
 
-    def task_jacobians(self, q: ArrayLike) -> FloatArray:
-        """Jacobians of the task points, shape (k, 3, n), in [m/rad] or [m/m]; a view.
+    def task_jacobian(self, q: ArrayLike) -> FloatArray:
+        """J = dy/dq, shape (k, n): rows in [m] or [rad] per [rad] or [m].
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
         self.evaluate(q)
         self._core.update_task_jacobian(self._handle)
-        return self._task_jacobian
+        return self._task_jacobian[self._task_rows]

@@ -1,6 +1,6 @@
 """The plant: a robot in a DART world, pulled by its muscles.
 
-M(q) qdd + C + G + D qd = -L(q)^T f, stepped by DART's semi-implicit Euler rule; -L^T f is
+M(q) qdd + C + G + D qd = -L(q)^T f + A tau, stepped by DART's semi-implicit Euler rule; -L^T f is
 evaluated anew at every step. Joint damping D is integrated implicitly: DART's rule, stable for any
 step. Joint limits are inelastic stops.
 """
@@ -20,6 +20,7 @@ from .blob import compile_blob
 from .core import Core
 from .muscle_paths import vector
 from .skeleton import build_skeleton
+from .tasks import task_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -52,6 +53,7 @@ class Plant:
         self._step = float(step)
         n, m, k = len(robot.coordinates), len(robot.muscles), len(robot.task_frames)
         self._n, self._m = n, m
+        self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         self._core = Core(compile_blob(robot))
         self._handle = self._core.handle
         self._pull = self._core.pull
@@ -59,7 +61,8 @@ class Plant:
         self._lengths = self._core.array("lengths", m)
         self._jacobian = self._core.array("jacobian", m, n)
         self._torques = self._core.array("torques", n)
-        self._task_position = self._core.array("task_position", k, 3)
+        self._task_rows = task_rows(robot)
+        self._task_values = self._core.array("task_values", 3 * k)
         self._skeleton = build_skeleton(robot)
         self._world = _world(robot, self._skeleton.dart, step)
         self._set_forces = self._skeleton.set_forces
@@ -94,9 +97,9 @@ class Plant:
         return self._jacobian.copy()
 
     @property
-    def task_points(self) -> FloatArray:
-        """World positions of the active task frames, shape (k, 3), in [m]."""
-        return self._task_position.copy()
+    def task_position(self) -> FloatArray:
+        """Task coordinates y at the present q, shape (k,), in [m] or [rad]."""
+        return self._task_values[self._task_rows]
 
     def reset(self, q: ArrayLike | None = None, qd: ArrayLike | None = None) -> None:
         """Go to time 0 and a state.
@@ -113,12 +116,13 @@ class Plant:
         velocities = vector("qd", np.zeros(self._n) if qd is None else qd, self._n)
         self._go(0, positions, velocities)
 
-    def step(self, forces: ArrayLike) -> None:
+    def step(self, forces: ArrayLike, torques: ArrayLike | None = None) -> None:
         """Advance by one step with constant muscle forces.
 
         Args:
             forces: Tension of every muscle, shape (m,), in [N]. A cable cannot push: a negative
                 value acts as zero. The bounds f_min and f_max are the controller's business.
+            torques: tau, one for every actuated coordinate, in [N·m] or [N]; zero when None.
 
         Raises:
             InputError: A force is not finite, or the shape is wrong.
@@ -129,7 +133,7 @@ class Plant:
         if bad:
             muscle = self.robot.muscles[bad - 1].name
             raise InputError(f"force {f[bad - 1]} of muscle {muscle!r} is not finite")
-        self._set_forces(self._torques)
+        self._set_forces(self._torques if torques is None else self._with_motors(torques))
         self._world_step()
         q = self._get_positions()
         qd = self._get_velocities()
@@ -139,6 +143,15 @@ class Plant:
             self._diverged(bad - 1, q, qd)
         self.q = q
         self.qd = qd
+
+    def _with_motors(self, torques: ArrayLike) -> FloatArray:
+        """-L^T f + A tau, shape (n,)."""
+        tau = vector("torques", torques, len(self._actuated))
+        if not np.isfinite(tau).all():
+            raise InputError(f"torques must be finite, not {tau}")
+        total = self._torques.copy()
+        total[self._actuated] += tau
+        return total
 
     def get_state(self) -> FloatArray:
         """The whole state, shape (1 + 2 n,): number of steps since the reset, q, qd."""

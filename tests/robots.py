@@ -72,6 +72,7 @@ def random_robot(
     tasks = (
         TaskFrame("hand", links[joints - 1].name, _vector(rng)),
         TaskFrame("elbow", links[joints // 2].name, _vector(rng), ("z", "x")),
+        TaskFrame("palm", links[joints - 1].name, axes=("alpha", "gamma", "beta")),
     )
     return Robot(
         f"random_{seed}",

@@ -34,11 +34,6 @@ class PlantModel(ExperimentModel):
             self.outputs, [n, 2 * n, 2 * n + m]
         )
         self._q_start, self._qd_start, self._step = np.split(self.parameters, [n, 2 * n])
-        self._task_rows = [
-            3 * k + "xyz".index(axis)
-            for k, frame in enumerate(robot.task_frames)
-            for axis in frame.axes
-        ]
 
     @staticmethod
     def table(experiment: Experiment) -> list[Port]:
@@ -76,5 +71,5 @@ class PlantModel(ExperimentModel):
         self._q[:] = plant.q
         self._qd[:] = plant.qd
         self._lengths[:] = plant.lengths_view
-        if self._task_rows:
-            self._tasks[:] = plant.task_points.reshape(-1)[self._task_rows]
+        if self._tasks.size:
+            self._tasks[:] = plant.task_position

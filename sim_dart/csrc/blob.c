@@ -129,6 +129,18 @@ static int check_points(const char *what, const int32_t *frame, const double *po
     return 0;
 }
 
+static int check_tasks(const blob_view *b, char *message, size_t capacity)
+{
+    for (int k = 0; k < b->counts.tasks; k++) {
+        if (b->task_kind[k] < 0 || b->task_kind[k] >= TASKS)
+            return refuse(message, capacity, "task %d: unknown kind %d", k, (int)b->task_kind[k]);
+        if (!is_rotation(b->task_rotation + 9 * k))
+            return refuse(message, capacity, "task %d: its rotation is not orthonormal", k);
+    }
+    return check_points("task", b->task_frame, b->task_position, b->counts.tasks, b->counts.dofs, message,
+                        capacity);
+}
+
 static int check_muscles(const blob_view *b, char *message, size_t capacity)
 {
     int64_t points = 0;
@@ -151,6 +163,5 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
     return check_frames(view, message, capacity) || check_muscles(view, message, capacity) ||
            check_points("via point", view->point_frame, view->point_position, n->points, n->dofs, message,
                         capacity) ||
-           check_points("task point", view->task_frame, view->task_position, n->tasks, n->dofs, message,
-                        capacity);
+           check_tasks(view, message, capacity);
 }

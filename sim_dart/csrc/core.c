@@ -52,7 +52,7 @@ double *core_array(core *c, const char *name, size_t *length)
         {"lengths", c->lengths, muscles},
         {"jacobian", c->jacobian, muscles * dofs},
         {"torques", c->torques, dofs},
-        {"task_position", c->task_position, 3 * tasks},
+        {"task_values", c->task_values, 3 * tasks},
         {"task_jacobian", c->task_jacobian, 3 * tasks * dofs},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)

@@ -32,11 +32,11 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      lengths        muscle path lengths l, muscles
      jacobian       L = dl/dq, muscles x dofs, row by row
      torques        -L'f, dofs
-     task_position  y of every task point in the world, tasks x 3
-     task_jacobian  dy/dq, tasks x 3 x dofs                                                            */
+     task_values    task coordinates, tasks x 3: see enum task
+     task_jacobian  their derivatives by q, tasks x 3 x dofs                                           */
 CORE_API double *core_array(core *c, const char *name, size_t *length);
 
-/* Go to q: frames, path lengths, muscle Jacobian and task positions. */
+/* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
 CORE_API void core_move(core *c, const double *q);
 
 /* Beyond this size, in rad, m or their rates, a state is taken for one that has diverged: engines mask

@@ -31,8 +31,10 @@
      muscle_points    via points of a muscle, at least 2
      point_frame      frame that a via point is fixed to, or -1
      point_position   in that frame, in [m]; muscle after muscle
-     task_frame       frame that a task point is fixed to, or -1
-     task_position    in that frame, in [m]                                                            */
+     task_kind        enum task: what of the frame counts
+     task_frame       frame that a task is fixed to, or -1
+     task_position    of a point in that frame, in [m]
+     task_rotation    of a link in that frame, row by row                                              */
 #define BLOB_FIELDS(FIELD)                                                                             \
     FIELD(int32_t, parent, 1, dofs)                                                                    \
     FIELD(int32_t, motion, 1, dofs)                                                                    \
@@ -43,10 +45,16 @@
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
     FIELD(int32_t, point_frame, 1, points)                                                             \
     FIELD(double, point_position, 3, points)                                                           \
+    FIELD(int32_t, task_kind, 1, tasks)                                                                \
     FIELD(int32_t, task_frame, 1, tasks)                                                               \
-    FIELD(double, task_position, 3, tasks)
+    FIELD(double, task_position, 3, tasks)                                                             \
+    FIELD(double, task_rotation, 9, tasks)
 
 enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
+
+/* Task coordinates are three a task: x, y, z of a point, or the angles alpha, beta, gamma of
+   R = Rx(alpha) Ry(beta) Rz(gamma), which are singular at beta = +-pi/2.                              */
+enum task { TASK_POINT = 0, TASK_ORIENTATION = 1, TASKS };
 
 #define BLOB_COUNT_MEMBER(name, largest) int32_t name;
 typedef struct {

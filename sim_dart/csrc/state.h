@@ -17,7 +17,7 @@
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(jacobian, muscles *dofs)                                                                     \
     ARRAY(torques, dofs)                                                                               \
-    ARRAY(task_position, 3 * tasks)                                                                    \
+    ARRAY(task_values, 3 * tasks)                                                                      \
     ARRAY(task_jacobian, 3 * tasks *dofs)
 
 #define STATE_MEMBER(name, length) double *name;

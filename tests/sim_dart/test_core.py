@@ -52,7 +52,9 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
         ("muscle_points", [3], "do not add up"),
         ("point_frame", [-1, 2], "via point 1: there is no frame 2"),
         ("point_position", [[0, 0, 0], [np.inf, 0, 0]], "via point 1: its position"),
-        ("task_frame", [5], "task point 0: there is no frame 5"),
+        ("task_kind", [2], "task 0: unknown kind 2"),
+        ("task_rotation", [np.ones((3, 3))], "task 0: its rotation"),
+        ("task_frame", [5], "task 0: there is no frame 5"),
     ],
 )
 def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
@@ -67,6 +69,8 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
         "muscle_points": [2],
         "point_frame": [-1, 1],
         "point_position": [[0, 0, 0], [1, 0, 0]],
+        "task_kind": [0],
+        "task_rotation": [np.eye(3)],
         "task_frame": [1],
         "task_position": [[0, 0, 1]],
     }

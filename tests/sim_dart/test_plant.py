@@ -35,6 +35,22 @@ def test_a_step_is_the_semi_implicit_euler_step_of_the_equation_of_motion(seed: 
     assert plant.time == h
 
 
+def test_motors_of_joints_add_their_torque() -> None:
+    """M qdd = -L'f + A tau - C - G, with a motor at the second joint only."""
+    first, second = planar_2r().joints
+    motor = replace(second.coordinates[0], actuated=True)
+    robot = replace(planar_2r(), joints=(first, replace(second, coordinates=(motor,))))
+    plant, terms, h = Plant(robot), DartDynamics(robot), 1e-3
+    f, tau, zero = np.full(4, 10.0), np.array([0.7]), np.zeros(2)
+    plant.step(f, tau)
+    pull = -terms.muscle_jacobian(zero).T @ f + terms.actuation @ tau - terms.gravity(zero)
+    expected = h * np.linalg.solve(terms.mass_matrix(zero), pull)
+    np.testing.assert_allclose(plant.qd, expected, rtol=1e-12, atol=1e-14)
+    for wrong in ([], [np.nan], [1.0, 2.0]):
+        with pytest.raises(InputError, match="torques"):
+            plant.step(f, wrong)
+
+
 def test_lengths_follow_the_state() -> None:
     robot = random_robot(3)
     plant, terms = Plant(robot), DartDynamics(robot)
