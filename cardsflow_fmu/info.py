@@ -118,8 +118,14 @@ def describe_robot(info: dict[str, Any]) -> str:
     ]
     parts.append(_table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
     muscles = [
-        [m["name"], m["model"], f"{m['f_min']:g}", _bound(m["f_max"], ""), f"{m['length']:.6g}"]
-        + [" - ".join(m["links"])]
+        [
+            m["name"],
+            m["model"],
+            f"{m['f_min']:g}",
+            _bound(m["f_max"], ""),
+            f"{m['length']:.6g}",
+            " - ".join(m["links"]),
+        ]
         for m in info["muscles"]
     ]
     heads = ["muscle", "cable", "f_min [N]", "f_max [N]", "length [m]", "links"]
