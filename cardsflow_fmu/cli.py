@@ -67,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_build(commands, common)
     _add_check(commands, common)
     _add_info(commands, common)
+    _add_convert(commands, common)
     return parser
 
 
@@ -155,6 +156,26 @@ def _add_info(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
     parser.add_argument("--json", action="store_true", help="print it as JSON")
     parser.set_defaults(command=_info)
+
+
+def _add_convert(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = _add_command(
+        commands,
+        common,
+        "convert",
+        "Write a robot in another format, and say what that cannot hold.",
+        "cardsflow convert examples/planar_2r/robot --to mjcf -o planar_2r_mjcf",
+    )
+    parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
+    parser.add_argument(
+        "--to", required=True, metavar="FORMAT", help="sdf, caspr, cardsflow, urdf, mjcf or osim"
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the files")
+    parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
+    parser.add_argument(
+        "--repair", action="store_true", help="undo the known defects of published inertias"
+    )
+    parser.set_defaults(command=_convert)
 
 
 def _settings(words: Sequence[str]) -> dict[str, Any]:
@@ -250,6 +271,20 @@ def _info(options: argparse.Namespace) -> int:
     else:
         info, describe = robot_info(options.thing, options.cable_set), describe_robot
     print(json.dumps(info, indent=1) if options.json else describe(info))
+    return GOOD
+
+
+def _convert(options: argparse.Namespace) -> int:
+    from addin_sdfusion.robot.convert import convert
+    from addin_sdfusion.robot.readers import read
+
+    reading = read(options.robot, options.cable_set, repair=options.repair)
+    robot = reading.require()
+    conversion = convert(robot, options.to, options.output)
+    for finding in (*reading.findings, *conversion.findings):
+        print(finding, file=sys.stderr)
+    for path in conversion.files:
+        print(path)
     return GOOD
 
 

@@ -195,6 +195,7 @@ class Experiment:
                     {"time": point.time, "q": list(point.q)}
                     | ({"qd": list(point.qd)} if point.qd else {})
                     | ({"qdd": list(point.qdd)} if point.qdd else {})
+                    | ({"blend_time": point.blend_time} if point.blend_time else {})
                     for point in trajectory.points
                 ],
             },

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
-from addin_sdfusion.robot import InputError, Muscle, Robot, RobotError, UnknownNameError
+from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
 from addin_sdfusion.robot.check import require_valid
 from addin_sdfusion.robot.readers import Reading, read
 from addin_sdfusion.robot.readers.trajectories import read_trajectory
@@ -29,7 +29,9 @@ from .tables import Table
 from .timing import whole_steps
 
 _CONTROLLERS = ("joint_space",)
-_SPLINES = ("linear", "cubic", "quintic")
+_SPLINES = ("linear", "cubic", "quintic", "parabolic_blend", "samples")
+_WITH_RATES = ("cubic", "quintic", "samples")
+_WITH_ACCELERATIONS = ("quintic", "samples")
 
 
 def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
@@ -110,9 +112,7 @@ def _robot(table: Table) -> tuple[Reading, Robot]:
         reading = read(path, cable_set or None)
     except UnknownNameError as error:
         raise table.unknown("cable_set", "cable set", error.name, error.known) from None
-    robot = reading.robot
-    if robot is None or any(finding.is_error for finding in reading.findings):
-        raise RobotError(reading.findings, file=path)
+    robot = reading.require()
     if task_set:
         known = [s.name for s in robot.task_sets]
         if task_set not in known:
@@ -203,11 +203,13 @@ def _point(table: Table, index: int, row: Any, spline: Spline, robot: Robot) -> 
     if not isinstance(row, dict):
         raise table.error(f"points[{index}]", f"must be a table, not {row!r}")
     point = Table(row, table.file, path)
+    rates, accelerations = spline in _WITH_RATES, spline in _WITH_ACCELERATIONS
     result = TrajectoryPoint(
         time=point.number("time"),
         q=point.by_name("q", "coordinate", names),
-        qd=() if spline == "linear" else point.by_name("qd", "coordinate", names, 0.0),
-        qdd=() if spline != "quintic" else point.by_name("qdd", "coordinate", names, 0.0),
+        qd=point.by_name("qd", "coordinate", names, 0.0) if rates else (),
+        qdd=point.by_name("qdd", "coordinate", names, 0.0) if accelerations else (),
+        blend_time=point.number("blend_time", 0.0) if spline == "parabolic_blend" else 0.0,
     )
     point.close()
     return result

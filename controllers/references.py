@@ -1,15 +1,17 @@
-"""References in joint space: splines through given points, as CASPR defines them."""
+"""References: piecewise polynomials through given points, as CASPR defines them."""
 
 from __future__ import annotations
 
 import bisect
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BPoly, PPoly
 
-from addin_sdfusion.robot.trajectory import Trajectory
+from addin_sdfusion.robot.trajectory import Trajectory, TrajectoryPoint
 
 FloatArray = NDArray[np.float64]
 
@@ -29,15 +31,18 @@ class JointReference(NamedTuple):
 
 
 class SplineReference:
-    """A piecewise polynomial through the points of a trajectory.
+    """A piecewise polynomial through the points of a trajectory, every coordinate for itself.
 
     A linear spline matches their positions, a cubic one (Hermite) their velocities as well, a
-    quintic one their accelerations too.
+    quintic one their accelerations too. A parabolic blend rests in every point: between two of them
+    it speeds up for the blend time, goes straight, and slows down for the blend time. Between
+    samples, positions, velocities and accelerations are interpolated linearly, each for itself, for
+    rounded samples make wild polynomials.
 
     Before the first point and after the last, it rests there.
 
     Args:
-        trajectory: The points.
+        trajectory: The points; of an operational trajectory q is its y.
 
     Attributes:
         name: The trajectory's name.
@@ -47,15 +52,15 @@ class SplineReference:
     def __init__(self, trajectory: Trajectory) -> None:
         points = trajectory.points
         self.name = trajectory.name
-        self._times = [point.time for point in points]
-        self.duration = self._times[-1]
-        derivatives = [
-            [row for row in (point.q, point.qd, point.qdd) if len(row)] for point in points
-        ]
-        bernstein = BPoly.from_derivatives(self._times, derivatives)
-        power = PPoly.from_bernstein_basis(bernstein).c  # (degree + 1, segments, n), highest first
-        self._coefficients = np.ascontiguousarray(power[::-1].transpose(1, 0, 2))
-        self._orders = np.arange(self._coefficients.shape[1])
+        self.duration = points[-1].time
+        if trajectory.spline == "samples":
+            self._times, coefficients = _through_samples(points)
+        elif trajectory.spline == "parabolic_blend":
+            self._times, coefficients = _blends(points)
+        else:
+            self._times, coefficients = _splines(points)
+        self._orders = np.arange(coefficients.shape[1], dtype=np.float64)
+        self._coefficients = coefficients.reshape(*coefficients.shape[:2], -1)
         rest = np.zeros(len(points[0].q))
         self._first = JointReference(np.array(points[0].q), rest, rest)
         self._last = JointReference(np.array(points[-1].q), rest, rest)
@@ -71,15 +76,67 @@ class SplineReference:
         if t > self.duration:
             return self._last
         segment = min(bisect.bisect_right(self._times, t), len(self._times) - 1) - 1
-        rows = self._powers(t - self._times[segment]) @ self._coefficients[segment]
+        powers = (t - self._times[segment]) ** self._orders
+        rows = (powers @ self._coefficients[segment]).reshape(3, -1)
         return JointReference(rows[0], rows[1], rows[2])
 
-    def _powers(self, s: float) -> FloatArray:
-        """s^k and its two derivatives for every order k, shape (3, degree + 1)."""
-        k = self._orders
-        powers = s ** np.arange(k.size, dtype=np.float64)
-        table = np.zeros((3, k.size))
-        table[0] = powers
-        table[1, 1:] = k[1:] * powers[:-1]
-        table[2, 2:] = (k * (k - 1))[2:] * powers[:-2]
-        return table
+
+def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
+    """Segments that match what the points give.
+
+    Returns:
+        Where the segments begin and the last one ends, in [s], and for each of them the
+        coefficients of the powers of the time since its begin, lowest first, of the positions,
+        velocities and accelerations; shape (segments, orders, 3, n).
+    """
+    times = [point.time for point in points]
+    derivatives = [[row for row in (p.q, p.qd, p.qdd) if len(row)] for p in points]
+    bernstein = BPoly.from_derivatives(times, derivatives)
+    power = PPoly.from_bernstein_basis(bernstein).c  # (degree + 1, segments, n), highest first
+    return times, _with_derivatives(power[::-1].transpose(1, 0, 2))
+
+
+def _blends(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
+    """Three segments between two points: a parabola, a straight line, a parabola.
+
+    Returns:
+        As for `_splines`.
+    """
+    times, segments = [0.0], []
+    for start, end in pairwise(points):
+        q0, q1 = np.array(start.q), np.array(end.q)
+        blend, duration = end.blend_time, end.time - start.time
+        a = (q1 - q0) / (blend * (duration - blend))
+        v, way = a * blend, a * blend**2 / 2.0
+        segments += [(q0, 0.0 * a, a / 2.0), (q0 + way, v, 0.0 * a), (q1 - way, v, -a / 2.0)]
+        times += [start.time + blend, end.time - blend, end.time]
+    return times, _with_derivatives(np.array(segments))
+
+
+def _with_derivatives(coefficients: FloatArray) -> FloatArray:
+    """Coefficients of polynomials beside those of their first and second derivatives.
+
+    Args:
+        coefficients: Lowest order first, shape (segments, orders, n).
+
+    Returns:
+        Shape (segments, orders, 3, n).
+    """
+    table = np.zeros((*coefficients.shape[:2], 3, coefficients.shape[2]))
+    k = np.arange(1, coefficients.shape[1])[:, None]
+    table[:, :, 0] = coefficients
+    table[:, :-1, 1] = k * table[:, 1:, 0]
+    table[:, :-1, 2] = k * table[:, 1:, 1]
+    return table
+
+
+def _through_samples(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
+    """Segments that lead all three rows of each sample straight to those of the next one.
+
+    Returns:
+        As for `_splines`.
+    """
+    times = [point.time for point in points]
+    rows = np.array([(p.q, p.qd, p.qdd) for p in points])
+    slopes = np.diff(rows, axis=0) / np.diff(times)[:, None, None]
+    return times, np.stack([rows[:-1], slopes], axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 from hypothesis import strategies as st
@@ -11,6 +12,8 @@ from addin_sdfusion.robot import (
     GRAVITY,
     IDENTITY,
     WORLD,
+    BasePulley,
+    CableModel,
     CableSet,
     Coordinate,
     Inertia,
@@ -27,6 +30,7 @@ from addin_sdfusion.robot import (
     revolute,
 )
 from addin_sdfusion.robot.caspr_joints import CASPR_JOINTS
+from addin_sdfusion.robot.caspr_words import CASPR_CABLES, CASPR_PULLEYS
 from addin_sdfusion.robot.pose import normalized
 
 numbers = st.floats(-10.0, 10.0)
@@ -88,8 +92,42 @@ def motions(draw: st.DrawFn, caspr: bool) -> tuple[Motion, ...]:
 
 
 @st.composite
+def cable_models(draw: st.DrawFn) -> CableModel:
+    """Any kind of cable that CASPR has, with all its properties or without the optional ones."""
+    cable = draw(st.sampled_from(list(CASPR_CABLES.values())))
+    parameters = []
+    for item in cable.properties:
+        if item.required or draw(st.booleans()):
+            count = item.size or draw(st.integers(1, 4))
+            parameters += [(item.name(k), draw(numbers)) for k in range(1, count + 1)]
+    return CableModel(cable.kind, tuple(parameters))
+
+
+@st.composite
+def base_pulleys(draw: st.DrawFn) -> BasePulley:
+    """Either of the pulleys that CASPR has at the base."""
+    words = draw(st.sampled_from(list(CASPR_PULLEYS.values())))
+    rows = [draw(st.tuples(*[numbers] * (item.size or 1))) for item in words.properties]
+    tags = [item.tag for item in words.properties]
+    return BasePulley(words.kind, tuple(zip(tags, rows, strict=True)))
+
+
+@st.composite
+def caspr_muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
+    """A muscle of any kind that CASPR has."""
+    muscle = replace(draw(muscles(name, links)), model=draw(cable_models()))
+    if muscle.model.kind == "passive_spring":
+        muscle = replace(muscle, f_min=0.0, f_max=0.0)
+    first, *others = muscle.via_points
+    first = replace(first, link=WORLD)
+    if first != others[0] and draw(st.booleans()):
+        muscle = replace(muscle, via_points=(first, *others), pulley=draw(base_pulleys()))
+    return muscle
+
+
+@st.composite
 def muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
-    """A muscle through points on any links and the world."""
+    """An ideal muscle through points on any links and the world."""
     point = st.builds(ViaPoint, st.sampled_from([WORLD, *links]), vectors)
     points = draw(
         st.lists(point, min_size=2, max_size=4).filter(
@@ -101,21 +139,31 @@ def muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
 
 
 @st.composite
-def cable_sets(draw: st.DrawFn, name: str, links: list[str]) -> CableSet:
+def cable_sets(draw: st.DrawFn, name: str, links: list[str], caspr: bool) -> CableSet:
     """A cable set with up to three muscles."""
     members = draw(st.lists(names, max_size=3, unique=True))
-    return CableSet(name, tuple(draw(muscles(member, links)) for member in members))
+    kinds = caspr_muscles if caspr else muscles
+    return CableSet(name, tuple(draw(kinds(member, links)) for member in members))
+
+
+def some_of(*axes: str) -> st.SearchStrategy[tuple[str, ...]]:
+    """Some of the axes, in any order."""
+    return st.lists(st.sampled_from(axes), min_size=1, max_size=3, unique=True).map(tuple)
 
 
 @st.composite
-def task_sets(draw: st.DrawFn, name: str, links: list[str]) -> TaskSet:
-    """A task set with one or two frames."""
-    members = draw(st.lists(names, min_size=1, max_size=2, unique=True))
-    some = st.lists(st.sampled_from(["x", "y", "z"]), min_size=1, max_size=3, unique=True)
-    frames = (
-        TaskFrame(member, draw(st.sampled_from(links)), draw(vectors), tuple(draw(some)))
-        for member in members
-    )
+def task_sets(draw: st.DrawFn, name: str, links: list[str], caspr: bool) -> TaskSet:
+    """A task set with one or two frames; for CASPR also with orientations and poses."""
+    frames = []
+    for member in draw(st.lists(names, min_size=1, max_size=2, unique=True)):
+        link = draw(st.sampled_from(links))
+        kind = draw(st.sampled_from(["position", "orientation", "pose"] if caspr else ["position"]))
+        if kind != "orientation":
+            frames.append(TaskFrame(member, link, draw(vectors), draw(some_of("x", "y", "z"))))
+        if kind != "position":
+            angles = draw(some_of("alpha", "beta", "gamma"))
+            called = member + "_orientation" if kind == "pose" else member
+            frames.append(TaskFrame(called, link, (0.0, 0.0, 0.0), angles))
     return TaskSet(name, tuple(frames))
 
 
@@ -153,9 +201,9 @@ def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
         "robot" if caspr else draw(names),
         tuple(links),
         tuple(joints),
-        tuple(draw(cable_sets(name, link_names)) for name in cables),
+        tuple(draw(cable_sets(name, link_names, caspr)) for name in cables),
         draw(st.sampled_from(cables or [""])),
-        tuple(draw(task_sets(name, link_names)) for name in tasks),
+        tuple(draw(task_sets(name, link_names, caspr)) for name in tasks),
         draw(st.sampled_from(tasks or [""])),
         GRAVITY if caspr else draw(vectors),
     )

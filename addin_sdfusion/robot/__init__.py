@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .caspr import write_caspr
+from .caspr import losses as caspr_losses
+from .caspr import models_list_row, write_caspr
 from .check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
@@ -23,7 +24,9 @@ from .model import (
 from .muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from .placement import IDENTITY, Pose, Vector3
 from .sdf import write_sdf
-from .trajectory import Spline, Trajectory, TrajectoryPoint
+from .sdf_losses import sdf_losses
+from .simplify import align_frames, merge_fixed_joints
+from .trajectory import Space, Spline, Trajectory, TrajectoryPoint
 
 __all__ = [
     "GRAVITY",
@@ -49,6 +52,7 @@ __all__ = [
     "Robot",
     "RobotError",
     "SimulationError",
+    "Space",
     "Spline",
     "Subject",
     "TaskFrame",
@@ -60,22 +64,28 @@ __all__ = [
     "ViaPoint",
     "Wrap",
     "WrapSurface",
+    "align_frames",
+    "caspr_losses",
     "check",
+    "merge_fixed_joints",
+    "models_list_row",
     "prismatic",
     "read_robot",
     "require_valid",
     "revolute",
+    "sdf_losses",
     "write_caspr",
     "write_sdf",
 ]
 
 
-def read_robot(path: str | Path, cable_set: str | None = None) -> Robot:
+def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Robot:
     """Read a robot from its files.
 
     Args:
         path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
         cable_set: The cable set to make active; the file's own choice if None.
+        repair: Whether to undo known defects of published files.
 
     Returns:
         A robot without errors; `addin_sdfusion.robot.readers.read` also tells the warnings.
@@ -87,4 +97,4 @@ def read_robot(path: str | Path, cable_set: str | None = None) -> Robot:
     """
     from .readers import read_robot as read  # lxml is not there inside Fusion
 
-    return read(path, cable_set)
+    return read(path, cable_set, repair=repair)

@@ -9,23 +9,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import accumulate, pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
 from .caspr_joints import CASPR_AXIS_JOINTS, caspr_word
+from .caspr_losses import losses
+from .caspr_tasks import task_items
+from .caspr_trajectories import traj_file, traj_text, write_trajectory
+from .caspr_words import CASPR_CABLES, CASPR_PULLEYS, Property
 from .check import require_valid
-from .errors import InputError
+from .errors import InputError, RobotError
 from .files import write_files
 from .joint import Joint
-from .model import GRAVITY, WORLD, Link, Robot, TaskFrame
-from .muscle import Muscle
-from .placement import IDENTITY
+from .model import WORLD, Link, Robot
+from .muscle import BasePulley, Muscle, ViaPoint
 from .trajectory import Trajectory
 from .xml_text import document, element, numbers
 
+__all__ = ["losses", "models_list_row", "write_caspr"]
+
 TEMPLATES = "../../../templates"
 """Where CASPR's models find its DTDs."""
+GROUP = "CARDSFlow"
+"""The folder among CASPR's models that the row of its list names; any other one will do."""
 
 
 def write_caspr(
@@ -36,51 +42,65 @@ def write_caspr(
 ) -> list[Path]:
     """Write `<name>_bodies.xml`, `_cables.xml`, `_operational_spaces.xml` and `_trajectories.xml`.
 
+    Sampled trajectories stand in `<name>_<number>.traj` files of their own. What CASPR cannot hold
+    is left out where that does little harm; `losses` tells it all.
+
     Args:
         robot: What to write.
         folder: Where to; made if it does not exist.
         name: How the files begin; the robot's name if None.
-        trajectories: Joint trajectories, in the order of the robot's coordinates.
+        trajectories: In the order of the robot's coordinates, or of an operational space's axes.
 
     Returns:
         The files written.
 
     Raises:
-        RobotError: The robot has errors.
-        InputError: CASPR cannot hold the robot, or the folder cannot be written.
+        RobotError: The robot has errors, or CASPR cannot hold it.
+        InputError: The folder cannot be written, or the name cannot be part of a file name.
     """
     require_valid(robot)
-    _require_caspr(robot)
-    name = robot.name if name is None else name
-    if not name or any(sign in name for sign in "/\\\0"):
-        raise InputError(f"{name!r} cannot be part of a file name; give another name")
+    lost = losses(robot, trajectories)
+    if any(finding.is_error for finding in lost):
+        raise RobotError(lost)
+    name = _file_name(robot, name)
     texts = {
         f"{name}_bodies.xml": _bodies(robot),
         f"{name}_cables.xml": _cables(robot),
         f"{name}_operational_spaces.xml": _operational_spaces(robot),
-        f"{name}_trajectories.xml": _trajectories(robot, trajectories),
+        f"{name}_trajectories.xml": _trajectories(name, trajectories),
     }
+    for i, trajectory in enumerate(trajectories, start=1):
+        if trajectory.spline == "samples":
+            texts[traj_file(name, i)] = traj_text(trajectory)
     return write_files(folder, texts)
 
 
-def _require_caspr(robot: Robot) -> None:
-    if robot.gravity != GRAVITY:
-        raise InputError(f"CASPR's gravity is {GRAVITY}, not {robot.gravity}")
-    for joint in robot.joints:
-        if joint.type == "fixed":
-            raise InputError(f"CASPR has no fixed joints: merge the links of {joint.name!r}")
-        if caspr_word(joint.motions) is None:
-            raise InputError(f"CASPR has no joint with the motions of {joint.name!r}")
-        if any(joint.T_parent_joint.rpy) or any(joint.T_child_joint.rpy):
-            what = f"CASPR has no turned frames: joint {joint.name!r} turns one at q = 0"
-            raise InputError(what)
-        if joint.T_child_joint != IDENTITY:
-            what = f"in CASPR the frame of link {joint.child!r} is that of joint {joint.name!r}"
-            raise InputError(f"{what}; move the link's frame there")
-        if len({coordinate.actuated for coordinate in joint.coordinates}) > 1:
-            raise InputError(f"in CASPR all coordinates of {joint.name!r} are actuated, or none")
-        if any(coordinate.damping for coordinate in joint.coordinates):
-            raise InputError(f"CASPR has no damping: joint {joint.name!r} has; set it to 0")
+def models_list_row(robot: Robot, name: str | None = None) -> str:
+    """The line that makes a robot known in CASPR's `models_list.csv`.
+
+    The folder it names, `/CARDSFlow/<name>/`, lies as deep as the written DOCTYPE lines need it.
+
+    Args:
+        robot: The robot.
+        name: How its files begin; the robot's name if None.
+
+    Raises:
+        InputError: A name holds a comma, which parts the columns, or cannot name a file.
+    """
+    name = _file_name(robot, name)
+    if "," in name + robot.name:
+        what = "CASPR's list of models parts its columns by commas; give a name without one"
+        raise InputError(f"{robot.name!r}, files {name!r}: {what}")
+    parts = ("bodies", "cables", "trajectories", "operational_spaces")
+    files = [f"{name}_{part}.xml" for part in parts]
+    return ",".join([robot.name, f"/{GROUP}/{name}/", *files])
+
+
+def _file_name(robot: Robot, name: str | None) -> str:
+    name = robot.name if name is None else name
+    if not name or any(sign in name for sign in "/\\\0"):
+        raise InputError(f"{name!r} cannot be part of a file name; give another name")
+    return name
 
 
 def _bodies(robot: Robot) -> str:
@@ -135,15 +155,41 @@ def _cables(robot: Robot) -> str:
 
 
 def _cable(cable_set: ElementTree.Element, muscle: Muscle, numbered: dict[str, int]) -> None:
-    node = element(cable_set, "cable_ideal", name=muscle.name, attachment_reference="joint")
+    kinds = {cable.kind: tag for tag, cable in CASPR_CABLES.items()}
+    tag = kinds[muscle.model.kind]
+    node = element(cable_set, tag, name=muscle.name, attachment_reference="joint")
     properties = element(node, "properties")
-    element(properties, "force_min", muscle.f_min)
-    element(properties, "force_max", muscle.f_max)
+    if muscle.model.kind != "passive_spring":
+        element(properties, "force_min", muscle.f_min)
+        element(properties, "force_max", muscle.f_max)
+    for item in CASPR_CABLES[tag].properties:
+        _property(properties, item, dict(muscle.model.parameters))
     attachments = element(node, "attachments")
-    for point in muscle.via_points:
+    for i, point in enumerate(muscle.via_points):
+        if i == 0 and muscle.pulley is not None:
+            _pulley(attachments, muscle.pulley, point)
+            continue
         attachment = element(attachments, "attachment")
         element(attachment, "link", str(numbered[point.link]))
         element(attachment, "location", numbers(point.position))
+
+
+def _property(parent: ElementTree.Element, item: Property, parameters: dict[str, float]) -> None:
+    """A cable's property, if the parameters hold it."""
+    most = item.size or len(parameters)
+    names = [item.name(k) for k in range(1, most + 1)]
+    values = [parameters[name] for name in names if name in parameters]
+    if values:
+        element(parent, item.tag, numbers(values))
+
+
+def _pulley(attachments: ElementTree.Element, pulley: BasePulley, point: ViaPoint) -> None:
+    tag = next(tag for tag, words in CASPR_PULLEYS.items() if words.kind == pulley.kind)
+    node = element(attachments, tag)
+    element(node, CASPR_PULLEYS[tag].location, numbers(point.position))
+    parameters = dict(pulley.parameters)
+    for item in CASPR_PULLEYS[tag].properties:
+        element(node, item.tag, numbers(parameters[item.tag]))
 
 
 def _operational_spaces(robot: Robot) -> str:
@@ -151,55 +197,26 @@ def _operational_spaces(robot: Robot) -> str:
     numbered = _numbers(robot)
     for task_set in robot.task_sets:
         node = element(root, "operational_set", id=task_set.name)
-        for i, frame in enumerate(task_set.frames, start=1):
-            _position(node, i, frame, numbered)
+        for i, item in enumerate(task_items(task_set.frames), start=1):
+            child = element(node, item.tag, marker_id=str(i), name=item.name)
+            element(child, "link", str(numbered[item.link]))
+            if item.offset is not None:
+                element(child, "offset", numbers(item.offset))
+            element(child, "axes", active_axes=item.letters)
     # The name in the DOCTYPE is not that of the root in any of CASPR's own files either.
     return document(root, f'trajectories SYSTEM "{TEMPLATES}/operational_spaces.dtd"')
 
 
-def _position(
-    task_set: ElementTree.Element, i: int, frame: TaskFrame, numbered: dict[str, int]
-) -> None:
-    node = element(task_set, "position", marker_id=str(i), name=frame.name)
-    element(node, "link", str(numbered[frame.link]))
-    element(node, "offset", numbers(frame.position))
-    element(node, "axes", active_axes="".join(frame.axes))
-
-
-def _trajectories(robot: Robot, trajectories: Sequence[Trajectory]) -> str:
+def _trajectories(name: str, trajectories: Sequence[Trajectory]) -> str:
     root = element(None, "trajectories")
-    group = element(root, "joint_trajectories")
-    for trajectory in trajectories:
-        _trajectory(group, trajectory, len(robot.coordinates))
+    joint = element(root, "joint_trajectories")
+    operational = None
+    for i, trajectory in enumerate(trajectories, start=1):
+        if trajectory.space == "operational" and operational is None:
+            operational = element(root, "operational_trajectories")
+        group = joint if trajectory.space == "joint" or operational is None else operational
+        write_trajectory(group, trajectory, traj_file(name, i))
     return document(root, f'trajectories SYSTEM "{TEMPLATES}/trajectories.dtd"')
-
-
-def _trajectory(group: ElementTree.Element, trajectory: Trajectory, size: int) -> None:
-    definition, times = _times(trajectory)
-    node = element(
-        group,
-        f"{trajectory.spline}_spline_trajectory",
-        id=trajectory.name,
-        time_definition=definition,
-        time_step=numbers([trajectory.time_step]),
-    )
-    points = element(node, "points")
-    for i, (point, time) in enumerate(zip(trajectory.points, times, strict=True)):
-        if len(point.q) != size:
-            what = f"trajectory {trajectory.name!r} has {len(point.q)} values a point"
-            raise InputError(f"{what}; the robot has {size} coordinates")
-        attributes = {"time": numbers([time])} if i else {}
-        item = element(points, "point", None, **attributes)
-        for tag, values in (("q", point.q), ("q_dot", point.qd), ("q_ddot", point.qdd)):
-            if values:
-                element(item, tag, numbers(values))
-
-
-def _times(trajectory: Trajectory) -> tuple[str, list[float]]:
-    """Times as CASPR's models give them, from point to point, unless rounding would shift one."""
-    times = [point.time for point in trajectory.points]
-    steps = [0.0, *(end - start for start, end in pairwise(times))]
-    return ("relative", steps) if list(accumulate(steps)) == times else ("absolute", times)
 
 
 def _numbers(robot: Robot) -> dict[str, int]:

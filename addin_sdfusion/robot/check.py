@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from .checks import masses, muscles, names, numbers, tasks, tree
+from .checks import masses, muscles, names, numbers, tasks, tree, wraps
 from .errors import RobotError
 from .finding import Finding
 from .model import Robot
@@ -30,6 +30,9 @@ CHECKS: tuple[Check, ...] = (
     muscles.via_points,
     muscles.moment_arms,
     muscles.force_limits,
+    muscles.cable_models,
+    wraps.wrap_surfaces,
+    wraps.wraps,
     tasks.task_frames,
 )
 

@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+from itertools import pairwise
+from pathlib import Path
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from robots import PLANAR_2R
 
@@ -65,6 +68,76 @@ def test_the_papers_motion_is_the_quintic_of_minimum_jerk() -> None:
         np.testing.assert_allclose(point.q, [q1, -q1], atol=1e-13)
     middle = reference.evaluate(2.0)
     assert middle.qd[0] == pytest.approx(1.875 / 4.0)
+
+
+def casprs_blend(q0: float, q1: float, duration: float, blend: float, t: float) -> list[float]:
+    """Position, velocity and acceleration as CASPR's parabolic blend defines them."""
+    a = (q0 - q1) / (blend**2 - duration * blend)
+    corner = q0 + a * blend**2 / 2
+    v = ((q0 + q1) / 2 - corner) / (duration / 2 - blend)
+    if t < blend:
+        return [q0 + a * t**2 / 2, a * t, a]
+    if t < duration - blend:
+        return [corner + v * (t - blend), v, 0.0]
+    return [q1 - a * (t - duration) ** 2 / 2, -a * (t - duration), -a]
+
+
+@given(numbers, numbers, st.floats(0.1, 5.0), st.floats(0.05, 0.49), st.floats(0.0, 0.999))
+def test_a_parabolic_blend_is_casprs(
+    q0: float, q1: float, duration: float, share: float, part: float
+) -> None:
+    blend, t = share * duration, part * duration
+    assume(min(t, abs(t - blend), abs(t - duration + blend)) > 1e-9)  # where the acceleration steps
+    points = (
+        TrajectoryPoint(0.0, (1.0,)),
+        TrajectoryPoint(1.0, (q0,), blend_time=0.2),
+        TrajectoryPoint(1.0 + duration, (q1,), blend_time=blend),
+    )
+    reference = SplineReference(Trajectory("blend", "parabolic_blend", points, 0.01))
+    point = np.array(reference.evaluate(1.0 + t)).ravel()
+    expected = casprs_blend(q0, q1, duration, blend, t)
+    np.testing.assert_allclose(point, expected, atol=1e-10 * (1.0 + abs(expected[2])))
+
+
+def test_the_published_blend_rests_in_its_points_and_goes_straight_between(shared: Path) -> None:
+    file = shared / "robots/caspr/Example_planar_XY/Example_planar_XY_trajectories.xml"
+    reference = SplineReference(read_trajectory(file, "example_parabolic_blend"))
+    for t, q in ((0.0, (0.3, 0.5, 0.0)), (5.0, (0.7, 0.5, 0.0)), (10.0, (0.4, 0.3, 0.1))):
+        np.testing.assert_allclose(reference.evaluate(t).q, q, atol=1e-14)
+        np.testing.assert_allclose(reference.evaluate(t).qd, 0.0, atol=1e-14)
+    np.testing.assert_allclose(reference.evaluate(2.5).qd, [0.4 / 4.5, 0.0, 0.0], atol=1e-14)
+    np.testing.assert_allclose(reference.evaluate(9.0).qdd, np.array([3, 2, -1]) / 52.5, atol=1e-13)
+
+
+def test_average_velocities_make_a_smooth_cubic(shared: Path) -> None:
+    """Through the inner point at the mean of the slopes, ((0.05, -0.1) + (0.1, 0.2/3)) / 2."""
+    file = shared / "robots/caspr/Example_planar_XY/Example_planar_XY_trajectories.xml"
+    reference = SplineReference(read_trajectory(file, "example_cubic_average_velocity"))
+    for t in (2.0 - 1e-9, 2.0 + 1e-9):
+        point = reference.evaluate(t)
+        np.testing.assert_allclose(point.q, [0.4, 0.3, 0.0], atol=1e-8)
+        np.testing.assert_allclose(point.qd, [0.075, -1 / 60, 0.0], atol=1e-8)
+
+
+def test_samples_are_met_and_joined_by_straight_lines(shared: Path) -> None:
+    file = shared / "robots/caspr/Example_planar_XY/Example_planar_XY_trajectories.xml"
+    trajectory = read_trajectory(file, "example_file")
+    reference = SplineReference(trajectory)
+    assert (trajectory.time_step, reference.duration) == (0.01, 4.0)
+    for before, after in pairwise(trajectory.points):
+        point = reference.evaluate(before.time)
+        for row, given_row in zip(point, (before.q, before.qd, before.qdd), strict=True):
+            np.testing.assert_allclose(row, given_row, atol=1e-12)
+        middle = reference.evaluate((before.time + after.time) / 2)
+        mean = (np.array(before.qdd) + np.array(after.qdd)) / 2
+        np.testing.assert_allclose(middle.qdd, mean, atol=1e-12)
+
+
+def test_an_operational_trajectory_gives_its_y(shared: Path) -> None:
+    file = shared / "robots/caspr/RoboyLeftArm/RoboyLeftArm_trajectories.xml"
+    reference = SplineReference(read_trajectory(file, "xylo_1", "operational"))
+    assert reference.duration == 80.0
+    np.testing.assert_allclose(reference.evaluate(4.0).q, [0.65, -0.45, 0.35], atol=1e-14)
 
 
 @given(trajectories)

@@ -63,6 +63,34 @@ def force_limits(robot: Robot) -> Iterator[Finding]:
             yield warning(subject, "no-force-limit", problem)
 
 
+def cable_models(robot: Robot) -> Iterator[Finding]:
+    """Active muscles whose cable or pulley is kept but not simulated; a spring takes no command."""
+    for group in robot.cable_sets:
+        for muscle in group.muscles:
+            subject = member("muscle", muscle.name, group.name, robot.cable_set)
+            if muscle.model.kind == "passive_spring" and (muscle.f_min, muscle.f_max) != (0.0, 0.0):
+                problem = "a passive spring takes no command; set f_min and f_max to 0"
+                yield error(subject, "passive-cable-force", problem)
+            if muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]:
+                problem = f"has a base pulley; put its first via point on {WORLD!r}"
+                yield error(subject, "pulley-not-at-base", problem)
+            if group.name == robot.cable_set:
+                yield from _not_simulated(subject, muscle)
+
+
+def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
+    kind = muscle.model.kind
+    if kind == "passive_spring":
+        problem = "a passive spring: its force is not simulated, and no controller may use it"
+        yield warning(subject, "passive-cable", problem)
+    elif kind != "ideal":
+        problem = f"a {kind} cable; it is simulated as an ideal one, whose force is as commanded"
+        yield warning(subject, "cable-model-not-simulated", problem)
+    if muscle.pulley is not None:
+        problem = "its base pulley is not modelled; it starts at the pulley's fixed location"
+        yield warning(subject, "pulley-not-modelled", problem)
+
+
 def _all_muscles(robot: Robot) -> Iterator[tuple[Subject, Muscle]]:
     for group in robot.cable_sets:
         for muscle in group.muscles:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from ..finding import Finding, Subject, member
 from ..joint import Coordinate, Joint
 from ..model import Link, Robot
-from ..muscle import Muscle
+from ..muscle import Muscle, WrapSurface
 from .report import error, finite
 
 
@@ -18,6 +18,7 @@ def numbers(robot: Robot) -> Iterator[Finding]:
     for link in robot.links:
         yield from _report(Subject("link", link.name), "mass or inertia", link_numbers(link))
         yield from _report(Subject("link", link.name), "end", link.end or ())
+        yield from _report(Subject("link", link.name), "mesh", mesh_numbers(link))
     for joint in robot.joints:
         yield from _report(Subject("joint", joint.name), "pose or axis", joint_numbers(joint))
         for c in joint.coordinates:
@@ -28,6 +29,10 @@ def numbers(robot: Robot) -> Iterator[Finding]:
         for muscle in cable_set.muscles:
             subject = member("muscle", muscle.name, cable_set.name, robot.cable_set)
             yield from _report(subject, "via point or force limit", muscle_numbers(muscle))
+            yield from _report(subject, "cable or pulley parameter", cable_numbers(muscle))
+    for surface in robot.wrap_surfaces:
+        subject = Subject("wrap_surface", surface.name)
+        yield from _report(subject, "pose, radius or length", surface_numbers(surface))
     for task_set in robot.task_sets:
         for frame in task_set.frames:
             subject = member("task_frame", frame.name, task_set.name, robot.task_set)
@@ -38,6 +43,15 @@ def link_numbers(link: Link) -> tuple[float, ...]:
     """What describes a link's mass."""
     i = link.inertia
     return (i.mass, *i.com, i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)
+
+
+def mesh_numbers(link: Link) -> tuple[float, ...]:
+    """What places and scales a link's meshes."""
+    return tuple(
+        number
+        for mesh in link.meshes
+        for number in (*mesh.pose.position, *mesh.pose.rpy, *mesh.scale)
+    )
 
 
 def joint_numbers(joint: Joint) -> tuple[float, ...]:
@@ -52,6 +66,19 @@ def muscle_numbers(muscle: Muscle) -> tuple[float, ...]:
     points = [number for point in muscle.via_points for number in point.position]
     upper = () if muscle.f_max == math.inf else (muscle.f_max,)
     return (*points, muscle.f_min, *upper)
+
+
+def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
+    """The parameters of a muscle's cable and of the pulley at its base."""
+    pulley = muscle.pulley.parameters if muscle.pulley else ()
+    rows = (row for _, row in pulley)
+    return (*(number for _, number in muscle.model.parameters), *(n for row in rows for n in row))
+
+
+def surface_numbers(surface: WrapSurface) -> tuple[float, ...]:
+    """What describes a wrap surface, without the length of one that has no ends."""
+    length = () if surface.length == math.inf else (surface.length,)
+    return (*surface.pose.position, *surface.pose.rpy, surface.radius, *length)
 
 
 def _limits(subject: Subject, c: Coordinate) -> Iterator[Finding]:

@@ -22,6 +22,8 @@ def task_frames(robot: Robot) -> Iterator[Finding]:
             if frame.link not in known:
                 yield error(subject, "unknown-task-link", unknown("link", frame.link, links))
             axes = set(frame.axes)
-            if not axes or len(axes) != len(frame.axes) or not axes <= set("xyz"):
-                problem = f"axes {''.join(frame.axes)!r}: give some of x, y, z, each once"
+            of_one_kind = axes <= {"x", "y", "z"} or axes <= {"alpha", "beta", "gamma"}
+            if not axes or len(axes) != len(frame.axes) or not of_one_kind:
+                given = f"axes {' '.join(frame.axes)!r}"
+                problem = f"{given}: give some of x, y, z or of alpha, beta, gamma, each once"
                 yield error(subject, "bad-task-axes", problem)

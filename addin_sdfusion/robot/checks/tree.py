@@ -39,7 +39,8 @@ def one_parent_each(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "no-parent", problem)
         if counts[name] > 1:
             joints = ", ".join(repr(joint.name) for joint in robot.joints if joint.child == name)
-            yield error(subject, "two-parents", f"is the child of several joints: {joints}")
+            problem = f"is the child of several joints: {joints}; a robot is a tree, keep one"
+            yield error(subject, "two-parents", problem)
 
 
 def parents_first(robot: Robot) -> Iterator[Finding]:

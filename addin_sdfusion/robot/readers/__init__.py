@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from ..check import check
@@ -34,13 +35,24 @@ class Reading:
     findings: tuple[Finding, ...]
     files: tuple[Path, ...]
 
+    def require(self) -> Robot:
+        """The robot, if nothing makes it unusable.
 
-def read(path: str | Path, cable_set: str | None = None) -> Reading:
+        Raises:
+            RobotError: There are errors; the exception carries all findings.
+        """
+        if self.robot is None or any(finding.is_error for finding in self.findings):
+            raise RobotError(self.findings, file=next(iter(self.files), None))
+        return self.robot
+
+
+def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Reading:
     """Read a robot and everything that is wrong with it.
 
     Args:
         path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
         cable_set: The cable set to make active; the file's own choice if None.
+        repair: Whether to undo known defects of published files; a finding tells of each repair.
 
     Raises:
         InputError: A file is missing or not readable XML.
@@ -48,7 +60,7 @@ def read(path: str | Path, cable_set: str | None = None) -> Reading:
     """
     file = _robot_file(Path(path))
     notes = Notes()
-    robot = _reader(file)(file, cable_set, notes)
+    robot = _reader(file, repair)(file, cable_set, notes)
     findings = list(notes.findings)
     if robot is not None:
         findings += _placed(check(robot), notes, file)
@@ -58,22 +70,20 @@ def read(path: str | Path, cable_set: str | None = None) -> Reading:
     return Reading(robot, tuple(findings), tuple(dict.fromkeys(notes.files)))
 
 
-def read_robot(path: str | Path, cable_set: str | None = None) -> Robot:
+def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Robot:
     """Read a robot that has no errors.
 
     Args:
         path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
         cable_set: The cable set to make active; the file's own choice if None.
+        repair: Whether to undo known defects of published files.
 
     Raises:
         RobotError: The files hold a robot that cannot be used.
         InputError: A file is missing or not readable XML.
         UnknownNameError: There is no such cable set.
     """
-    reading = read(path, cable_set)
-    if reading.robot is None or any(finding.is_error for finding in reading.findings):
-        raise RobotError(reading.findings, file=path)
-    return reading.robot
+    return read(path, cable_set, repair=repair).require()
 
 
 def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
@@ -87,9 +97,9 @@ def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
     return placed
 
 
-def _reader(file: Path) -> Reader:
+def _reader(file: Path, repair: bool) -> Reader:
     if file.suffix == ".sdf":
-        return read_sdf
+        return partial(read_sdf, repair=repair)
     if file.name.endswith(BODIES):
         return read_caspr
     what = f"is not a robot: give a folder, a model.sdf or a <name>{BODIES}"

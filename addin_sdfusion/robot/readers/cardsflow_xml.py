@@ -1,64 +1,243 @@
-"""Reads muscles and end effectors as cardsflow.xml and the SDF plugin have them."""
+"""Reads muscles and task frames as cardsflow.xml and the SDF plugin have them."""
 
 from __future__ import annotations
 
 import math
-from typing import cast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, cast, get_args
 
+from ..cardsflow_xml import WRAP_STATES, WRAP_TYPES
+from ..chain import Names
+from ..checks.report import unknown
 from ..finding import member
-from ..model import Axis, TaskFrame, TaskSet
-from ..muscle import CableSet, Muscle, ViaPoint
+from ..model import WORLD, Axis, TaskFrame, TaskSet
+from ..muscle import (
+    BasePulley,
+    CableKind,
+    CableModel,
+    CableSet,
+    Muscle,
+    ViaPoint,
+    Wrap,
+    WrapShape,
+    WrapSurface,
+)
+from ..placement import Pose, Vector3
 from .xml import Node, shortened
 
+SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
+SIDES = {state: cast(Literal[-1, 0, 1], side) for side, state in WRAP_STATES.items()}
+ACTUATOR = ("motor", "gear", "spindle", "SEE")
+"""What the original format says about a muscle's motor and spring."""
+ANGLES = ("alpha", "beta", "gamma")
+MARKERS = "markers"
+"""The task set of the points that are only looked at."""
 
-def read_cable_set(parent: Node, name: str, active: str) -> CableSet:
-    """The `<myoMuscle>` children of an element as a cable set.
+
+@dataclass(frozen=True)
+class _Step:
+    """A via point element: a point to pass, or a surface to wrap over."""
+
+    node: Node
+    link: str
+    position: Vector3
+    shape: WrapShape | None
+
+
+class MuscleReader:
+    """Reads muscles; collects the wrap surfaces that they meet on their way.
 
     Args:
-        parent: The element.
-        name: The name of the set.
-        active: The name of the active set.
+        links: Names of the robot's links.
+        surfaces: Wrap surfaces that the robot has already.
+
+    Attributes:
+        surfaces: All wrap surfaces.
     """
-    muscles = []
-    for node in parent.all("myoMuscle"):
-        subject = member("muscle", node.attribute("name"), name, active)
-        muscles.append(_muscle(node.about(subject)))
-    return CableSet(name, tuple(muscles))
+
+    def __init__(self, links: Sequence[str], surfaces: Sequence[WrapSurface] = ()) -> None:
+        self.surfaces = list(surfaces)
+        self._links = [WORLD, *links]
+        self._known = set(self._links)
+        self._folded = {name.casefold(): name for name in self._links}
+        self._names = Names(surface.name for surface in surfaces)
+
+    def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
+        """The `<myoMuscle>` children of an element as a cable set.
+
+        Args:
+            parent: The element.
+            name: The name of the set.
+            active: The name of the active set.
+        """
+        muscles = []
+        for node in parent.all("myoMuscle"):
+            subject = member("muscle", node.attribute("name"), name, active)
+            muscles.append(self._muscle(node.about(subject)))
+        return CableSet(name, tuple(muscles))
+
+    def _muscle(self, node: Node) -> Muscle:
+        steps = [step for block in node.all("link") for step in self._steps(block)]
+        points = [ViaPoint(step.link, step.position) for step in steps if step.shape is None]
+        for child in node.all(*ACTUATOR)[:1]:
+            child.warning("actuator-left-out", "its motor, gear and spring elements are left out")
+        return Muscle(
+            node.attribute("name"),
+            tuple(points),
+            node.number_attribute("f_min", 0.0),
+            node.number_attribute("f_max", math.inf, infinite=True),
+            _cable_model(node),
+            _base_pulley(node),
+            (*self._wraps_on_the_way(steps), *_wraps(node)),
+        )
+
+    def _steps(self, block: Node) -> Iterator[_Step]:
+        link = block.attribute("name")
+        if block.has("name") and link not in self._known:
+            nearest = self._folded.get(link.casefold())
+            if nearest is None:
+                problem = f"via point on {unknown('link', link, self._links)}"
+                block.error("unknown-via-link", problem)
+            else:
+                problem = f"link {link!r} is called {nearest!r} in the model; write it like that"
+                block.error("link-name-case", problem)
+        for node in block.all("viaPoint"):
+            kind = node.attribute("type")
+            if node.has("type") and kind != "FIXPOINT" and kind not in SHAPES:
+                known = ", ".join(("FIXPOINT", *SHAPES))
+                problem = f"via point type {shortened(kind)} is not supported (supported: {known})"
+                node.error("unsupported-via-point", problem)
+            yield _Step(node, link, node.vector3(), SHAPES.get(kind))
+
+    def _wraps_on_the_way(self, steps: Sequence[_Step]) -> Iterator[Wrap]:
+        passed = -1
+        ends = [None, *(step.shape for step in steps), None]
+        outside = [True, *[False] * len(steps), True]
+        for i, step in enumerate(steps):
+            if step.shape is None:
+                passed += 1
+                continue
+            surface = self._surface(step, step.shape)
+            if ends[i] or ends[i + 2] or outside[i] or outside[i + 2]:
+                problem = "a wrapping via point stands between two of type FIXPOINT"
+                step.node.error("wrap-not-between-points", problem)
+            side, turns = _state(step.node)
+            yield Wrap(surface, max(passed, 0), side, turns)
+
+    def _surface(self, step: _Step, shape: WrapShape) -> str:
+        """The name of the surface at a via point; points at the same place share one."""
+        node = step.node
+        radius = node.number_attribute("radius")
+        length = node.number_attribute("length", math.inf, infinite=True)
+        new = WrapSurface("", step.link, shape, radius, Pose(step.position), length)
+        named = node.attribute("surface", "")
+        for surface in self.surfaces:
+            if named in ("", surface.name) and _same_place(surface, new):
+                return surface.name
+        name = named or self._names.give(f"{step.link}_{shape}")
+        self.surfaces.append(replace(new, name=name))
+        return name
 
 
-def read_task_set(parent: Node, name: str, active: str) -> TaskSet:
-    """The `<endEffector>` children of an element as a task set.
+def read_surface(node: Node) -> WrapSurface:
+    """A `<wrap_surface>` of the plugin."""
+    shape = node.attribute("shape")
+    if node.has("shape") and shape not in get_args(WrapShape):
+        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is no sphere or cylinder")
+    x, y, z, *angles = node.numbers(6)
+    roll, pitch, yaw = angles
+    return WrapSurface(
+        node.attribute("name"),
+        node.attribute("link"),
+        cast(WrapShape, shape if shape in get_args(WrapShape) else "sphere"),
+        node.number_attribute("radius"),
+        Pose((x, y, z), (roll, pitch, yaw)),
+        node.number_attribute("length", math.inf, infinite=True),
+    )
+
+
+def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
+    """The `<endEffector>` or `<marker>` children of an element as a task set.
 
     Args:
         parent: The element.
         name: The name of the set.
         active: The name of the active set.
+        tag: Which of the two.
     """
     frames = []
-    for node in parent.all("endEffector"):
-        subject = member("task_frame", node.attribute("name"), name, active)
-        frames.append(_task_frame(node.about(subject)))
+    for i, node in enumerate(parent.all(tag)):
+        called = node.attribute("name", f"{tag.lower()}{i}")
+        subject = member("task_frame", called, name, active)
+        frames.append(_task_frame(node.about(subject), called))
     return TaskSet(name, tuple(frames))
 
 
-def _muscle(node: Node) -> Muscle:
-    points = []
-    for block in node.all("link"):
-        link = block.attribute("name")
-        points += [_via_point(point, link) for point in block.all("viaPoint")]
-    f_min = node.number_attribute("f_min", 0.0)
-    f_max = node.number_attribute("f_max", math.inf, infinite=True)
-    return Muscle(node.attribute("name"), tuple(points), f_min, f_max)
+def _task_frame(node: Node, name: str) -> TaskFrame:
+    words = node.attribute("axes", "xyz").split()
+    axes = [axis for word in words for axis in ([word] if word in ANGLES else word)]
+    chosen = tuple(cast(Axis, axis) for axis in axes)
+    return TaskFrame(name, node.attribute("link"), node.vector3(), chosen)
 
 
-def _via_point(node: Node, link: str) -> ViaPoint:
-    kind = node.attribute("type")
-    if node.has("type") and kind != "FIXPOINT":
-        problem = f"via point type {shortened(kind)} is not supported (supported: FIXPOINT)"
-        node.error("unsupported-via-point", problem)
-    return ViaPoint(link, node.vector3())
+def _same_place(one: WrapSurface, other: WrapSurface) -> bool:
+    """Whether two surfaces are the same but for the name and the turn of a sphere."""
+    if one.shape == other.shape == "sphere":
+        one = replace(one, pose=Pose(one.pose.position))
+    return replace(one, name="") == replace(other, name="")
 
 
-def _task_frame(node: Node) -> TaskFrame:
-    axes = tuple(cast(Axis, letter) for letter in node.attribute("axes", "xyz"))
-    return TaskFrame(node.attribute("name"), node.attribute("link"), node.vector3(), axes)
+def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
+    """The side and the turns of a wrapping via point."""
+    state = node.attribute("state", "0")
+    if state not in SIDES:
+        node.error("bad-number", f"state {shortened(state)} is not 0, 1 or 2")
+    return SIDES.get(state, 0), _whole(node, "revCounter")
+
+
+def _wraps(node: Node) -> Iterator[Wrap]:
+    for wrap in node.all("wrap"):
+        side = wrap.attribute("side", "0")
+        if side not in ("-1", "0", "1"):
+            wrap.error("bad-number", f"side {shortened(side)} is not -1, 0 or 1")
+        sides: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "1": 1}
+        segment, turns = _whole(wrap, "segment"), _whole(wrap, "turns")
+        yield Wrap(wrap.attribute("surface"), segment, sides.get(side, 0), turns)
+
+
+def _whole(node: Node, name: str) -> int:
+    value = node.number_attribute(name, 0.0)
+    if value != int(value) or abs(value) > 2**31:
+        node.error("bad-number", f"{name} {value!r} is not a whole number")
+        return 0
+    return int(value)
+
+
+def _cable_model(node: Node) -> CableModel:
+    child = node.optional("cable_model")
+    if child is None:
+        return CableModel()
+    kind = child.attribute("kind")
+    if child.has("kind") and kind not in get_args(CableKind):
+        known = ", ".join(get_args(CableKind))
+        child.error("unsupported-cable", f"kind {shortened(kind)} is none of {known}")
+        return CableModel()
+    rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
+    return CableModel(cast(CableKind, kind or "ideal"), tuple(rows))
+
+
+def _base_pulley(node: Node) -> BasePulley | None:
+    child = node.optional("base_pulley")
+    if child is None:
+        return None
+    kind = child.attribute("kind")
+    if child.has("kind") and kind not in ("rotating", "screw"):
+        child.error("unsupported-pulley", f"kind {shortened(kind)} is neither rotating nor screw")
+    screw = kind == "screw"
+    return BasePulley("screw" if screw else "rotating", tuple(_parameters(child)))
+
+
+def _parameters(node: Node) -> Iterator[tuple[str, tuple[float, ...]]]:
+    for child in node.all("parameter"):
+        yield child.attribute("name"), child.numbers(len(child.text.split()))

@@ -43,7 +43,8 @@ def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | Non
     links, joints = _links_and_joints(root)
     robot = Robot(name, tuple(links), tuple(joints))
     robot = _with_cables(robot, bodies.with_name(f"{name}_cables.xml"), cable_set, notes)
-    return _with_tasks(robot, bodies.with_name(f"{name}_operational_spaces.xml"), notes)
+    file = bodies.with_name(f"{name}_operational_spaces.xml")
+    return _with_tasks(robot, root.optional("operational_spaces"), file, notes)
 
 
 def _with_cables(robot: Robot, file: Path, cable_set: str | None, notes: Notes) -> Robot:
@@ -56,10 +57,26 @@ def _with_cables(robot: Robot, file: Path, cable_set: str | None, notes: Notes) 
     return replace(robot, cable_sets=cable_sets, cable_set=active)
 
 
-def _with_tasks(robot: Robot, file: Path, notes: Notes) -> Robot:
-    if not file.exists():
+def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Robot:
+    """The robot with its operational spaces.
+
+    Args:
+        robot: The robot without them.
+        old: Operational spaces in the bodies file, where they stood before 2020.
+        file: Where they belong; it comes first.
+        notes: Where findings, places and files go.
+    """
+    if file.exists():
+        if old is not None:
+            problem = f"left out, for {file.name} stands beside the file; remove this block"
+            old.warning("old-operational-spaces", f"<operational_spaces> here: {problem}")
+        root = parse(file, Subject("robot", robot.name), notes)
+    elif old is not None:
+        problem = f"read, but CASPR expects them in {file.name}; move the block there"
+        old.warning("old-operational-spaces", f"<operational_spaces> here: {problem}")
+        root = old
+    else:
         return robot
-    root = parse(file, Subject("robot", robot.name), notes)
     task_sets, active = read_operational_spaces(root, robot.links)
     return replace(robot, task_sets=task_sets, task_set=active)
 

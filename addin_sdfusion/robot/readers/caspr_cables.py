@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..caspr_words import CASPR_CABLES, CASPR_PULLEYS, Property
 from ..errors import UnknownNameError
 from ..finding import Subject, member
 from ..model import WORLD, Link
-from ..muscle import CableSet, Muscle, ViaPoint
+from ..muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint
 from ..placement import Vector3
 from ..pose import add
 from .caspr_links import link_by_number
 from .xml import Node, shortened
+
+FORCES = ("force_min", "force_max")
 
 
 def read_cables(
@@ -19,8 +22,8 @@ def read_cables(
 ) -> tuple[tuple[CableSet, ...], str]:
     """The cable sets of a file and the name of the active one.
 
-    A set that holds anything but ideal cables is left out with a warning; if it is the active one,
-    that is an error.
+    A set that holds an unknown kind of cable or attachment is left out with a warning; if it is
+    the active one, that is an error.
 
     Args:
         root: The root of the file.
@@ -52,7 +55,8 @@ def read_cables(
 
 
 def _names_element(node: Node) -> str:
-    return f"<{node.tag}> is not supported"
+    known = ", ".join([*CASPR_CABLES, "attachment", *CASPR_PULLEYS])
+    return f"<{node.tag}> is not supported (known: {known})"
 
 
 def _active(root: Node, names: list[str], chosen: str | None) -> str:
@@ -72,13 +76,13 @@ def _active(root: Node, names: list[str], chosen: str | None) -> str:
 
 
 def _unsupported(cable_set: Node) -> Node | None:
-    """The first cable or attachment that is not an ideal one; it speaks for the set."""
+    """The first cable or attachment of an unknown kind; it speaks for the set."""
     for cable in cable_set.all():
-        if cable.tag != "cable_ideal":
+        if cable.tag not in CASPR_CABLES:
             return cable
         for attachments in cable.all("attachments"):
             for attachment in attachments.all():
-                if attachment.tag != "attachment":
+                if attachment.tag != "attachment" and attachment.tag not in CASPR_PULLEYS:
                     return attachment
     return None
 
@@ -93,19 +97,72 @@ def _cable_set(node: Node, links: Sequence[Link], active: str) -> CableSet:
 
 
 def _muscle(node: Node, links: Sequence[Link]) -> Muscle:
-    reference = node.attribute("attachment_reference")
-    if node.has("attachment_reference") and reference not in ("com", "joint"):
-        problem = f"attachment_reference {shortened(reference)} is neither 'com' nor 'joint'"
-        node.error("bad-reference", problem)
-    attachments = node.required("attachments")
-    points = [
-        _via_point(attachment, links, reference)
-        for attachment in (attachments.all() if attachments else [])
-    ]
+    points, pulley = _way(node, links)
     properties = node.required("properties")
-    f_min = properties.number("force_min") if properties else 0.0
-    f_max = properties.number("force_max", infinite=True) if properties else 0.0
-    return Muscle(node.attribute("name"), tuple(points), f_min, f_max)
+    name = node.attribute("name")
+    if properties is None:
+        return Muscle(name, points, 0.0, 0.0, pulley=pulley)
+    model = _model(node.tag, properties)
+    if model.kind == "passive_spring":
+        return Muscle(name, points, 0.0, 0.0, model, pulley)
+    f_min = properties.number("force_min")
+    f_max = properties.number("force_max", infinite=True)
+    return Muscle(name, points, f_min, f_max, model, pulley)
+
+
+def _model(tag: str, properties: Node) -> CableModel:
+    """What the cable's properties say beside the force limits."""
+    cable = CASPR_CABLES[tag]
+    forces = () if cable.kind == "passive_spring" else FORCES
+    known = [*forces, *(item.tag for item in cable.properties)]
+    for child in properties.all():
+        if child.tag not in known:
+            problem = f"<{child.tag}> is no property of a <{tag}>; left out"
+            child.warning("unknown-property", f"{problem} (known: {', '.join(known)})")
+    parameters = [
+        (item.name(k), value)
+        for item in cable.properties
+        for k, value in enumerate(_values(properties, item), start=1)
+    ]
+    return CableModel(cable.kind, tuple(parameters))
+
+
+def _values(parent: Node, item: Property) -> tuple[float, ...]:
+    """The numbers of a property; none if it is not there."""
+    node = parent.required(item.tag) if item.required else parent.optional(item.tag)
+    if node is None:
+        return ()
+    return node.numbers(item.size or max(1, len(node.text.split())))
+
+
+def _way(cable: Node, links: Sequence[Link]) -> tuple[tuple[ViaPoint, ...], BasePulley | None]:
+    """The via points of a cable and the pulley at the first of them."""
+    reference = cable.attribute("attachment_reference")
+    if cable.has("attachment_reference") and reference not in ("com", "joint"):
+        problem = f"attachment_reference {shortened(reference)} is neither 'com' nor 'joint'"
+        cable.error("bad-reference", problem)
+    group = cable.required("attachments")
+    points: list[ViaPoint] = []
+    pulley = None
+    for node in group.all() if group else []:
+        if node.tag not in CASPR_PULLEYS:
+            points.append(_via_point(node, links, reference))
+            continue
+        if points:
+            problem = (
+                f"<{node.tag}> is attachment {len(points) + 1}; only the first can be a pulley"
+            )
+            node.error("misplaced-pulley", problem)
+        point, pulley = _pulley(node)
+        points.append(point)
+    return tuple(points), pulley
+
+
+def _pulley(node: Node) -> tuple[ViaPoint, BasePulley]:
+    words = CASPR_PULLEYS[node.tag]
+    point = ViaPoint(WORLD, node.vector(words.location))
+    parameters = [(item.tag, _values(node, item)) for item in words.properties]
+    return point, BasePulley(words.kind, tuple(parameters))
 
 
 def _via_point(node: Node, links: Sequence[Link], reference: str) -> ViaPoint:

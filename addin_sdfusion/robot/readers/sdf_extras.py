@@ -10,7 +10,7 @@ from ..errors import UnknownNameError
 from ..finding import Subject
 from ..model import Robot
 from ..placement import Vector3
-from .cardsflow_xml import read_cable_set, read_task_set
+from .cardsflow_xml import MARKERS, MuscleReader, read_surface, read_task_set
 from .xml import Node, parse
 
 DEFAULT_SET = "cardsflow"
@@ -34,18 +34,24 @@ def read_extras(robot: Robot, model: Node, cable_set: str | None) -> Robot:
     sources = plugins
     if not cable_sets or not task_sets:
         sources = [*_cardsflow_xml(model), *plugins]
-    robot = _with_ends(robot, plugins)
+    robot = _with_mesh_names(_with_ends(robot, plugins), plugins)
     for node in _children(plugins, "gravity"):
         robot = replace(robot, gravity=node.vector3())
+    surfaces = [
+        read_surface(node.about(Subject("wrap_surface", node.attribute("name"))))
+        for node in _children(plugins, "wrap_surface")
+    ]
+    muscles = MuscleReader([link.name for link in robot.links], surfaces)
     if cable_sets:
-        robot = _with_named_cable_sets(robot, cable_sets, cable_set)
+        robot = _with_named_cable_sets(robot, cable_sets, cable_set, muscles)
     else:
-        robot = _with_muscles(robot, sources)
+        robot = _with_muscles(robot, sources, muscles)
     if cable_set is not None:
         _require_cable_set(cable_set, robot, model)
+    robot = replace(robot, wrap_surfaces=tuple(muscles.surfaces))
     if task_sets:
         return _with_named_task_sets(robot, task_sets)
-    return _with_end_effectors(robot, sources)
+    return _with_points(robot, sources)
 
 
 def _children(nodes: Sequence[Node], tag: str) -> list[Node]:
@@ -76,20 +82,38 @@ def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:
     return replace(robot, links=links)
 
 
-def _with_named_cable_sets(robot: Robot, nodes: Sequence[Node], chosen: str | None) -> Robot:
+def _with_mesh_names(robot: Robot, plugins: Sequence[Node]) -> Robot:
+    """The robot with the names of meshes that SDF could not hold."""
+    names = {
+        (node.attribute("link"), node.attribute("role"), node.attribute("as")): node.text
+        for node in _children(plugins, "mesh_name")
+    }
+    links = []
+    for link in robot.links:
+        meshes = (
+            replace(mesh, name=names.get((link.name, mesh.role, mesh.name), mesh.name))
+            for mesh in link.meshes
+        )
+        links.append(replace(link, meshes=tuple(meshes)))
+    return replace(robot, links=tuple(links))
+
+
+def _with_named_cable_sets(
+    robot: Robot, nodes: Sequence[Node], chosen: str | None, muscles: MuscleReader
+) -> Robot:
     nodes = [node.about(Subject("cable_set", node.attribute("id"))) for node in nodes]
     active = _active(nodes) if chosen is None else chosen
-    sets = tuple(read_cable_set(node, node.subject.name, active) for node in nodes)
+    sets = tuple(muscles.cable_set(node, node.subject.name, active) for node in nodes)
     return replace(robot, cable_sets=sets, cable_set=active)
 
 
-def _with_muscles(robot: Robot, sources: Sequence[Node]) -> Robot:
+def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) -> Robot:
     """Muscles from the first source that has any."""
-    for node in sources:
-        if node.all("myoMuscle"):
-            cable_set = read_cable_set(node, DEFAULT_SET, DEFAULT_SET)
-            return replace(robot, cable_sets=(cable_set,), cable_set=DEFAULT_SET)
-    return robot
+    node = _first_with(sources, "myoMuscle")
+    if node is None:
+        return robot
+    cable_set = muscles.cable_set(node, DEFAULT_SET, DEFAULT_SET)
+    return replace(robot, cable_sets=(cable_set,), cable_set=DEFAULT_SET)
 
 
 def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:
@@ -105,13 +129,25 @@ def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
     return replace(robot, task_sets=sets, task_set=active)
 
 
-def _with_end_effectors(robot: Robot, sources: Sequence[Node]) -> Robot:
-    """Task frames from the first source that has any."""
-    for node in sources:
-        if node.all("endEffector"):
-            task_set = read_task_set(node, DEFAULT_SET, DEFAULT_SET)
-            return replace(robot, task_sets=(task_set,), task_set=DEFAULT_SET)
-    return robot
+def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
+    """Task frames from the first source that has end effectors, markers from that with markers."""
+    effectors, markers = (_first_with(sources, tag) for tag in ("endEffector", "marker"))
+    sets, active = [], ""
+    if effectors is not None:
+        active = DEFAULT_SET
+        sets.append(read_task_set(effectors, DEFAULT_SET, DEFAULT_SET))
+    if markers is not None:
+        sets.append(read_task_set(markers, MARKERS, active, "marker"))
+    return replace(robot, task_sets=tuple(sets), task_set=active)
+
+
+def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
+    """The first source with such elements; those of another are left out with a warning."""
+    found = [node for node in sources if node.all(tag)]
+    for node in found[1:]:
+        problem = f"<{tag}> of {found[0].file.name} line {found[0].line} is used, not these"
+        node.all(tag)[0].warning("second-source-left-out", problem)
+    return found[0] if found else None
 
 
 def _active(nodes: Sequence[Node]) -> str:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ..finding import Subject
-from ..placement import IDENTITY, Pose
-from ..pose import compose
-from ..sdf import MODEL_FRAME
-from .xml import Node
+from ..placement import IDENTITY, Pose, Vector3
+from ..pose import compose, inverse, rpy
+from ..sdf_names import MODEL_FRAME
+from .xml import Node, shortened
 
 Key = tuple[str, str]
 """Kind (`link`, `joint`, `frame` or `model`) and name."""
 
 MODEL: Key = ("model", MODEL_FRAME)
+TRUE = ("true", "1")
 
 
 @dataclass(frozen=True)
@@ -33,10 +35,12 @@ class Frames:
 
     def __init__(self, model: Node) -> None:
         self._nodes: dict[Key, Node] = {}
+        self._inside: dict[Key, Key] = {}
         for kind in ("frame", "joint", "link"):
             for node in model.all(kind):
-                name = node.attribute("name", "")
-                self._nodes.setdefault((kind, name), node.about(Subject(kind, name)))
+                self._add(kind, node)
+                for frame in node.all("frame"):  # before SDF 1.7 a frame may stand in its owner
+                    self._inside[self._add("frame", frame)] = (kind, node.attribute("name", ""))
         self.placements = {key: self._placement(key, node) for key, node in self._nodes.items()}
         self._in_model: dict[Key, Pose] = {MODEL: IDENTITY}
 
@@ -56,6 +60,17 @@ class Frames:
             self._in_model[inner] = compose(outer, placement.pose)
         return self._in_model[start]
 
+    def in_link(self, node: Node, link: str) -> Pose:
+        """The pose in an element of a link, such as its inertial or a visual."""
+        pose = node.optional("pose")
+        if pose is None:
+            return IDENTITY
+        frame = self._reference(pose, "relative_to") or self._reference(pose, "frame")
+        if frame is None or frame == ("link", link):
+            return read_pose(pose)
+        T_model_link = self.in_model(("link", link))
+        return compose(inverse(T_model_link), compose(self.in_model(frame), read_pose(pose)))
+
     def named(self, name: str) -> Key | None:
         """What a `relative_to` of that name means; None if there is nothing of the name."""
         if name in ("", MODEL_FRAME):
@@ -63,26 +78,44 @@ class Frames:
         keys: list[Key] = [(kind, name) for kind in ("link", "joint", "frame")]
         return next((key for key in keys if key in self._nodes), None)
 
+    def link_of(self, name: str) -> str:
+        """The link that a joint's parent or child of that name stands for; itself if none."""
+        met = set[str]()
+        while name not in met and ("link", name) not in self._nodes:
+            met.add(name)
+            frame, joint = self._nodes.get(("frame", name)), self._nodes.get(("joint", name))
+            if frame is not None:
+                name = frame.attribute("attached_to", "") or name
+            elif joint is not None:
+                child = joint.optional("child")
+                name = name if child is None else child.text
+        return name
+
+    def _add(self, kind: str, node: Node) -> Key:
+        name = node.attribute("name", "")
+        self._nodes.setdefault((kind, name), node.about(Subject(kind, name)))
+        return kind, name
+
     def _loop(self, key: Key) -> Pose:
         self._nodes[key].error("pose-loop", "its pose is relative to itself, by way of others")
         return IDENTITY
 
     def _placement(self, key: Key, node: Node) -> Placement:
         pose = node.optional("pose")
-        default = self._default(key[0], node)
+        default = self._default(key, node)
         if pose is None:
             return Placement(IDENTITY, default)
-        if pose.attribute("frame", "") or pose.attribute("degrees", "false") not in ("false", "0"):
-            pose.error("unsupported-pose", "<pose> with frame or degrees is not supported")
-        reference = self._reference(pose, "relative_to") or default
-        return Placement(read_pose(pose), reference)
+        reference = self._reference(pose, "relative_to") or self._reference(pose, "frame")
+        return Placement(read_pose(pose), reference or default)
 
-    def _default(self, kind: str, node: Node) -> Key:
+    def _default(self, key: Key, node: Node) -> Key:
         """What a pose is relative to unless it says otherwise."""
-        if kind == "joint":
+        if key[0] == "joint":
             child = node.optional("child")
-            return MODEL if child is None else ("link", child.text)
-        return self._reference(node, "attached_to") or MODEL
+            if child is None:
+                return MODEL
+            return self.named(child.text) or ("link", child.text)
+        return self._reference(node, "attached_to") or self._inside.get(key, MODEL)
 
     def _reference(self, node: Node, attribute: str) -> Key | None:
         name = node.attribute(attribute, "")
@@ -90,15 +123,39 @@ class Frames:
             return None
         key = self.named(name)
         if key is None:
-            node.error(
-                "unknown-frame", f"{attribute} {name!r}: no link, joint or frame of the name"
-            )
+            problem = f"{attribute} {shortened(name)}: no link, joint or frame of the name"
+            node.error("unknown-frame", problem)
         return key
 
 
 def read_pose(node: Node) -> Pose:
-    """The pose in an element's text; identity if it is empty."""
+    """The pose in an element's text: roll, pitch and yaw or a quaternion; identity if empty."""
+    format_ = node.attribute("rotation_format", "euler_rpy")
+    if format_ not in ("euler_rpy", "quat_xyzw"):
+        problem = f"rotation_format {shortened(format_)} is neither euler_rpy nor quat_xyzw"
+        node.error("unsupported-pose", problem)
+        return IDENTITY
     if not node.text:
         return IDENTITY
+    if format_ == "quat_xyzw":
+        x, y, z, *quaternion = node.numbers(7)
+        return Pose((x, y, z), _rpy_of_quaternion(node, *quaternion))
     x, y, z, roll, pitch, yaw = node.numbers(6)
+    if node.attribute("degrees", "false") in TRUE:
+        roll, pitch, yaw = map(math.radians, (roll, pitch, yaw))
     return Pose((x, y, z), (roll, pitch, yaw))
+
+
+def _rpy_of_quaternion(node: Node, x: float, y: float, z: float, w: float) -> Vector3:
+    norm = math.hypot(x, y, z, w)
+    if norm == 0.0 or not math.isfinite(norm):
+        node.error("bad-quaternion", "the quaternion of the pose has no direction")
+        return (0.0, 0.0, 0.0)
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return rpy(
+        (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        )
+    )

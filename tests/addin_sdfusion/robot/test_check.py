@@ -9,11 +9,14 @@ from strategies import inertias, robots
 
 from addin_sdfusion.robot import (
     WORLD,
+    BasePulley,
+    CableModel,
     CableSet,
     Coordinate,
     Inertia,
     Joint,
     Link,
+    Mesh,
     Muscle,
     Pose,
     Robot,
@@ -21,6 +24,8 @@ from addin_sdfusion.robot import (
     TaskFrame,
     TaskSet,
     ViaPoint,
+    Wrap,
+    WrapSurface,
     check,
     prismatic,
     require_valid,
@@ -78,6 +83,15 @@ def with_frame(**changes):
     return replace(ROBOT, task_sets=(TaskSet("tip", (frame,)),))
 
 
+def with_surfaces(*surfaces):
+    return replace(ROBOT, wrap_surfaces=surfaces)
+
+
+PULLEY = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
+BALL = WrapSurface("ball", "arm", "sphere", 0.1)
+MESH = Mesh("visual", "hand.stl", scale=(1.0, NAN, 1.0))
+
+
 def twice(items):
     return (*items, items[-1])
 
@@ -129,6 +143,13 @@ ERRORS = {
     "unknown-task-set": replace(ROBOT, task_set="c"),
     "unknown-task-link": with_frame(link="hnad"),
     "empty-task-set": replace(ROBOT, task_sets=(TaskSet("tip", ()),)),
+    "passive-cable-force": with_cable(model=CableModel("passive_spring")),
+    "pulley-not-at-base": with_cable(start="arm", end="hand", pulley=PULLEY),
+    "duplicate-wrap-surface": with_surfaces(BALL, BALL),
+    "unknown-wrap-link": with_surfaces(replace(BALL, link="amr")),
+    "bad-wrap-size": with_surfaces(replace(BALL, radius=0.0)),
+    "unknown-wrap-surface": with_cable(wraps=(Wrap("ball", 0),)),
+    "bad-wrap-segment": replace(with_cable(wraps=(Wrap("ball", 1),)), wrap_surfaces=(BALL,)),
 }
 
 WARNINGS = {
@@ -139,6 +160,10 @@ WARNINGS = {
     "initial-outside-limits": with_coordinate(initial=2.0),
     "zero-limits": with_coordinate(lower=0.0, upper=0.0),
     "no-muscles": replace(ROBOT, cable_set=""),
+    "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
+    "passive-cable": with_cable(model=CableModel("passive_spring"), f_min=0.0, f_max=0.0),
+    "pulley-not-modelled": with_cable(pulley=PULLEY),
+    "wrap-not-simulated": replace(with_cable(wraps=(Wrap("ball", 0),)), wrap_surfaces=(BALL,)),
 }
 
 NOT_FINITE = {
@@ -159,6 +184,11 @@ NOT_FINITE = {
     "upper force": with_cable(f_max=NAN),
     "via point": with_cable(via_points=(ViaPoint(WORLD, (NAN, 0, 0)), ViaPoint("arm", (0, 0, 0)))),
     "task frame": with_frame(position=(0.0, NAN, 0.0)),
+    "cable": with_cable(model=CableModel("linear_spring", (("K", NAN),))),
+    "pulley": with_cable(pulley=BasePulley("rotating", (("pulley_radius", (NAN,)),))),
+    "wrap surface": with_surfaces(replace(BALL, radius=NAN)),
+    "wrap length": with_surfaces(replace(BALL, length=NAN)),
+    "mesh": replace(ROBOT, links=(ROBOT.links[0], Link("hand", SOLID, meshes=(MESH,)))),
 }
 
 
@@ -186,8 +216,10 @@ def test_no_number_may_be_nan_or_infinite(place):
     assert "not-finite" in codes(NOT_FINITE[place], "error")
 
 
-@pytest.mark.parametrize("axes", [(), ("x", "x"), ("w",)])
-def test_task_axes_are_some_of_x_y_z_each_once(axes):
+@pytest.mark.parametrize(
+    "axes", [(), ("x", "x"), ("w",), ("x", "alpha"), ("alpha", "alpha"), ("beta", "w")]
+)
+def test_task_axes_are_lengths_or_angles_each_once(axes):
     assert codes(with_frame(axes=axes), "error") == {"bad-task-axes"}
 
 
@@ -205,6 +237,16 @@ def test_muscles_of_every_cable_set_are_checked_and_named_with_their_set():
     broken = CableSet("b", (cable(f_min=-1.0),))
     (finding,) = check(replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], broken)))
     assert finding.subject == ("muscle", "b/biceps")
+
+
+def test_what_is_not_simulated_is_told_of_the_active_muscles_only():
+    odd = cable(model=CableModel("vsd_flexure"), pulley=PULLEY, wraps=(Wrap("ball", 0),))
+    robot = replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], CableSet("b", (odd,))))
+    robot = replace(robot, wrap_surfaces=(BALL,))
+    assert check(robot) == []
+    active = [(f.code, f.subject) for f in check(robot.with_cable_set("b"))]
+    expected = ("cable-model-not-simulated", "pulley-not-modelled", "wrap-not-simulated")
+    assert active == [(code, ("muscle", "biceps")) for code in expected]
 
 
 def test_a_massless_link_is_sound_if_something_heavy_is_fixed_to_it():

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from addin_sdfusion.robot import CardsflowError, Robot
+from addin_sdfusion.robot import CardsflowError, Robot, sdf_losses
 from addin_sdfusion.robot.readers import read
 
 CASPR = ("BMArm", "Example_2R_planar_XZ", "Example_planar_XY", "Example_spatial")
@@ -24,3 +24,54 @@ def test_every_published_robot_is_read_or_its_defects_are_told(shared, name):
     assert isinstance(reading.robot, Robot) or any(f.is_error for f in reading.findings)
     assert all(f.file is not None and "\n" not in str(f) for f in reading.findings)
     assert time.perf_counter() - start < 2.0
+
+
+GEN_A = {"inertia-about-origin", "inertia-xz-yz-swapped"}
+GEN_B = {"inertia-about-origin"}
+DEFECTS = {
+    "VRpuppet": GEN_B | {"zero-limits"},
+    "exosuit": GEN_B | {"link-name-case"},
+    "msj_platform": GEN_A | {"inertia-triangle"},
+    "musc-le": {"wrap-not-simulated"},
+    "roboy_icecream": GEN_B | {"duplicate-link", "several-roots", "no-moment-arm", "zero-limits"},
+    "roboy_upper_body": GEN_A | {"inertia-triangle"},
+    "test_robot": GEN_A,
+}
+EVERYWHERE = {"welded-root", "no-force-limit", "missing-meshes"}
+"""All are written for Gazebo, without force limits, and come with few of their meshes."""
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+def test_the_known_defects_of_a_published_robot_are_found_and_no_others(shared, name):
+    findings = read(shared / "robots/cardsflow" / name).findings
+    codes = {finding.code for finding in findings}
+    everywhere = EVERYWHERE
+    if name == "exosuit":  # its meshes are there, and its muscles are not looked at further
+        everywhere = {"welded-root"}
+    assert codes == DEFECTS[name] | everywhere
+    assert all(finding.line is not None for finding in findings)
+
+
+def named(findings, code):
+    return sorted(finding.subject.name for finding in findings if finding.code == code)
+
+
+def test_findings_name_the_object_concerned(shared):
+    cardsflow = shared / "robots/cardsflow"
+    icecream = read(cardsflow / "roboy_icecream").findings
+    assert named(icecream, "duplicate-link") == ["scooper"]
+    assert named(icecream, "no-moment-arm") == ["motor25", "motor27"]
+    assert named(icecream, "zero-limits") == ["elbow_left", "spine"]
+    roots = ["scooper_link0", "scooper_link1", "torso"]
+    assert named(icecream, "welded-root") == roots
+    sliders = named(read(cardsflow / "VRpuppet").findings, "zero-limits")
+    assert sliders == [f"motor{k}" for k in range(6)]
+    exosuit = [f for f in read(cardsflow / "exosuit").findings if f.is_error]
+    assert {(f.file.name, f.line) for f in exosuit} >= {("cardsflow.xml", 7)}
+    assert "'upperArm' is called 'upperarm'" in exosuit[0].message
+
+
+def test_links_and_joints_of_one_name_are_refused_by_the_writer(shared):
+    robot = read(shared / "robots/cardsflow/VRpuppet").require()
+    clashes = [f for f in sdf_losses(robot) if f.code == "sdf-name-clash"]
+    assert {f.subject.name for f in clashes} == {f"motor{k}" for k in range(6)}

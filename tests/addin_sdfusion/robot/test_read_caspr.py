@@ -199,9 +199,172 @@ def test_cables_and_operational_spaces_may_be_missing(tmp_path):
     assert reading.files == (tmp_path / "planar_2r_bodies.xml",)
 
 
-def test_operational_items_other_than_positions_are_left_out_with_a_warning(tmp_path):
-    new = '<operational_set id="tip">\n<orientation_euler_xyz name="turn"/>'
-    folder = edited(tmp_path, "operational_spaces", '<operational_set id="tip">', new)
+def with_items(tmp_path, items):
+    """The example with these items on its second link in its operational space."""
+    old = (EXAMPLE / "planar_2r_operational_spaces.xml").read_text()
+    start, end = old.index("<position"), old.index("</operational_set>")
+    return edited(tmp_path, "operational_spaces", old[start:end], items)
+
+
+def item(tag, letters, name="hand"):
+    return (
+        f'<{tag} name="{name}"><link>2</link><offset>0 0 1</offset>'
+        f'<axes active_axes="{letters}"/></{tag}>'
+    )
+
+
+def test_unknown_operational_items_are_left_out_with_a_warning(tmp_path):
+    folder = with_items(tmp_path, '<twist name="turn"/>\n' + item("position", "zx"))
     reading = read(folder)
-    assert [frame.name for frame in reading.robot.task_frames] == ["tip"]
+    assert [(f.name, f.axes) for f in reading.robot.task_frames] == [("hand", ("z", "x"))]
     assert "unsupported-task" in {finding.code for finding in reading.findings}
+
+
+@pytest.mark.parametrize(
+    ("tag", "letters", "frames"),
+    [
+        ("orientation_euler_xyz", "abg", [("hand", 0, ("alpha", "beta", "gamma"))]),
+        ("orientation_euler_xyz", "ga", [("hand", 0, ("gamma", "alpha"))]),
+        ("pose_euler_xyz", "xzb", [("hand", 1, ("x", "z")), ("hand_orientation", 0, ("beta",))]),
+        ("pose_euler_xyz", "y", [("hand", 1, ("y",))]),
+        ("pose_euler_xyz", "a", [("hand", 0, ("alpha",))]),
+    ],
+)
+def test_orientations_and_poses_become_task_frames(tmp_path, tag, letters, frames):
+    reading = read(with_items(tmp_path, item(tag, letters)))
+    assert ("pose-angles" in {f.code for f in reading.findings}) == (len(frames) == 2)
+    robot = reading.robot
+    assert [(f.name, f.position[2], f.axes) for f in robot.task_frames] == frames
+    assert {f.link for f in robot.task_frames} == {"link_2"}
+
+
+@pytest.mark.parametrize(
+    ("tag", "letters", "severity", "code"),
+    [
+        ("position", "xa", "error", "bad-task-axes"),
+        ("position", "xx", "error", "bad-task-axes"),
+        ("position", "", "error", "bad-task-axes"),
+        ("orientation_euler_xyz", "x", "error", "bad-task-axes"),
+        ("pose_euler_xyz", "q" * 1000, "error", "bad-task-axes"),
+        ("pose_euler_xyz", "ax", "warning", "task-order"),
+    ],
+)
+def test_odd_axes_are_told_with_their_line(tmp_path, tag, letters, severity, code):
+    reading = read(with_items(tmp_path, "\n" + item(tag, letters)))
+    told = [(f.severity, f.code, f.line) for f in reading.findings if "task" in f.code]
+    assert told == [(severity, code, 6)]
+    assert all(len(str(f)) < 400 for f in reading.findings)
+
+
+OLD = (
+    '<operational_spaces default_operational_set="old"><operational_set id="old">'
+    + item("position", "xyz")
+    + "</operational_set></operational_spaces></bodies_system>"
+)
+
+
+def test_operational_spaces_inside_the_bodies_are_read_where_the_file_is_missing(tmp_path):
+    folder = edited(tmp_path, "bodies", "</bodies_system>", OLD)
+    reading = read(folder)
+    assert reading.robot.task_set == "tip"
+    messages = [f.message for f in reading.findings if f.code == "old-operational-spaces"]
+    assert len(messages) == 1
+    assert "left out" in messages[0]
+    (folder / "planar_2r_operational_spaces.xml").unlink()
+    reading = read(folder)
+    assert reading.robot.task_set == "old"
+    assert "old-operational-spaces" in {finding.code for finding in reading.findings}
+
+
+SPRING = "<K>100</K><l0>0.5</l0>"
+TORSION = "<K_cable>1e4</K_cable><num_torsion_springs>2</num_torsion_springs>"
+TORSION += "<torsion_spring_stiffness>3</torsion_spring_stiffness>"
+TORSION += "<torsion_spring_length>0.1</torsion_spring_length>"
+FLEXURE = "<K_cable>3e9</K_cable>"
+FLEXURE += "<vsd_force_deformation_relation>7 -8 9</vsd_force_deformation_relation>"
+POLYNOMIAL = "<K_cable>4e4</K_cable><num_stiffness_polynomial_coeff>2"
+POLYNOMIAL += "</num_stiffness_polynomial_coeff><stiffness_poly_coeff>5 6</stiffness_poly_coeff>"
+
+
+def with_first_cable(tmp_path, tag, properties, first=""):
+    """The example with another first cable, and another first attachment of it."""
+    old = (EXAMPLE / "planar_2r_cables.xml").read_text()
+    start, end = old.index("<cable_ideal"), old.index("</cable_ideal>")
+    cable = old[start:end]
+    new = cable.replace("<cable_ideal", f"<{tag}").replace("</properties>", "\n</properties>")
+    new = new.replace("\n</properties>", f"\n{properties}</properties>")
+    if tag == "cable_passive_linear_spring":
+        new = new[: new.index("<force_min>")] + new[new.index("</force_max>") + 12 :]
+    if first:
+        new = new[: new.index("<attachment>")] + first + new[new.index("</attachment>") + 13 :]
+    folder = edited(tmp_path, "cables", cable + "</cable_ideal>", f"{new}</{tag}>")
+    return read(folder)
+
+
+@pytest.mark.parametrize(
+    ("tag", "properties", "kind", "values"),
+    [
+        ("cable_ideal", "<diameter>0.002</diameter>", "ideal", [0.002]),
+        ("cable_linear_spring", "<K>100</K>", "linear_spring", [100]),
+        ("cable_passive_linear_spring", SPRING, "passive_spring", [100, 0.5]),
+        ("cable_vsd_torsion_spring", TORSION, "vsd_torsion", [1e4, 2, 3, 0.1]),
+        ("cable_vsd_flexure_linear", FLEXURE, "vsd_flexure", [3e9, 7, -8, 9]),
+        ("cable_vsd_polynomial", POLYNOMIAL, "vsd_polynomial", [4e4, 2, 5, 6]),
+    ],
+)
+def test_every_kind_of_cable_keeps_its_properties(tmp_path, tag, properties, kind, values):
+    reading = with_first_cable(tmp_path, tag, properties)
+    model = reading.robot.muscles[0].model
+    assert (model.kind, [value for _, value in model.parameters]) == (kind, values)
+    expected = {"passive_spring": {"passive-cable"}, "ideal": set()}
+    codes = {f.code for f in reading.findings if f.subject.kind == "muscle"}
+    assert codes == expected.get(kind, {"cable-model-not-simulated"})
+
+
+def test_a_passive_spring_is_no_actuator(tmp_path):
+    muscle = with_first_cable(tmp_path, "cable_passive_linear_spring", SPRING).robot.muscles[0]
+    assert (muscle.f_min, muscle.f_max) == (0.0, 0.0)
+    assert dict(muscle.model.parameters) == {"K": 100.0, "l0": 0.5}
+
+
+PULLEY = "<base_rotating_pulley><fixed_location>1 2 3</fixed_location><pulley_radius>0.04"
+PULLEY += "</pulley_radius><cable_entry_vector>0 0 1</cable_entry_vector></base_rotating_pulley>"
+SCREW = "<screw_base_rotating_pulley><constant_winch_point>1 2 3</constant_winch_point>"
+SCREW += "<winch_vector>1 0 0</winch_vector><cable_pulley_entry_vector>0 0 1"
+SCREW += "</cable_pulley_entry_vector><pulley_radius>0.04</pulley_radius><winch_radius>0.02"
+SCREW += "</winch_radius><winch_groove_width>0.001</winch_groove_width>"
+SCREW += "</screw_base_rotating_pulley>"
+
+
+@pytest.mark.parametrize(("element", "kind"), [(PULLEY, "rotating"), (SCREW, "screw")])
+def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
+    reading = with_first_cable(tmp_path, "cable_ideal", "", element)
+    muscle = reading.robot.muscles[0]
+    assert points(muscle)[0] == (WORLD, (1, 2, 3))
+    assert muscle.pulley.kind == kind
+    assert dict(muscle.pulley.parameters)["pulley_radius"] == (0.04,)
+    vectors = {"rotating": "cable_entry_vector", "screw": "cable_pulley_entry_vector"}
+    assert dict(muscle.pulley.parameters)[vectors[kind]] == (0.0, 0.0, 1.0)
+    codes = {f.code for f in reading.findings if f.subject.kind == "muscle"}
+    assert codes == {"pulley-not-modelled"}
+
+
+@pytest.mark.parametrize(
+    ("tag", "properties", "first", "severity", "code"),
+    [
+        ("muscle_hill_type", "", "", "error", "unsupported-cable"),
+        ("pneumatic_artificial_muscle", "", "", "error", "unsupported-cable"),
+        ("cable_ideal", "", "<hook/>", "error", "unsupported-cable"),
+        ("cable_ideal", "", PULLEY * 2, "error", "misplaced-pulley"),
+        ("cable_ideal", "<colour>1</colour>", "", "warning", "unknown-property"),
+        ("cable_linear_spring", "", "", "error", "missing-element"),
+        ("cable_linear_spring", "<K>stiff</K>", "", "error", "bad-number"),
+        ("cable_vsd_flexure_linear", FLEXURE.replace("9</", "</"), "", "error", "bad-vector"),
+    ],
+)
+def test_a_cable_that_says_something_else_is_told(tmp_path, tag, properties, first, severity, code):
+    reading = with_first_cable(tmp_path, tag, properties, first)
+    found = [f for f in reading.findings if f.code == code]
+    assert [f.severity for f in found] == [severity]
+    assert found[0].file.name == "planar_2r_cables.xml"
+    assert found[0].line >= 5

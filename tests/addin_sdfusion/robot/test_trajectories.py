@@ -100,6 +100,143 @@ def test_a_broken_trajectory_is_refused_with_file_and_line(tmp_path, element, li
     assert "\n" not in str(caught.value)
 
 
+def average(*points):
+    tag = "cubic_spline_average_velocity_trajectory"
+    return linear(*points).replace("linear_spline_trajectory", tag)
+
+
+def rates(q_dot):
+    return f"<q_dot>{q_dot}</q_dot>"
+
+
+def test_inner_velocities_are_the_means_of_the_slopes_around_them(tmp_path):
+    ends = (point("0 0", more=rates("7 0")), point("9 1", 2, rates("0 8")))
+    inner = (point("1 4", 1, rates("99 99")), point("3 0", 4))
+    trajectory = read_trajectory(file_with(tmp_path, average(ends[0], *inner, ends[1])), "t")
+    assert trajectory.spline == "cubic"
+    assert [p.qd for p in trajectory.points] == [
+        (7.0, 0.0),
+        ((1.0 + 0.5) / 2, (4.0 - 1.0) / 2),
+        ((0.5 + 3.0) / 2, (-1.0 + 0.5) / 2),
+        (0.0, 8.0),
+    ]
+
+
+def blended(*points, default='blend_time_default="0.5"'):
+    text = linear(*points).replace("linear_spline_trajectory", "parabolic_blend_trajectory")
+    return text.replace('time_step="0.1"', f'time_step="0.1" {default}')
+
+
+def slow(q, time, blend):
+    return point(q, time).replace("<point", f'<point blend_time="{blend}"')
+
+
+def test_a_blend_time_is_that_of_the_way_to_its_point(tmp_path):
+    file = file_with(tmp_path, blended(point("0"), point("1", 2), slow("2", 4, 1.5)))
+    trajectory = read_trajectory(file, "t")
+    assert trajectory.spline == "parabolic_blend"
+    assert [(p.time, p.blend_time) for p in trajectory.points] == [(0, 0), (2, 0.5), (6, 1.5)]
+
+
+def operational(*points, tag="linear"):
+    text = linear(*points, tag=tag).replace("<q", "<y").replace("</q", "</y")
+    return f"</joint_trajectories><operational_trajectories>\n{text}\n</operational_trajectories>\
+<joint_trajectories>"
+
+
+def test_operational_trajectories_have_a_space_and_names_of_their_own(tmp_path):
+    text = operational(point("0 1 2", more=rates("1 1 1")), point("1", 1), tag="cubic")
+    text = text.replace("<y>1</y>", "<y>3 4 5</y><y_dot>0 0 0</y_dot>")
+    file = file_with(tmp_path, text)
+    assert (trajectory_names(file), trajectory_names(file, "operational")) == ((), ("t",))
+    trajectory = read_trajectory(file, "t", "operational")
+    assert (trajectory.space, trajectory.spline) == ("operational", "cubic")
+    assert trajectory.points[1] == TrajectoryPoint(1.0, (3.0, 4.0, 5.0), (0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="'t' is in operational space, not in joint space"):
+        read_trajectory(file, "t")
+
+
+SAMPLES = ["time_step,0.5", "t,0.0,p,1,2,v,3,4,a,5,6", "t,0.5,p,-1e-3,2,v,0,0,a,0,0"]
+FILE = '<file_trajectory id="t" filename="t.traj"/>'
+
+
+def test_samples_come_from_the_file_beside(tmp_path):
+    (tmp_path / "t.traj").write_text("\r\n".join(SAMPLES) + "\r\n\r\n")
+    trajectory = read_trajectory(file_with(tmp_path, FILE), "t")
+    assert (trajectory.spline, trajectory.time_step) == ("samples", 0.5)
+    assert trajectory.points == (
+        TrajectoryPoint(0.0, (1.0, 2.0), (3.0, 4.0), (5.0, 6.0)),
+        TrajectoryPoint(0.5, (-1e-3, 2.0), STILL, STILL),
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "text", "message"),
+    [
+        (0, "", "first line is not 'time_step,<seconds>'"),
+        (0, "time_step,soon", "'soon' is not a finite number"),
+        (0, "time_step,0", "not above zero"),
+        (1, "t,0.1,p,1,2,v,3,4,a,5,6", r"time 0\.1 s is not 0\.0 s"),
+        (2, "t,0.500001,p,1,2,v,3,4,a,5,6", r"is not 0\.5 s"),
+        (2, "t,0.5,p,1,2,3,v,3,4,5,a,5,6,7", "'p' has 3 numbers, not 2"),
+        (2, "t,0.5,p,1,2,v,3,a,5,6", "'v' has 1 numbers, not 2"),
+        (2, "t,0.5,p,1,2,v,3,nan,a,5,6", "'nan' is not a finite number"),
+        (2, "t,0.5,p,1,2,v,3,\x1f4,a,5,6", "is not a finite number"),
+        (2, "t,0.5,p,1,2,v,3,4", "is not 't,<time>,p,"),
+        (2, "t,0.5,p,1,2,v,3,4,a,5,6,t,7", "is not 't,<time>,p,"),
+        (2, "0.5,t,p,1,2,v,3,4,a,5,6", "is not 't,<time>,p,"),
+    ],
+)
+def test_a_broken_sample_is_refused_with_file_and_line(tmp_path, line, text, message):
+    lines = [text if i == line else given for i, given in enumerate(SAMPLES)]
+    (tmp_path / "t.traj").write_text("\n".join(lines))
+    with pytest.raises(InputError, match=message) as caught:
+        read_trajectory(file_with(tmp_path, FILE), "t")
+    assert (caught.value.file, caught.value.line) == (tmp_path / "t.traj", line + 1)
+
+
+def test_samples_need_two_lines_and_a_file_that_is_not_too_large(tmp_path):
+    (tmp_path / "t.traj").write_text("\n".join(SAMPLES[:2]))
+    file = file_with(tmp_path, FILE)
+    with pytest.raises(InputError, match="two samples"):
+        read_trajectory(file, "t")
+    with (tmp_path / "t.traj").open("wb") as stream:
+        stream.truncate(2**25)
+    with pytest.raises(InputError, match="larger than"):
+        read_trajectory(file, "t")
+
+
+@pytest.mark.parametrize("name", ["", "../t.traj", "/etc/passwd", "none.traj", ".", "C:\\..\\x"])
+def test_samples_are_looked_for_beside_the_trajectories_only(tmp_path, name):
+    file = file_with(tmp_path, FILE.replace("t.traj", name))
+    with pytest.raises(InputError, match="beside this one"):
+        read_trajectory(file, "t")
+
+
+@pytest.mark.parametrize(
+    ("element", "line", "message"),
+    [
+        (average(point("0"), point("1", 1, rates("0"))), 3, "no <q_dot>"),
+        (average(*[point("0", 1, rates("0"))] * 2, point("0", 0, rates("0"))), 5, "not come after"),
+        (
+            average(point("0", 0, rates("0")), "<point time='1'/>", point("0", 2, rates("0"))),
+            4,
+            "<q>",
+        ),
+        (blended(point("0"), point("1", 1)), 4, r"blend time 0\.5 s is not above zero and below"),
+        (blended(point("0"), slow("1", 1, 0)), 4, r"blend time 0\.0 s is not above zero"),
+        (blended(slow("0", 0, 0.1), point("1", 2)), 3, "first point has a blend_time"),
+        (blended(point("0"), point("1", 2), default=""), 2, "no 'blend_time_default'"),
+        ("<file_trajectory id='t'/>", 2, "filename"),
+    ],
+)
+def test_means_blends_and_files_are_checked_too(tmp_path, element, line, message):
+    file = file_with(tmp_path, element)
+    with pytest.raises(InputError, match=message) as caught:
+        read_trajectory(file, "t")
+    assert (caught.value.file, caught.value.line) == (file, line)
+
+
 def test_a_file_of_another_kind_is_refused(tmp_path):
     file = tmp_path / "x.xml"
     file.write_text("<cables/>")

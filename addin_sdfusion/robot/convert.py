@@ -1,0 +1,81 @@
+"""From a robot to the files of any format, with everything said that a format cannot hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
+from .caspr import losses as caspr_losses
+from .caspr import write_caspr
+from .errors import UnknownNameError
+from .finding import Finding
+from .mjcf import mjcf_losses, write_mjcf
+from .model import Robot
+from .osim import osim_losses, write_osim
+from .sdf import sdf_losses, write_sdf
+from .simplify import align_frames, merge_fixed_joints
+from .urdf import urdf_losses, write_urdf
+
+
+class Format(NamedTuple):
+    """A format that robots are written in.
+
+    Attributes:
+        losses: What of a robot it cannot hold.
+        write: Writes the files; raises RobotError where `losses` has errors.
+        prepare: Makes an equal robot that it can hold.
+    """
+
+    losses: Callable[[Robot], list[Finding]]
+    write: Callable[[Robot, Path], list[Path]]
+    prepare: Callable[[Robot], Robot] = lambda robot: robot
+
+
+def _for_caspr(robot: Robot) -> Robot:
+    """CASPR has neither fixed joints nor frames of their own."""
+    return align_frames(merge_fixed_joints(robot))
+
+
+FORMATS: dict[str, Format] = {
+    "sdf": Format(sdf_losses, write_sdf),
+    "caspr": Format(caspr_losses, write_caspr, _for_caspr),
+    "cardsflow": Format(cardsflow_losses, write_cardsflow_xml),
+    "urdf": Format(urdf_losses, write_urdf),
+    "mjcf": Format(mjcf_losses, write_mjcf),
+    "osim": Format(osim_losses, write_osim),
+}
+
+
+class Conversion(NamedTuple):
+    """What a conversion gave.
+
+    Attributes:
+        files: The files written.
+        findings: What the format cannot hold.
+    """
+
+    files: list[Path]
+    findings: list[Finding]
+
+
+def convert(robot: Robot, format_: str, folder: str | Path) -> Conversion:
+    """Write a robot in another format.
+
+    Args:
+        robot: The robot; its active cable set and operational space count most.
+        format_: One of `FORMATS`.
+        folder: Where to; made if it does not exist.
+
+    Raises:
+        UnknownNameError: There is no such format.
+        RobotError: The robot has errors, or the format cannot hold it at all.
+        InputError: The folder cannot be written.
+    """
+    if format_ not in FORMATS:
+        raise UnknownNameError("format", format_, FORMATS)
+    chosen = FORMATS[format_]
+    prepared = chosen.prepare(robot)
+    findings = chosen.losses(prepared)
+    return Conversion(chosen.write(prepared, Path(folder)), findings)

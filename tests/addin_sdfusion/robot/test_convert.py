@@ -1,0 +1,58 @@
+"""Conversions change the files, not the robot: the same dynamics come back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robots import planar_2r, random_robot
+
+from addin_sdfusion.robot import InputError, RobotError, UnknownNameError, read_robot
+from addin_sdfusion.robot.convert import FORMATS, convert
+from sim_dart import DartDynamics
+
+
+@pytest.mark.parametrize("format_", ["sdf", "caspr"])
+@pytest.mark.parametrize("seed", [None, 0, 1, 2])
+def test_a_converted_robot_moves_as_before(format_: str, seed: int | None, tmp_path: Path) -> None:
+    """CASPR gets merged links and turned frames, SDF the robot as it is."""
+    robot = planar_2r() if seed is None else random_robot(seed)
+    convert(robot, format_, tmp_path)
+    before, after = DartDynamics(robot), DartDynamics(read_robot(tmp_path))
+    for q, qd in np.random.default_rng(0).uniform(-1, 1, (3, 2, before.n)):
+        near = {"rtol": 0, "atol": 1e-10}
+        np.testing.assert_allclose(after.mass_matrix(q), before.mass_matrix(q), **near)
+        np.testing.assert_allclose(after.coriolis(q, qd), before.coriolis(q, qd), **near)
+        np.testing.assert_allclose(after.gravity(q), before.gravity(q), **near)
+        np.testing.assert_allclose(after.muscle_lengths(q), before.muscle_lengths(q), **near)
+        np.testing.assert_allclose(after.muscle_jacobian(q), before.muscle_jacobian(q), **near)
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+def test_every_format_writes_the_planar_arm_and_says_what_it_leaves_out(
+    format_: str, tmp_path: Path
+) -> None:
+    conversion = convert(planar_2r(), format_, tmp_path)
+    assert conversion.files
+    assert all(file.stat().st_size > 100 for file in conversion.files)
+    codes = {finding.code for finding in conversion.findings}
+    assert ("cable-sets-left-out" in codes) == (format_ not in ("sdf", "caspr"))
+
+
+def test_an_unknown_format_is_refused_with_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="no format 'urfd'; did you mean 'urdf'"):
+        convert(planar_2r(), "urfd", tmp_path)
+
+
+def test_what_cannot_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        convert(planar_2r(), "sdf", tmp_path / "file")
+    robot = random_robot(0)
+    clash = replace(robot.joints[0], name="link_1")
+    named = replace(robot, joints=(clash, *robot.joints[1:]))
+    with pytest.raises(RobotError, match="SDF needs different names"):
+        convert(named, "sdf", tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

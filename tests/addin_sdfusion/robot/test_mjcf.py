@@ -1,0 +1,281 @@
+from __future__ import annotations
+
+import math
+import re
+import tempfile
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from every_joint import every_joint
+from hypothesis import HealthCheck, given, settings
+from robots import chain, planar_2r, random_robot
+from strategies import robots
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Mesh,
+    Muscle,
+    Pose,
+    Robot,
+    RobotError,
+    ViaPoint,
+    Wrap,
+    WrapSurface,
+    read_robot,
+    revolute,
+)
+from addin_sdfusion.robot.mjcf import mjcf_losses, write_mjcf
+from sim_dart import DartDynamics
+
+FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")
+FIXTURES += ("Example_2R_planar_XZ", "RoboyLeftArm")
+
+
+def load(robot, folder, **options):
+    (file,) = write_mjcf(robot, folder, "robot", **options)
+    return mujoco.MjModel.from_xml_path(str(file))
+
+
+def dense_tendon_jacobian(model, data):
+    J = np.zeros((model.ntendon, model.nv))
+    for k in range(model.ntendon):
+        row = slice(model.ten_J_rowadr[k], model.ten_J_rowadr[k] + model.ten_J_rownnz[k])
+        J[k, model.ten_J_colind[row]] = data.ten_J[row]
+    return J
+
+
+def assert_equal_terms(robot, folder, states=5):
+    model, ours = load(robot, folder), DartDynamics(robot)
+    data = mujoco.MjData(model)
+    order = [model.joint(name).dofadr[0] for name in ours.coordinate_names]
+    assert [model.tendon(k).name for k in range(model.ntendon)] == list(ours.muscle_names)
+    rng = np.random.default_rng(1)
+    for _ in range(states):
+        q, qd = rng.uniform(-2, 2, (2, ours.n))
+        data.qpos[order], data.qvel[order] = q, qd
+        mujoco.mj_forward(model, data)
+        M = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, M)
+        bias = ours.coriolis(q, qd) + ours.gravity(q)
+        size = max(1.0, np.abs(bias).max(initial=0.0))
+        close = {"rtol": 1e-9, "atol": 1e-9}
+        np.testing.assert_allclose(M[np.ix_(order, order)], ours.mass_matrix(q), **close)
+        np.testing.assert_allclose(data.qfrc_bias[order] / size, bias / size, **close)
+        np.testing.assert_allclose(data.ten_length, ours.muscle_lengths(q), **close)
+        L = dense_tendon_jacobian(model, data)[:, order]
+        np.testing.assert_allclose(L, ours.muscle_jacobian(q), **close)
+    return model
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_mujoco_reads_a_random_tree_with_equal_dynamics_and_paths(seed, tmp_path):
+    assert_equal_terms(random_robot(seed, 8), tmp_path)
+
+
+def test_mujoco_reads_every_joint_of_caspr_with_equal_dynamics_and_paths(tmp_path):
+    assert_equal_terms(every_joint(), tmp_path)
+
+
+def test_mujoco_reads_a_long_chain_with_equal_dynamics_and_paths(tmp_path):
+    assert_equal_terms(chain(), tmp_path)
+
+
+def test_mujoco_reads_the_papers_arm_in_spite_of_its_zero_moments(tmp_path):
+    assert_equal_terms(planar_2r(), tmp_path)
+    told = [f for f in mjcf_losses(planar_2r()) if f.code == "inertia-increased"]
+    assert [f.subject.name for f in told] == ["link_1", "link_2"]
+    assert re.search(r"\de-14 kg·m² added to each$", told[0].message)
+
+
+@pytest.mark.parametrize("name", FIXTURES)
+def test_mujoco_reads_the_published_robots_with_equal_dynamics_and_paths(shared, name, tmp_path):
+    assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
+
+
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
+@given(robots())
+def test_any_sound_robot_is_written(robot):
+    with tempfile.TemporaryDirectory() as folder:
+        assert_equal_terms(robot, folder, 1)
+
+
+def arm(inertia=None, muscles=(), surfaces=(), **limits):
+    inertia = inertia or Inertia(1.0, (0.1, 0.2, 0.3), 1.0, 1.0, 1.0)
+    joint = Joint("j", WORLD, "a", revolute((0.0, 0.0, 1.0)), (Coordinate("q", **limits),))
+    sets = (CableSet("all", tuple(muscles)),)
+    return Robot("r", (Link("a", inertia),), (joint,), sets, "all", wrap_surfaces=tuple(surfaces))
+
+
+def test_a_control_is_a_tension(tmp_path):
+    robot = planar_2r()
+    model = load(robot, tmp_path)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = tensions = np.array([10.0, 20.0, 30.0, 40.0])
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(
+        data.qfrc_actuator, -DartDynamics(robot).muscle_jacobian([0.0, 0.0]).T @ tensions
+    )
+    np.testing.assert_array_equal(model.actuator_ctrlrange, [[10.0, 100.0]] * 4)
+
+
+def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
+    q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5, "actuated": True}
+    model = load(arm(**q), tmp_path)
+    assert model.jnt_limited.all()
+    assert model.jnt_range.tolist() == [[-1.0, math.inf]]
+    assert model.dof_damping.tolist() == [0.5]
+    assert model.key("initial").qpos.tolist() == [0.25]
+    assert model.actuator("q").trnid[0] == model.joint("q").id
+
+
+def test_equal_limits_hold_the_coordinate(tmp_path):
+    model = load(arm(lower=0.5, upper=0.5), tmp_path)
+    data = mujoco.MjData(model)
+    for _ in range(2000):
+        mujoco.mj_step(model, data)
+    assert data.qpos[0] == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize(("f_min", "f_max"), [(5.0, 5.0), (5.0, math.inf)])
+def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
+    points = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("a", (0.0, 1.0, 0.0)))
+    robot = arm(muscles=[Muscle("m", points, f_min, f_max)])
+    model = load(robot, tmp_path)
+    codes = {finding.code for finding in mjcf_losses(robot)}
+    assert bool(model.actuator_ctrllimited[0]) == (f_min < f_max)
+    assert ("force-limits-left-out" in codes) == (f_min == f_max)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize("side", [1, -1, 0])
+def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
+    """From (-1, 0.1) to (1, 0.1) round a circle of radius 0.5 about the origin."""
+    pose = Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0))
+    surface = WrapSurface("round", WORLD, shape, 0.5, pose)
+    points = (ViaPoint(WORLD, (-1.0, 0.1, 0.2)), ViaPoint("a", (1.0, 0.1, 0.2)))
+    robot = arm(muscles=[Muscle("m", points, wraps=(Wrap("round", 0, side),))], surfaces=[surface])
+    model = load(robot, tmp_path)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    radius = math.hypot(1.0, 0.1)
+    reach, tangent = math.acos(0.5 / radius), math.sqrt(radius**2 - 0.25)
+    above = math.pi - 2 * math.atan2(0.1, 1.0)  # the angle between the ends seen from the origin
+    angle = 2 * math.pi - above if side == 1 else above
+    expected = 2 * tangent + 0.5 * (angle - 2 * reach)
+    assert data.ten_length[0] == pytest.approx(expected, abs=1e-9)
+    assert ("side-by-place" in {f.code for f in mjcf_losses(robot)}) == bool(side)
+
+
+def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
+    surfaces = [WrapSurface("c", WORLD, "cylinder", 0.1, length=0.5)]
+    surfaces += [WrapSurface("s", "a", "sphere", 0.1)]
+    points = (ViaPoint(WORLD, (-1.0, 0.1, 0.2)), ViaPoint("a", (1.0, 0.1, 0.2)))
+    wraps = (Wrap("c", 0, 0, 1), Wrap("s", 0))
+    robot = arm(muscles=[Muscle("m", points, 0.0, 1.0, wraps=wraps)], surfaces=surfaces)
+    codes = [finding.code for finding in mjcf_losses(robot)]
+    assert codes == ["cylinder-ends-left-out", "turns-left-out", "wrap-left-out"]
+    assert load(robot, tmp_path).geom("c").size[:2].tolist() == [0.1, 0.25]
+
+
+def test_the_published_upper_body_is_refused_for_its_inertias(shared, tmp_path):
+    robot = read_robot(shared / "robots/caspr/RoboyUpperBody")
+    with pytest.raises(RobotError, match="MuJoCo refuses a principal moment"):
+        write_mjcf(robot, tmp_path)
+
+
+def test_a_matrix_that_no_body_has_is_refused(tmp_path):
+    robot = arm(Inertia(1.0, (0.1, 0.0, 0.0), 0.1, 0.1, 0.3))
+    with pytest.raises(RobotError, match="link 'a': MuJoCo refuses a principal moment"):
+        write_mjcf(robot, tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    "inertia",
+    [
+        Inertia(1.0, (0.1, 0.0, 0.0)),
+        Inertia(0.0, (0.1, 0.0, 0.0), 1.0, 1.0, 1.0),
+        Inertia(1e-3, (1e-3, 0.0, 0.0), 1e-9, 1e-9, 0.0),
+        Inertia(1e3, (0.1, 0.0, 0.0), 1e3, 1e3, 2e3),
+    ],
+)
+def test_mujoco_takes_what_is_added_to_small_moments(inertia, tmp_path):
+    model = load(arm(inertia), tmp_path)
+    assert model.body_mass[1] == pytest.approx(inertia.mass, abs=1e-11)
+    moments = sorted((inertia.ixx, inertia.iyy, inertia.izz), reverse=True)
+    np.testing.assert_allclose(model.body_inertia[1], moments, rtol=1e-11, atol=2e-14)
+    codes = {finding.code for finding in mjcf_losses(arm(inertia))}
+    assert codes & {"inertia-increased", "mass-increased"}
+
+
+def test_a_fixed_link_without_mass_has_none_in_mujoco(tmp_path):
+    robot = arm()
+    links = (*robot.links, Link("b", Inertia(0.0)))
+    robot = replace(robot, links=links, joints=(*robot.joints, Joint("f", "a", "b")))
+    assert load(robot, tmp_path).body_mass.tolist() == [0.0, 1.0, 0.0]
+
+
+def test_meshes_whose_files_are_known_are_shown_and_touch_nothing(tmp_path):
+    trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "box.stl")
+    visual = Mesh("visual", "model://r/box.stl", Pose((1.0, 0.0, 0.0)), (0.1, 0.1, 0.1))
+    meshes = (visual, replace(visual, role="collision"), replace(visual, uri="other.stl"))
+    robot = arm()
+    robot = replace(robot, links=(replace(robot.links[0], meshes=meshes),))
+    files = {visual.uri: tmp_path / "box.stl"}
+    model = load(robot, tmp_path, meshes=files)
+    assert (model.ngeom, model.geom_contype.any(), model.body_mass[1]) == (2, False, 1.0)
+    codes = [finding.code for finding in mjcf_losses(robot, files)]
+    assert codes == ["collisions-off", "mesh-left-out"]
+    assert load(robot, tmp_path).ngeom == 0
+
+
+def test_mujocos_order_of_the_coordinates_is_said():
+    robot = random_robot(2, 8)
+    order = [f for f in mjcf_losses(robot) if f.code == "coordinate-order"]
+    assert len(order) == 1
+    assert "joint_7" in order[0].message
+    assert not [f for f in mjcf_losses(chain()) if f.code == "coordinate-order"]
+
+
+def serial(count):
+    links = tuple(Link(str(k), Inertia(1.0, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)) for k in range(count))
+    joints = tuple(
+        Joint(
+            f"j{k}",
+            str(k - 1) if k else WORLD,
+            str(k),
+            revolute((1.0, 0, 0)),
+            (Coordinate(str(k)),),
+        )
+        for k in range(count)
+    )
+    return Robot("serial", links, joints)
+
+
+def test_the_longest_chain_is_read_and_a_longer_one_refused(tmp_path):
+    assert load(serial(480), tmp_path).nv == 480
+    with pytest.raises(RobotError, match="no chain of more than 480 links"):
+        write_mjcf(serial(481), tmp_path)
+
+
+def test_what_is_left_out_is_said():
+    robot = planar_2r()
+    first, *rest = robot.muscles
+    robot = robot.with_muscles([replace(first, model=CableModel("linear_spring")), *rest])
+    codes = {finding.code for finding in mjcf_losses(robot)}
+    assert codes == {
+        "inertia-increased",
+        "cable-model-left-out",
+        "task-axes-left-out",
+        "cable-sets-left-out",
+        "link-ends-left-out",
+    }

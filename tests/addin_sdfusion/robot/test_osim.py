@@ -1,0 +1,283 @@
+from __future__ import annotations
+
+import math
+import tempfile
+import warnings
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from every_joint import every_joint
+from hypothesis import HealthCheck, given, settings
+from robots import chain, planar_2r, random_robot
+from strategies import robots
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Mesh,
+    Muscle,
+    Pose,
+    Robot,
+    ViaPoint,
+    Wrap,
+    WrapSurface,
+    read_robot,
+    revolute,
+)
+from addin_sdfusion.robot.osim import osim_losses, write_osim
+from addin_sdfusion.robot.osim_names import with_legal_names
+from sim_dart import DartDynamics
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper
+    opensim = pytest.importorskip("opensim", reason="needs the extra opensim, which is for tests")
+
+opensim.Logger.setLevelString("Error")
+
+FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")
+FIXTURES += ("Example_2R_planar_XZ", "RoboyLeftArm", "RoboyUpperBody")
+
+
+def load(robot, folder, **options):
+    (file,) = write_osim(robot, folder, "robot", **options)
+    model = opensim.Model(str(file))
+    return model, model.initSystem()
+
+
+def numbers(vector):
+    return [vector.get(k) for k in range(vector.size())]
+
+
+class Terms:
+    """Terms of a model, coordinates and muscles in the order of the robot."""
+
+    def __init__(self, robot, folder):
+        self.model, self.state = load(robot, folder)
+        coordinates, forces = self.model.getCoordinateSet(), self.model.getForceSet()
+        names = [coordinate.name for coordinate in with_legal_names(robot).coordinates]
+        self.coordinates = [coordinates.get(name) for name in names]
+        for k, coordinate in enumerate(self.coordinates):
+            coordinate.setClamped(self.state, False)
+            coordinate.setLocked(self.state, False)
+            coordinate.setSpeedValue(self.state, float(k))
+        self.order = np.argsort(numbers(self.state.getU())).astype(int)
+        self.model.realizeVelocity(self.state)
+        muscles = [forces.get(k) for k in range(len(robot.muscles))]
+        self.muscles = [opensim.PathActuator.safeDownCast(muscle) for muscle in muscles]
+
+    def move(self, q, qd):
+        for coordinate, value, speed in zip(self.coordinates, q, qd, strict=True):
+            coordinate.setValue(self.state, float(value), False)
+            coordinate.setSpeedValue(self.state, float(speed))
+        self.model.realizeVelocity(self.state)
+
+    @property
+    def mass_matrix(self):
+        M = opensim.Matrix()
+        self.model.getMatterSubsystem().calcM(self.state, M)
+        n = len(self.order)
+        values = np.array([[M.get(i, j) for j in range(n)] for i in range(n)]).reshape(n, n)
+        return values[np.ix_(self.order, self.order)]
+
+    @property
+    def bias(self):
+        zero = opensim.Vector(len(self.order), 0.0)
+        forces = opensim.InverseDynamicsSolver(self.model).solve(self.state, zero)
+        return np.array(numbers(forces))[self.order]
+
+    @property
+    def lengths(self):
+        return np.array([muscle.getLength(self.state) for muscle in self.muscles])
+
+    @property
+    def moment_arms(self):
+        arms = [
+            [muscle.computeMomentArm(self.state, c) for c in self.coordinates]
+            for muscle in self.muscles
+        ]
+        return np.array(arms).reshape(len(self.muscles), len(self.coordinates))
+
+
+def assert_equal_terms(robot, folder, states=3):
+    theirs, ours = Terms(robot, folder), DartDynamics(robot)
+    rng = np.random.default_rng(1)
+    close = {"rtol": 1e-9, "atol": 1e-9}
+    for _ in range(states):
+        q, qd = rng.uniform(-1.5, 1.5, (2, ours.n))
+        theirs.move(q, qd)
+        bias = ours.coriolis(q, qd) + ours.gravity(q)
+        size = max(1.0, np.abs(bias).max(initial=0.0))
+        np.testing.assert_allclose(theirs.mass_matrix, ours.mass_matrix(q), **close)
+        np.testing.assert_allclose(theirs.lengths, ours.muscle_lengths(q), **close)
+        np.testing.assert_allclose(theirs.moment_arms, -ours.muscle_jacobian(q), **close)
+        undamped = theirs.bias - ours.damping * qd
+        np.testing.assert_allclose(undamped / size, bias / size, **close)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_opensim_reads_a_random_tree_with_equal_dynamics_and_paths(seed, tmp_path):
+    assert_equal_terms(random_robot(seed, 8), tmp_path)
+
+
+def test_opensim_reads_every_joint_of_caspr_with_equal_dynamics_and_paths(tmp_path):
+    assert_equal_terms(every_joint(), tmp_path)
+
+
+def test_opensim_reads_a_chain_with_equal_dynamics_and_paths(tmp_path):
+    assert_equal_terms(chain(8, 10), tmp_path)
+
+
+def test_opensim_reads_the_papers_arm_with_its_zero_moments(tmp_path):
+    assert_equal_terms(planar_2r(), tmp_path)
+
+
+@pytest.mark.parametrize("name", FIXTURES)
+def test_opensim_reads_the_published_robots_with_equal_dynamics_and_paths(shared, name, tmp_path):
+    assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
+
+
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
+@given(robots())
+def test_any_sound_robot_is_written(robot):
+    with tempfile.TemporaryDirectory() as folder:
+        assert_equal_terms(robot, folder, 1)
+
+
+def arm(inertia=None, muscles=(), surfaces=(), **limits):
+    inertia = inertia or Inertia(1.0, (0.1, 0.2, 0.3), 1.0, 1.0, 1.0)
+    joint = Joint("j", WORLD, "a", revolute((0.0, 0.0, 1.0)), (Coordinate("q", **limits),))
+    sets = (CableSet("all", tuple(muscles)),)
+    return Robot("r", (Link("a", inertia),), (joint,), sets, "all", wrap_surfaces=tuple(surfaces))
+
+
+def test_a_control_is_a_tension(tmp_path):
+    robot = planar_2r()
+    theirs, ours = Terms(robot, tmp_path), DartDynamics(robot)
+    tensions = np.array([10.0, 20.0, 30.0, 40.0])
+    theirs.move([0.1, 0.2], [0.0, 0.0])
+    theirs.model.setControls(theirs.state, opensim.Vector.createFromMat(tensions))
+    theirs.model.markControlsAsValid(theirs.state)
+    pulled = theirs.bias
+    expected = ours.gravity([0.1, 0.2]) + ours.muscle_jacobian([0.1, 0.2]).T @ tensions
+    np.testing.assert_allclose(pulled, expected, atol=1e-9)
+    assert [(m.getMinControl(), m.getMaxControl()) for m in theirs.muscles] == [(10.0, 100.0)] * 4
+
+
+def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
+    q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5, "actuated": True}
+    model, state = load(arm(**q), tmp_path)
+    c = model.getCoordinateSet().get("q")
+    assert (c.getRangeMin(), c.getRangeMax(), c.getValue(state)) == (-1.0, math.inf, 0.25)
+    forces = model.getForceSet()
+    assert opensim.CoordinateActuator.safeDownCast(forces.get("q_motor")).getOptimalForce() == 1.0
+    damper = opensim.SpringGeneralizedForce.safeDownCast(forces.get("q_damping"))
+    assert damper.getViscosity() == 0.5
+    assert "limits-are-ranges" in {finding.code for finding in osim_losses(arm(**q))}
+
+
+@pytest.mark.parametrize("initial", [0.25, 3.0])
+def test_initial_values_outside_the_limits_are_kept(initial, tmp_path):
+    model, state = load(arm(lower=-1.0, upper=1.0, initial=initial), tmp_path)
+    assert model.getCoordinateSet().get("q").getValue(state) == initial
+
+
+def test_equal_limits_lock_the_coordinate(tmp_path):
+    model, state = load(arm(lower=0.5, upper=0.5), tmp_path)
+    c = model.getCoordinateSet().get("q")
+    assert (c.getLocked(state), c.getValue(state)) == (True, 0.5)
+
+
+def test_an_open_force_limit_stays_open(tmp_path):
+    points = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("a", (0.0, 1.0, 0.0)))
+    theirs = Terms(arm(muscles=[Muscle("m", points, 5.0, math.inf)]), tmp_path)
+    assert theirs.muscles[0].getMaxControl() == math.inf
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize("side", [1, -1, 0])
+def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
+    """From (-1, 0.1) to (1, 0.1) round a circle of radius 0.5 about the origin."""
+    pose = Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0))
+    surface = WrapSurface("round", WORLD, shape, 0.5, pose)
+    points = (ViaPoint(WORLD, (-1.0, 0.1, 0.2)), ViaPoint("a", (1.0, 0.1, 0.2)))
+    robot = arm(muscles=[Muscle("m", points, wraps=(Wrap("round", 0, side),))], surfaces=[surface])
+    radius = math.hypot(1.0, 0.1)
+    reach, tangent = math.acos(0.5 / radius), math.sqrt(radius**2 - 0.25)
+    above = math.pi - 2 * math.atan2(0.1, 1.0)  # the angle between the ends seen from the origin
+    angle = 2 * math.pi - above if side == 1 else above
+    expected = 2 * tangent + 0.5 * (angle - 2 * reach)
+    assert Terms(robot, tmp_path).lengths[0] == pytest.approx(expected, abs=1e-5)
+    codes = {finding.code for finding in osim_losses(robot)}
+    assert ("side-by-place" in codes) == bool(side)
+    assert ("cylinder-has-ends" in codes) == (shape == "cylinder")
+
+
+def test_a_body_without_mass_keeps_its_inertia(tmp_path):
+    robot = arm(Inertia(0.0, (0.1, 0.0, 0.0), 1.0, 1.0, 1.0))
+    assert_equal_terms(robot, tmp_path)
+    assert "mass-increased" in {finding.code for finding in osim_losses(robot)}
+
+
+@pytest.mark.parametrize("on", ["a", WORLD])
+def test_fixed_links_without_mass_are_read(on, tmp_path):
+    robot = arm()
+    links = (*robot.links, Link("b", Inertia(0.0)))
+    assert_equal_terms(
+        replace(robot, links=links, joints=(*robot.joints, Joint("f", on, "b"))), tmp_path
+    )
+
+
+def test_meshes_are_seen_where_they_are(tmp_path):
+    mesh = Mesh("visual", "a.stl", scale=(0.1, 0.1, 0.1))
+    placed = replace(mesh, pose=Pose((1.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
+    robot = arm()
+    meshes = (mesh, placed, replace(mesh, role="collision"))
+    robot = replace(robot, links=(replace(robot.links[0], meshes=meshes),))
+    model, state = load(robot, tmp_path, meshes={"a.stl": "b.stl"})
+    frame = opensim.PhysicalOffsetFrame.safeDownCast(model.getComponent("/bodyset/a/mesh_frame_1"))
+    offset = frame.getTransformInGround(state).p()
+    assert offset.to_numpy().tolist() == [1.0, 0.0, 0.0]
+    (file,) = write_osim(robot, tmp_path)
+    assert [m.text for m in ElementTree.parse(file).iter("mesh_file")] == ["a.stl"] * 2
+    assert "collisions-left-out" in {finding.code for finding in osim_losses(robot)}
+
+
+def test_task_frames_are_markers(tmp_path):
+    robot = random_robot(1)
+    model, state = load(robot, tmp_path)
+    for coordinate in robot.coordinates:
+        model.getCoordinateSet().get(coordinate.name).setValue(state, 0.3)
+    hand = model.getMarkerSet().get("hand").getLocationInGround(state).to_numpy()
+    y = DartDynamics(robot).task_position([0.3] * len(robot.coordinates))
+    np.testing.assert_allclose(hand, y[:3], atol=1e-12)
+
+
+def test_names_that_opensim_refuses_are_changed_and_told(tmp_path):
+    robot = arm()
+    links = [replace(robot.links[0], name=name) for name in ("a b", "a_b", "ground", "..")]
+    joints = [Joint(f"f{k}", "a b", link.name) for k, link in enumerate(links[1:])]
+    first = replace(robot.joints[0], child="a b")
+    robot = replace(robot, links=tuple(links), joints=(first, *joints))
+    assert_equal_terms(robot, tmp_path)
+    told = [f.message for f in osim_losses(robot) if f.code == "renamed"]
+    assert told == [
+        "link 'ground': OpenSim refuses the name; written as 'ground_'",
+        "link 'a b': OpenSim refuses the name; written as 'a_b_'",
+        "link '..': OpenSim refuses the name; written as '_'",
+    ]
+
+
+def test_what_is_left_out_is_said():
+    codes = {finding.code for finding in osim_losses(planar_2r())}
+    assert codes == {
+        "limits-are-ranges",
+        "task-axes-left-out",
+        "cable-sets-left-out",
+        "link-ends-left-out",
+    }

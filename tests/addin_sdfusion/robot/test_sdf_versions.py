@@ -1,0 +1,394 @@
+"""SDF in all its versions and spellings: poses, joints, muscles, and what is left out."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from addin_sdfusion.robot import RobotError, Wrap, WrapSurface, read_robot
+from addin_sdfusion.robot.placement import Pose
+from addin_sdfusion.robot.pose import compose, inverse, rotate, rotation
+from addin_sdfusion.robot.readers import read
+
+INERTIAL = (
+    "<inertial>{pose}<mass>1</mass><inertia><ixx>0.3</ixx><iyy>0.4</iyy><izz>0.5</izz></inertia>"
+    "</inertial>"
+)
+HINGE = '<joint name="elbow" type="{type}"><parent>base</parent><child>arm</child>{more}</joint>'
+AXIS = "<axis><xyz>0 0 1</xyz>{more}</axis>"
+PLAIN = AXIS.format(more="")
+AXES = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
+VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
+
+
+def link(name, pose="", more="", inertial=""):
+    return f'<link name="{name}">{pose}{INERTIAL.format(pose=inertial)}{more}</link>'
+
+
+def hinge(more=PLAIN, type_="revolute"):
+    return HINGE.format(type=type_, more=more)
+
+
+def write(folder, *parts, version="1.7", attributes="", beside=None):
+    body = "\n".join(parts)
+    model = f'<model name="robot"{attributes}>\n{body}\n</model>'
+    (folder / "model.sdf").write_text(f'<sdf version="{version}">{model}</sdf>')
+    if beside is not None:
+        (folder / "cardsflow.xml").write_text(f"<cardsflow>\n{beside}\n</cardsflow>")
+    return folder
+
+
+def robot_with(folder, *parts, **options):
+    return read_robot(write(folder, *parts, **options))
+
+
+def found(folder, *parts, **options):
+    return {finding.code for finding in read(write(folder, *parts, **options)).findings}
+
+
+def arm_pose(robot):
+    """Where the arm is at q = 0."""
+    elbow, base = robot.joint("elbow"), robot.joints[0].T_parent_joint
+    return compose(base, compose(elbow.T_parent_joint, inverse(elbow.T_child_joint)))
+
+
+def close(pose, position, rpy):
+    assert pose.position == pytest.approx(position, abs=1e-12)
+    assert pose.rpy == pytest.approx(rpy, abs=1e-12)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_every_version_is_read(tmp_path, version):
+    reading = read(write(tmp_path, link("base"), link("arm"), hinge(), version=version))
+    assert "sdf-version" not in {finding.code for finding in reading.findings}
+    assert reading.require().joint("elbow").type == "revolute"
+
+
+BASE = link("base", "<pose>0 0 1 0 0 0.5</pose>")
+TURN = (0.1, -0.2, 0.3)
+C, S = math.cos(0.5), math.sin(0.5)
+
+
+def quaternion(roll, pitch, yaw):
+    """x, y, z, w by the textbook formula, times two: it must be normalised."""
+    (cr, cp, cy), (sr, sp, sy) = (
+        [f(angle / 2) for angle in (roll, pitch, yaw)] for f in (math.cos, math.sin)
+    )
+    return (
+        2 * (sr * cp * cy - cr * sp * sy),
+        2 * (cr * sp * cy + sr * cp * sy),
+        2 * (cr * cp * sy - sr * sp * cy),
+        2 * (cr * cp * cy + sr * sp * sy),
+    )
+
+
+POSES = [
+    ('<pose degrees="true">1 2 3 {0} {1} {2}</pose>', [math.degrees(a) for a in TURN]),
+    ('<pose rotation_format="euler_rpy">1 2 3 {0} {1} {2}</pose>', TURN),
+    ('<pose rotation_format="quat_xyzw">1 2 3 {0} {1} {2} {3}</pose>', quaternion(*TURN)),
+    ('<pose frame="">1 2 3 {0} {1} {2}</pose>', TURN),
+    ('<pose relative_to="__model__">1 2 3 {0} {1} {2}</pose>', TURN),
+]
+
+
+@pytest.mark.parametrize(("text", "numbers"), POSES)
+def test_a_rotation_may_be_written_in_several_ways(tmp_path, text, numbers):
+    arm = link("arm", text.format(*map(repr, numbers)))
+    close(arm_pose(robot_with(tmp_path, BASE, arm, hinge())), (1, 2, 3), TURN)
+
+
+@pytest.mark.parametrize(
+    ("pose", "frames"),
+    [
+        ('<pose relative_to="base">1 0 0 0 0 0</pose>', ""),
+        ('<pose frame="base">1 0 0 0 0 0</pose>', ""),
+        ('<pose relative_to="f">1 0 0 0 0 0</pose>', '<frame name="f" attached_to="base"/>'),
+        (
+            '<pose relative_to="g"/>',
+            '<frame name="g" attached_to="f"><pose>1 0 0 0 0 0</pose></frame>'
+            '<frame name="f" attached_to="base"/>',
+        ),
+    ],
+)
+def test_poses_go_from_frame_to_frame(tmp_path, pose, frames):
+    robot = robot_with(tmp_path, BASE, frames, link("arm", pose), hinge())
+    close(arm_pose(robot), (C, S, 1), (0, 0, 0.5))
+
+
+def test_a_frame_may_stand_inside_its_link(tmp_path):
+    inside = '<frame name="f"><pose>1 0 0 0 0 0</pose></frame>'
+    base = link("base", "<pose>0 0 1 0 0 0.5</pose>", inside)
+    robot = robot_with(tmp_path, base, link("arm", '<pose frame="f"/>'), hinge(), version="1.5")
+    close(arm_pose(robot), (C, S, 1), (0, 0, 0.5))
+
+
+def test_a_joint_may_name_frames_in_place_of_links(tmp_path):
+    frame = '<frame name="f" attached_to="arm"><pose>1 0 0 0 0 0</pose></frame>'
+    joint = hinge().replace("<child>arm<", "<child>f<")
+    robot = robot_with(tmp_path, BASE, link("arm"), frame, joint, version="1.8")
+    assert robot.joint("elbow").child == "arm"
+    close(robot.joint("elbow").T_child_joint, (1, 0, 0), (0, 0, 0))
+
+
+def test_the_pose_of_a_model_may_be_that_of_a_frame_in_it(tmp_path):
+    placed = "<pose>5 0 0 0 0 0</pose>"
+    options = {"version": "1.8", "attributes": ' placement_frame="base"'}
+    robot = robot_with(tmp_path, placed, BASE, link("arm"), hinge(), **options)
+    close(robot.joints[0].T_parent_joint, (5, 0, 0), (0, 0, 0))
+
+
+def test_an_inertial_may_be_turned_or_placed_in_another_frame(tmp_path):
+    quarter = f"<pose>1 2 3 0 0 {math.pi / 2!r}</pose>"
+    robot = robot_with(tmp_path, link("base"), link("arm", inertial=quarter), hinge())
+    assert robot.link("arm").inertia.ixx == pytest.approx(0.4)
+    elsewhere = '<pose relative_to="base">1 0 0 0 0 0</pose>'
+    robot = robot_with(tmp_path, BASE, link("arm", inertial=elsewhere), hinge())
+    assert robot.link("arm").inertia.com == pytest.approx((C, S, 1))
+
+
+@pytest.mark.parametrize("type_", ["universal", "revolute2"])
+def test_two_axes_make_a_universal_joint(tmp_path, type_):
+    robot = robot_with(tmp_path, link("base"), link("arm"), hinge(AXES, type_))
+    joint = robot.joint("elbow")
+    assert joint.type == "universal"
+    assert [motion.axis for motion in joint.motions] == [(1, 0, 0), (0, 1, 0)]
+    assert [c.name for c in joint.coordinates] == ["elbow_1", "elbow_2"]
+
+
+def test_a_ball_joint_gets_three_angles_and_a_continuous_one_no_limits(tmp_path):
+    robot = robot_with(tmp_path, link("base"), link("arm"), hinge("", "ball"))
+    assert robot.joint("elbow").type == "ball"
+    assert [c.name for c in robot.coordinates] == ["elbow_alpha", "elbow_beta", "elbow_gamma"]
+    limited = AXIS.format(more="<limit><lower>-1</lower><upper>1</upper></limit>")
+    robot = robot_with(tmp_path, link("base"), link("arm"), hinge(limited, "continuous"))
+    assert robot.coordinates[0].upper == math.inf
+
+
+def test_limits_of_zero_are_no_missing_limits(tmp_path):
+    zero = AXIS.format(more="<limit><lower>0</lower><upper>0</upper></limit>")
+    assert "zero-limits" in found(tmp_path, link("base"), link("arm"), hinge(zero))
+    assert "zero-limits" not in found(tmp_path, link("base"), link("arm"), hinge())
+
+
+MESH = "<geometry><mesh><uri>{}</uri><scale>1e-3 1e-3 1e-3</scale></mesh></geometry>"
+BOX = '<visual name="b"><geometry><box><size>1 1 1</size></box></geometry></visual>'
+
+
+def test_meshes_are_kept_whether_or_not_their_files_are_there(tmp_path):
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/here.stl").write_text("")
+    uris = ["meshes/here.stl", f"model://{tmp_path.name}/meshes/here.stl"]
+    looks = "".join(f'<visual name="v">{MESH.format(uri)}</visual>' for uri in uris)
+    pose = "<pose>1 2 3 0 0 0</pose>"
+    looks += f'<collision name="c">{pose}{MESH.format("model://x/there.stl")}</collision>'
+    folder = write(tmp_path, link("arm", more=looks + BOX))
+    reading = read(folder)
+    first, _, last = reading.require().links[0].meshes
+    assert (first.role, first.uri, first.scale) == ("visual", uris[0], (1e-3, 1e-3, 1e-3))
+    assert (last.role, last.name, last.pose) == ("collision", "c", Pose((1, 2, 3)))
+    told = {finding.code: finding.message for finding in reading.findings}
+    assert (
+        "1 of 3 mesh files are not found, such as 'model://x/there.stl'" in told["missing-meshes"]
+    )
+    assert "'box' is left out" in told["geometry-left-out"]
+
+
+DYNAMICS = "<dynamics><damping>1</damping><{0}>2</{0}></dynamics>"
+NOT_KEPT = {
+    "friction": AXIS.format(more=DYNAMICS.format("friction")),
+    "spring stiffness": AXIS.format(more=DYNAMICS.format("spring_stiffness")),
+    "effort limit": AXIS.format(more="<limit><effort>3</effort></limit>"),
+    "mimics": AXIS.format(more='<mimic joint="x"/>'),
+}
+
+
+@pytest.mark.parametrize("word", NOT_KEPT)
+def test_what_a_joint_has_and_no_simulation_does_is_told(tmp_path, word):
+    folder = write(tmp_path, link("base"), link("arm"), hinge(NOT_KEPT[word]))
+    (message,) = [f.message for f in read(folder).findings if f.code == "joint-not-simulated"]
+    assert word in message
+
+
+@pytest.mark.parametrize(
+    ("more", "code"),
+    [
+        ('<model name="inner"/>', "unsupported-element"),
+        ("<include><uri>model://x</uri></include>", "unsupported-element"),
+        ("<static>true</static>", "static-model"),
+        (link("light", more="<gravity>0</gravity>"), "gravity-not-off"),
+        (link("x").replace("<inertial>", '<inertial auto="true">'), "unsupported-inertial"),
+        (link("x", '<pose rotation_format="quat_xyzw">0 0 0 0 0 0 0</pose>'), "bad-quaternion"),
+    ],
+)
+def test_nothing_is_dropped_in_silence(tmp_path, more, code):
+    reading = read(write(tmp_path, link("base"), link("arm"), hinge(), more))
+    (finding,) = [finding for finding in reading.findings if finding.code == code]
+    assert finding.line is not None
+
+
+@pytest.mark.parametrize("type_", ["screw", "gearbox", "spring"])
+def test_other_joints_are_refused(tmp_path, type_):
+    with pytest.raises(RobotError, match="joint type"):
+        robot_with(tmp_path, link("base"), link("arm"), hinge(type_=type_))
+
+
+def test_all_that_is_wrong_with_the_tree_is_found_at_once(tmp_path):
+    def joint(name, parent, child):
+        ends = f"<parent>{parent}</parent><child>{child}</child>"
+        return f'<joint name="{name}" type="fixed">{ends}</joint>'
+
+    joints = [joint("a", "base", "arm"), joint("b", "hand", "arm"), joint("c", "base", "nowhere")]
+    joints += [joint("d", "nobody", "hand"), joint("e", "l2", "l1"), joint("f", "l1", "l2")]
+    links = [link(name) for name in ("base", "arm", "hand", "l1", "l2", "base")]
+    reading = read(write(tmp_path, *links, *joints))
+    errors = {f.code: f for f in reading.findings if f.is_error}
+    codes = {"two-parents", "unknown-child", "unknown-parent", "closed-loop", "duplicate-link"}
+    assert set(errors) == codes
+    assert all(finding.line is not None for finding in errors.values())
+
+
+def muscle(*points, more="", name="biceps"):
+    blocks = "\n".join(
+        f'<link name="{on}">\n<viaPoint {words}>{at}</viaPoint>\n</link>'
+        for on, words, at in points
+    )
+    return f'<myoMuscle name="{name}">\n{blocks}{more}</myoMuscle>'
+
+
+FIX = 'type="FIXPOINT"'
+START, END = ("base", FIX, "1 0 0"), ("arm", FIX, "0 0 1")
+TWO = (link("base"), link("arm"), hinge())
+OLD = '<plugin filename="libmusc_plugin.so" name="musc_plugin">{}</plugin>'
+NEW = '<plugin filename="libcardsflow_gazebo_plugin.so" name="cardsflow_gazebo_plugin">{}</plugin>'
+
+
+@pytest.mark.parametrize("plugin", [OLD, NEW])
+@pytest.mark.parametrize("name", ["motor12", "shoulder_left_motor0", "M. biceps"])
+def test_muscles_stand_in_either_plugin_and_have_any_name(tmp_path, plugin, name):
+    robot = robot_with(tmp_path, *TWO, plugin.format(muscle(START, END, name=name)))
+    assert [m.name for m in robot.muscles] == [name]
+
+
+def test_the_file_beside_wins_over_a_plugin_and_says_so(tmp_path):
+    inside, beside = muscle(START, END, name="inside"), muscle(START, END, name="beside")
+    reading = read(write(tmp_path, *TWO, OLD.format(inside), beside=beside))
+    assert [m.name for m in reading.require().muscles] == ["beside"]
+    assert "second-source-left-out" in {finding.code for finding in reading.findings}
+
+
+MOTOR = "<motor><torque_constant>1</torque_constant></motor><SEE><stiffness>1</stiffness></SEE>"
+
+
+def test_motors_and_springs_of_muscles_are_told_to_be_left_out(tmp_path):
+    assert "actuator-left-out" in found(tmp_path, *TWO, beside=muscle(START, END, more=MOTOR))
+
+
+@pytest.mark.parametrize(
+    ("words", "surface", "wrap"),
+    [
+        (
+            'type="SPHERICAL" radius="0.02" state="0" revCounter="0"',
+            WrapSurface("arm_sphere", "arm", "sphere", 0.02, Pose((0, 0, 2))),
+            Wrap("arm_sphere", 0),
+        ),
+        (
+            'type="CYLINDRICAL" radius="0.03" state="1" revCounter="2"',
+            WrapSurface("arm_cylinder", "arm", "cylinder", 0.03, Pose((0, 0, 2))),
+            Wrap("arm_cylinder", 0, 1, 2),
+        ),
+        (
+            'type="CYLINDRICAL" radius="0.03" state="2" revCounter="0"',
+            WrapSurface("arm_cylinder", "arm", "cylinder", 0.03, Pose((0, 0, 2))),
+            Wrap("arm_cylinder", 0, -1),
+        ),
+    ],
+)
+def test_wrapping_points_are_surfaces(tmp_path, words, surface, wrap):
+    over = ("arm", words, "0 0 2")
+    first = muscle(START, over, END)
+    second = muscle(START, (*START[:2], "0 1 0"), over, END, name="triceps")
+    reading = read(write(tmp_path, *TWO, beside=first + second))
+    robot = reading.require()
+    assert robot.wrap_surfaces == (surface,)
+    assert [m.wraps[0].segment for m in robot.muscles] == [0, 1]
+    assert robot.muscles[0].wraps == (wrap,)
+    assert len(robot.muscles[0].via_points) == 2
+    assert "wrap-not-simulated" in {finding.code for finding in reading.findings}
+
+
+SPHERE = 'type="SPHERICAL" radius="0.1" state="0"'
+
+
+@pytest.mark.parametrize(
+    ("points", "code"),
+    [
+        ([("base", SPHERE, "0 0 0"), START, END], "wrap-not-between-points"),
+        ([START, END, ("base", SPHERE, "0 0 0")], "wrap-not-between-points"),
+        (
+            [START, ("base", SPHERE, "0 0 0"), ("arm", SPHERE, "0 0 0"), END],
+            "wrap-not-between-points",
+        ),
+        ([START, ("base", SPHERE.replace("0.1", "x"), "0 0 0"), END], "bad-number"),
+        ([START, ("base", SPHERE.replace('"0"', '"7"'), "0 0 0"), END], "bad-number"),
+        ([START, ("base", 'type="MESH"', "0 0 0"), END], "unsupported-via-point"),
+        ([START, ("Arm", FIX, "0 0 0")], "link-name-case"),
+        ([START, ("leg", FIX, "0 0 0")], "unknown-via-link"),
+        ([START], "too-few-via-points"),
+        ([START, ("base", FIX, "0 0 0")], "no-moment-arm"),
+    ],
+)
+def test_unusable_muscles_are_found_with_their_lines(tmp_path, points, code):
+    reading = read(write(tmp_path, *TWO, beside=muscle(*points)))
+    findings = [finding for finding in reading.findings if finding.code == code]
+    assert findings
+    for finding in findings:
+        assert (finding.file.name, finding.subject.name) == ("cardsflow.xml", "biceps")
+        assert finding.line is not None
+
+
+EFFECTOR = '<endEffector link="arm" name="hand">1 2 3</endEffector>'
+MARKER = '<marker link="arm">4 5 6</marker>'
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_end_effectors_and_markers_stand_in_either_place(tmp_path, beside):
+    both = EFFECTOR + MARKER
+    parts = TWO if beside else (*TWO, NEW.format(both))
+    robot = robot_with(tmp_path, *parts, beside=both if beside else None)
+    (hand,) = robot.task_frames
+    assert (hand.name, hand.position) == ("hand", (1, 2, 3))
+    (marker,) = robot.task_sets[1].frames
+    assert (robot.task_sets[1].name, marker.name) == ("markers", "marker0")
+    assert (marker.link, marker.position) == ("arm", (4, 5, 6))
+
+
+CHAIN = '<joint name="whole"><coordinate name="a" joint="{0}" motion="0" actuated="true"/></joint>'
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (CHAIN.format("nothing"), "unknown-joint"),
+        (CHAIN.format("elbow").replace('motion="0"', 'motion="1"'), "bad-chain"),
+        (CHAIN.format("elbow") * 2, "bad-chain"),
+        ('<joint name="whole"/>', "bad-chain"),
+    ],
+)
+def test_words_about_joints_that_do_not_fit_are_refused(tmp_path, words, code):
+    assert code in found(tmp_path, *TWO, NEW.format(words))
+
+
+def test_a_coordinate_may_have_a_name_and_a_motor_of_its_own(tmp_path):
+    robot = robot_with(tmp_path, *TWO, NEW.format(CHAIN.format("elbow")))
+    (coordinate,) = robot.coordinates
+    assert (coordinate.name, coordinate.actuated) == ("a", True)
+
+
+def test_an_axis_in_the_old_frame_of_the_model_turns_with_the_joint(tmp_path):
+    more = "<use_parent_model_frame>true</use_parent_model_frame>"
+    turned = link("arm", f"<pose>0 0 0 {' '.join(map(str, TURN))}</pose>")
+    for version, text in (("1.6", more), ("1.4", "")):
+        joint = hinge(AXIS.format(more=text))
+        elbow = robot_with(tmp_path, BASE, turned, joint, version=version).joint("elbow")
+        assert rotate(rotation(TURN), elbow.motions[0].axis) == pytest.approx((0, 0, 1))

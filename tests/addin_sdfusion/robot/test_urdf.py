@@ -1,0 +1,161 @@
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import dartpy
+import numpy as np
+import pytest
+from every_joint import every_joint
+from hypothesis import HealthCheck, given, settings
+from robots import planar_2r, random_robot
+from strategies import robots
+
+from addin_sdfusion.robot import (
+    WORLD,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Mesh,
+    Motion,
+    Pose,
+    Robot,
+    RobotError,
+    prismatic,
+    read_robot,
+    revolute,
+)
+from addin_sdfusion.robot.chain import single_joints
+from addin_sdfusion.robot.urdf import urdf_losses, write_urdf
+from sim_dart import DartDynamics
+
+FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")
+FIXTURES += ("Example_2R_planar_XZ", "RoboyLeftArm", "RoboyUpperBody")
+
+
+def load(robot, folder):
+    (file,) = write_urdf(robot, folder, "robot")
+    skeleton = dartpy.utils.DartLoader().parseSkeleton(str(file))
+    assert skeleton is not None
+    return skeleton
+
+
+def assert_equal_mass_matrices(robot, folder, states=5):
+    skeleton, ours = load(robot, folder), DartDynamics(robot)
+    names = [skeleton.getDof(k).getName() for k in range(skeleton.getNumDofs())]
+    order = [names.index(name) for name in ours.coordinate_names]
+    assert sorted(names) == sorted(ours.coordinate_names)
+    rng = np.random.default_rng(1)
+    for _ in range(states):
+        q = rng.uniform(-2, 2, ours.n)
+        theirs = np.zeros(ours.n)
+        theirs[order] = q
+        skeleton.setPositions(theirs)
+        M, expected = skeleton.getMassMatrix()[np.ix_(order, order)], ours.mass_matrix(q)
+        np.testing.assert_allclose(M, expected, rtol=1e-9, atol=1e-9)
+    return skeleton
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_dart_reads_a_random_tree_with_the_same_mass_matrix(seed, tmp_path):
+    assert_equal_mass_matrices(random_robot(seed, 8), tmp_path)
+
+
+def test_dart_reads_every_joint_of_caspr_with_the_same_mass_matrix(tmp_path):
+    robot = every_joint()
+    assert_equal_mass_matrices(robot, tmp_path)
+    chained = {f.subject.name for f in urdf_losses(robot) if f.code == "joint-in-a-chain"}
+    assert chained == {j.name for j in robot.joints if len(j.motions) > 1}
+
+
+@pytest.mark.parametrize("name", FIXTURES)
+def test_dart_reads_the_published_robots_with_the_same_mass_matrix(shared, name, tmp_path):
+    assert_equal_mass_matrices(read_robot(shared / "robots/caspr" / name), tmp_path)
+
+
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
+@given(robots())
+def test_any_sound_robot_is_written(robot):
+    with tempfile.TemporaryDirectory() as folder:
+        assert_equal_mass_matrices(robot, folder, 1)
+        assert not any(finding.is_error for finding in urdf_losses(robot))
+
+
+def one_joint(motions, **coordinate):
+    unit = motions[0].unit if motions else "rad"
+    joint = Joint("j", WORLD, "a", motions, (Coordinate("q", unit=unit, **coordinate),))
+    return Robot("r", (Link("a", Inertia(1.0, (0.1, 0.2, 0.3), 1.0, 1.0, 1.0)),), (joint,))
+
+
+def test_limits_and_damping_arrive(tmp_path):
+    limited = one_joint(revolute((0.0, 0.0, 1.0)), lower=-1.0, upper=0.5, damping=0.25)
+    dof = load(limited, tmp_path).getDof(0)
+    assert (dof.getPositionLowerLimit(), dof.getPositionUpperLimit()) == (-1.0, 0.5)
+    assert dof.getDampingCoefficient() == 0.25
+
+
+@pytest.mark.parametrize(
+    ("motions", "limits", "kind"),
+    [
+        (revolute((0.0, 0.0, 1.0)), {}, "continuous"),
+        (revolute((0.0, 0.0, 1.0)), {"lower": 0.0}, "revolute"),
+        (prismatic((0.0, 0.0, 1.0)), {}, "prismatic"),
+    ],
+)
+def test_joint_types(motions, limits, kind, tmp_path):
+    (file,) = write_urdf(one_joint(motions, **limits), tmp_path)
+    joint = ElementTree.parse(file).find("joint")
+    assert (file.name, joint.get("type"), joint.get("name")) == ("r.urdf", kind, "q")
+    assert (joint.find("limit") is None) == (kind == "continuous")
+
+
+def test_meshes_stand_in_the_frame_of_the_joint(tmp_path):
+    mesh = Mesh("visual", "package://r/a.stl", Pose((1.0, 0.0, 0.0)), (0.001,) * 3, "shell")
+    robot = one_joint(revolute((0.0, 0.0, 1.0)))
+    link = replace(robot.links[0], meshes=(mesh, replace(mesh, role="collision", name="")))
+    joint = replace(robot.joints[0], T_child_joint=Pose((0.25, 0.0, 0.0)))
+    (file,) = write_urdf(replace(robot, links=(link,), joints=(joint,)), tmp_path)
+    root = ElementTree.parse(file)
+    assert root.find("link/visual").get("name") == "shell"
+    assert root.find("link/visual/origin").get("xyz") == "0.75 0.0 0.0"
+    shape = root.find("link/collision/geometry/mesh")
+    assert (shape.get("filename"), shape.get("scale")) == (mesh.uri, "0.001 0.001 0.001")
+
+
+def test_a_fixed_joint_gives_way_to_a_coordinate_of_its_name(tmp_path):
+    robot = one_joint(revolute((0.0, 0.0, 1.0)))
+    fixed = (Link("b", Inertia(1.0)), Joint("q", "a", "b"))
+    robot = replace(robot, links=(*robot.links, fixed[0]), joints=(*robot.joints, fixed[1]))
+    (file,) = write_urdf(robot, tmp_path)
+    assert [j.get("name") for j in ElementTree.parse(file).iter("joint")] == ["q", "q_"]
+    assert "renamed" in {finding.code for finding in urdf_losses(robot)}
+
+
+def test_a_link_between_single_joints_gives_way_to_a_link_of_its_name():
+    turns = (Motion("rotation", (1.0, 0.0, 0.0)), Motion("rotation", (0.0, 1.0, 0.0), 1))
+    joint = Joint("j", WORLD, "j_1", turns, (Coordinate("a"), Coordinate("b")))
+    robot = Robot("r", (Link("j_1", Inertia(1.0, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)),), (joint,))
+    assert [single.child for single in single_joints(robot)] == ["j_1_", "j_1"]
+
+
+def test_what_is_left_out_is_said():
+    robot = planar_2r()
+    codes = {finding.code for finding in urdf_losses(robot)}
+    assert codes == {
+        "muscles-left-out",
+        "task-frames-left-out",
+        "cable-sets-left-out",
+        "link-ends-left-out",
+    }
+    other = one_joint(revolute((0.0, 0.0, 1.0)), lower=0.0, initial=1.0, actuated=True)
+    other = replace(other, gravity=(0.0, 0.0, 0.0))
+    codes = {finding.code for finding in urdf_losses(other)}
+    assert codes == {"gravity-left-out", "initial-left-out", "motor-left-out", "one-sided-limit"}
+
+
+def test_a_broken_robot_is_not_written(tmp_path):
+    with pytest.raises(RobotError, match="axis is zero"):
+        write_urdf(one_joint(revolute((0.0, 0.0, 0.0))), tmp_path / "new")
+    assert not (tmp_path / "new").exists()
