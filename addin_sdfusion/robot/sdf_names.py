@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from .chain import Names
 from .model import Link
 from .placement import Pose
 from .pose import inverse
@@ -21,6 +20,16 @@ def needs_frame(T_child_joint: Pose) -> bool:
 
 
 def mesh_names(link: Link) -> list[str]:
-    """A name for each mesh: its own, or in SDF's need one that is there and not yet taken."""
-    names = {role: Names() for role in ("visual", "collision")}
-    return [names[mesh.role].give(mesh.name or f"{link.name}_{mesh.role}") for mesh in link.meshes]
+    """A name for each mesh: its own, or where SDF needs it one that is there and not yet taken."""
+    taken = {(mesh.role, mesh.name) for mesh in link.meshes}
+    given: set[tuple[str, str]] = set()
+    names = []
+    for k, mesh in enumerate(link.meshes):
+        name = mesh.name
+        if not name or (mesh.role, name) in given:
+            name = f"{name or link.name}_{k}"
+            while (mesh.role, name) in taken or (mesh.role, name) in given:
+                name += "_"
+        given.add((mesh.role, name))
+        names.append(name)
+    return names

@@ -155,6 +155,16 @@ def test_the_command_prints_a_short_summary(tmp_path: Path) -> None:
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.stdout)
 
 
+def test_output_that_nobody_reads_to_the_end_is_no_error(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "info", str(PLANAR_2R / "robot")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 0
+
+
 BAD_COMMANDS = {
     "missing experiment": (["run", "{tmp}/none"], "none"),
     "unwritable output": (["run", PLANAR_2R, "-o", "{tmp}/file/out"], "cannot be written"),

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, cast, get_args
 
 from ..cardsflow_xml import WRAP_STATES, WRAP_TYPES
-from ..chain import Names
 from ..checks.report import unknown
 from ..finding import member
 from ..model import WORLD, Axis, TaskFrame, TaskSet
@@ -61,7 +61,11 @@ class MuscleReader:
         self._links = [WORLD, *links]
         self._known = set(self._links)
         self._folded = {name.casefold(): name for name in self._links}
-        self._names = Names(surface.name for surface in surfaces)
+        self._names: dict[WrapSurface, list[str]] = {}
+        self._taken = {surface.name for surface in surfaces}
+        self._made: Counter[str] = Counter()
+        for surface in surfaces:
+            self._names.setdefault(_nameless(surface), []).append(surface.name)
 
     def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
         """The `<myoMuscle>` children of an element as a cable set.
@@ -132,11 +136,20 @@ class MuscleReader:
         length = node.number_attribute("length", math.inf, infinite=True)
         new = WrapSurface("", step.link, shape, radius, Pose(step.position), length)
         named = node.attribute("surface", "")
-        for surface in self.surfaces:
-            if named in ("", surface.name) and _same_place(surface, new):
-                return surface.name
-        name = named or self._names.give(f"{step.link}_{shape}")
-        self.surfaces.append(replace(new, name=name))
+        names = self._names.setdefault(new, [])
+        if names and named in ("", *names):
+            return named or names[0]
+        names.append(named or self._free_name(f"{step.link}_{shape}"))
+        self._taken.add(names[-1])
+        self.surfaces.append(replace(new, name=names[-1]))
+        return names[-1]
+
+    def _free_name(self, wanted: str) -> str:
+        """The wanted name, or it with the first number that makes it another."""
+        name = wanted
+        while name in self._taken:
+            self._made[wanted] += 1
+            name = f"{wanted}_{self._made[wanted] + 1}"
         return name
 
 
@@ -181,11 +194,10 @@ def _task_frame(node: Node, name: str) -> TaskFrame:
     return TaskFrame(name, node.attribute("link"), node.vector3(), chosen)
 
 
-def _same_place(one: WrapSurface, other: WrapSurface) -> bool:
-    """Whether two surfaces are the same but for the name and the turn of a sphere."""
-    if one.shape == other.shape == "sphere":
-        one = replace(one, pose=Pose(one.pose.position))
-    return replace(one, name="") == replace(other, name="")
+def _nameless(surface: WrapSurface) -> WrapSurface:
+    """The surface without its name and, for a sphere, without its turn."""
+    pose = Pose(surface.pose.position) if surface.shape == "sphere" else surface.pose
+    return replace(surface, name="", pose=pose)
 
 
 def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
