@@ -49,6 +49,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if options.debug:
             traceback.print_exc()
+        if isinstance(error, OSError):
+            print(f"cardsflow: {error.strerror or error}", file=sys.stderr)
+            return FAILED
         if isinstance(error, CardsflowError):
             print(f"cardsflow: {error}", file=sys.stderr)
             return BAD_INPUT if isinstance(error, InputError) else FAILED
@@ -195,6 +198,8 @@ def _settings(words: Sequence[str]) -> dict[str, Any]:
             settings[key] = tomllib.loads(f"value = {value}")["value"]
         except tomllib.TOMLDecodeError:
             settings[key] = value
+        except (ValueError, RecursionError):
+            raise InputError("its value cannot be read", key=f"--set {key}") from None
     return settings
 
 

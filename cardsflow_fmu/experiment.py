@@ -200,5 +200,12 @@ class Experiment:
                 ],
             },
             "run": {"duration": self.run.duration, "step": self.run.step},
-            "wiring": dict(self.wiring),
+            "wiring": {
+                model: {
+                    target.removeprefix(f"{model}."): source
+                    for target, source in self.wiring.items()
+                    if target.startswith(f"{model}.")
+                }
+                for model in ("plant", "controller")
+            },
         }

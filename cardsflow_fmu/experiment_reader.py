@@ -13,6 +13,7 @@ from typing import Any, cast
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
 from addin_sdfusion.robot.check import require_valid
+from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import Reading, read
 from addin_sdfusion.robot.readers.trajectories import read_trajectory
 from addin_sdfusion.robot.trajectory import Spline, Trajectory, TrajectoryPoint
@@ -25,9 +26,11 @@ from .experiment import (
     RunSettings,
     StartSettings,
 )
+from .ports import coordinate_signals, muscle_signals, task_signals
 from .tables import Table
 from .timing import whole_steps
 
+_MAX_BYTES = 64 * 2**20
 _CONTROLLERS = ("joint_space",)
 _SPLINES = ("linear", "cubic", "quintic", "parabolic_blend", "samples")
 _WITH_RATES = ("cubic", "quintic", "samples")
@@ -54,15 +57,13 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
 def _read_data(file: Path) -> dict[str, Any]:
     """The file's content as plain data: TOML, or JSON by its suffix."""
     try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        reason = "is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else "cannot be read"
-        detail = getattr(error, "strerror", None)
-        raise InputError(f"{reason}: {detail}" if detail else reason, file=file) from None
+        text = read_file(file, _MAX_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file) from None
     try:
         data = json.loads(text) if file.suffix == ".json" else tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
-        raise InputError(str(error), file=file) from None
+    except ValueError as error:
+        raise InputError(" ".join(str(error).split()), file=file) from None
     except RecursionError:
         raise InputError("is nested too deeply", file=file) from None
     if not isinstance(data, dict):
@@ -120,11 +121,22 @@ def _robot(table: Table) -> tuple[Reading, Robot]:
         robot = replace(robot, task_set=task_set)
     if gravity is not None:
         robot = replace(robot, gravity=cast(tuple[float, float, float], gravity))
+    _require_port_names(table, robot)
     if not robot.coordinates:
         raise table.error("path", f"robot {robot.name!r} has no joint that moves")
     if not robot.muscles:
         raise table.error("path", f"robot {robot.name!r} has no muscles")
     return reading, robot
+
+
+def _require_port_names(table: Table, robot: Robot) -> None:
+    """Names that stay different as parts of FMI variable names."""
+    try:
+        coordinate_signals("q", robot)
+        muscle_signals("f", robot)
+        task_signals("y", robot)
+    except InputError as error:
+        raise table.error("path", error.what) from None
 
 
 def _with_bounds(robot: Robot, table: Table) -> Robot:

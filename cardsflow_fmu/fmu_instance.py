@@ -50,7 +50,6 @@ class FmuInstance:
         name: Its name in the wiring.
         file: The .fmu.
         folder: An empty folder to unpack it into; it must live as long as the instance.
-        stop_time: End of the run, in [s].
         start_values: Values for parameters, by name.
 
     Raises:
@@ -63,7 +62,6 @@ class FmuInstance:
         name: str,
         file: Path,
         folder: Path,
-        stop_time: float,
         start_values: Mapping[str, float] | None = None,
     ) -> None:
         self.name = name
@@ -89,7 +87,7 @@ class FmuInstance:
         self._fmu = self._instantiate(description, folder)
         try:
             self._bind()
-            self._initialize(variables, stop_time, start_values or {})
+            self._initialize(variables, start_values or {})
         except BaseException:
             self.close()
             raise
@@ -141,12 +139,11 @@ class FmuInstance:
             ctypes.c_int,
         ]
 
-    def _initialize(
-        self, variables: Mapping[str, Any], stop_time: float, start_values: Mapping[str, float]
-    ) -> None:
+    def _initialize(self, variables: Mapping[str, Any], start_values: Mapping[str, float]) -> None:
         fmu = self._fmu
         try:
-            fmu.setupExperiment(startTime=0.0, stopTime=stop_time)
+            # No stop time: the last tick of a slower controller may reach beyond the end.
+            fmu.setupExperiment(startTime=0.0)
             for name, value in start_values.items():
                 if name not in variables:
                     raise UnknownNameError("variable", name, variables, file=self._file)

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -113,6 +114,8 @@ class Master:
                         progress(done)
             except CardsflowError as error:
                 failure = error
+            except KeyboardInterrupt:
+                failure = SimulationError("interrupted")
         if progress:
             progress(done)
         return Recording(self.names, rows[: self._recorded], ticks, failure)
@@ -191,13 +194,38 @@ def _indices(numbers: tuple[int, ...]) -> Indices:
 
 @contextmanager
 def _interruptible() -> Iterator[list[int]]:
-    """Collects Ctrl-C in the list instead of raising in the middle of a step."""
+    """Collects the first Ctrl-C or SIGTERM instead of raising in the middle of a step.
+
+    A second one raises KeyboardInterrupt: a single step may be endless.
+    """
     pressed: list[int] = []
+
+    def press(number: int, frame: object) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+
+    with _handling(press):
+        yield pressed
+
+
+@contextmanager
+def ignoring_interrupts() -> Iterator[None]:
+    """Ctrl-C and SIGTERM do nothing meanwhile: for the seconds in which results are written."""
+    with _handling(signal.SIG_IGN):
+        yield
+
+
+@contextmanager
+def _handling(handler: Any) -> Iterator[None]:
+    """Another handler for Ctrl-C and SIGTERM, in the main thread, which alone may set one."""
     if threading.current_thread() is not threading.main_thread():
-        yield pressed
+        yield
         return
-    previous = signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, handler) for number in numbers]
     try:
-        yield pressed
+        yield
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, previous in zip(numbers, before, strict=True):
+            signal.signal(number, previous)

@@ -5,18 +5,29 @@ from __future__ import annotations
 import contextlib
 import json
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import write_files
 
-_RESULTS = ("results.csv", "results.units.json", "summary.json", "tracking.png", "tracking.svg")
-_FMUS = ("plant.fmu", "controller.fmu", "reference.fmu")
+_SUMMARY = "summary.json"
+_OWN = (
+    "results.csv",
+    "results.units.json",
+    _SUMMARY,
+    "tracking.png",
+    "tracking.svg",
+    "plant.fmu",
+    "controller.fmu",
+    "reference.fmu",
+)
 
 
 class OutputFolder:
-    """A context that makes the folder and removes what it made if `keep` is not reached.
+    """A context that makes the folder, and removes what it made unless results are written.
 
     Args:
         path: The folder.
@@ -29,27 +40,33 @@ class OutputFolder:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._made: list[Path] = []
-        self._before: set[str] = set()
-        self._kept = False
 
-    def keep(self) -> None:
-        """From here on, what is in the folder stays."""
-        self._kept = True
+    def write(self, contents: Mapping[str, str | bytes]) -> dict[str, Path]:
+        """Replace the results of an earlier run: all files, or none.
+
+        Args:
+            contents: The content of each file, by its name.
+
+        Raises:
+            InputError: A file cannot be written.
+        """
+        written = write_files(self.path, contents)
+        self._made.clear()
+        for name in set(_OWN) - set(contents):
+            (self.path / name).unlink(missing_ok=True)
+        return {path.name: path for path in written}
 
     def __enter__(self) -> Self:
         try:
             self._refuse_foreign_files()
             self._make()
-            self._before = {name for name in _RESULTS + _FMUS if (self.path / name).exists()}
             with tempfile.TemporaryFile(dir=self.path):
                 pass
         except (OSError, ValueError) as error:
-            with contextlib.suppress(OSError, ValueError):
-                self._undo()
+            self._undo()
             reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(
-                f"the output folder cannot be written: {reason}", file=self.path
-            ) from None
+            what = f"the output folder cannot be written: {reason}"
+            raise InputError(what, file=self.path) from None
         return self
 
     def __exit__(
@@ -58,13 +75,12 @@ class OutputFolder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if not self._kept:
-            self._undo()
+        self._undo()
 
     def _refuse_foreign_files(self) -> None:
         """Results of an earlier run are replaced; files of the same names by others are not."""
-        there = [name for name in _RESULTS if (self.path / name).exists()]
-        if there and not _is_summary(self.path / "summary.json"):
+        there = [name for name in _OWN if (self.path / name).exists()]
+        if there and not _is_summary(self.path / _SUMMARY):
             what = f"holds {there[0]}, which no run has written; choose another output folder"
             raise InputError(what, file=self.path)
 
@@ -75,11 +91,10 @@ class OutputFolder:
             self._made.append(folder)
 
     def _undo(self) -> None:
-        """Remove the files and folders that this run has added."""
-        for name in set(_RESULTS + _FMUS) - self._before:
-            (self.path / name).unlink(missing_ok=True)
-        for folder in reversed(self._made):
-            folder.rmdir()
+        """Remove the folders made, which are empty unless results were written."""
+        with contextlib.suppress(OSError, ValueError):
+            for folder in reversed(self._made):
+                folder.rmdir()
 
 
 def _is_summary(file: Path) -> bool:

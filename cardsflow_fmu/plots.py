@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-from addin_sdfusion.robot.files import write_files
 
 from .ports import coordinate_signals, muscle_signals
 from .results import Result
@@ -44,15 +41,11 @@ def tracking_figure(result: Result) -> Figure:
     return figure
 
 
-def save_tracking_figure(result: Result, folder: Path) -> None:
-    """Write the tracking figure as PNG and SVG.
+def tracking_images(result: Result) -> dict[str, bytes]:
+    """The tracking figure as PNG and SVG files, by name.
 
     Args:
-        result: A run with at least one row; its `files` gain the two.
-        folder: Where to.
-
-    Raises:
-        InputError: The folder cannot be written.
+        result: A run with at least one row.
     """
     figure = tracking_figure(result)
     images: dict[str, bytes] = {}
@@ -61,8 +54,7 @@ def save_tracking_figure(result: Result, folder: Path) -> None:
             memory = io.BytesIO()
             figure.savefig(memory, format=kind, dpi=150, metadata=metadata)
             images[f"{FIGURE}.{kind}"] = memory.getvalue()
-    written = write_files(folder, images)
-    result.files |= {f"figure_{path.suffix[1:]}": path for path in written}
+    return images
 
 
 def _draw_forces(axes: Axes, result: Result) -> None:

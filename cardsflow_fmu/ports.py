@@ -197,7 +197,7 @@ def joint_controller_ports(
         *_coordinate_ports("qdd_d", "/s2", "Desired acceleration", robot, "input", "continuous"),
         *_force_ports(robot, "output", "discrete"),
         *(
-            Port(name, force_unit(c), "output", "discrete", f"Missing torque of {c.name}")
+            Port(name, force_unit(c), "output", "discrete", f"Missing force or torque of {c.name}")
             for name, c in zip(coordinate_signals("slack", robot), robot.coordinates, strict=True)
         ),
         Port(

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import UnknownNameError
-from addin_sdfusion.robot.files import write_files
 
 from .experiment import Experiment
 from .master import COUPLING, Recording
@@ -72,26 +71,13 @@ class Result:
         """Whether the run reached its end."""
         return bool(self.summary["status"] == "complete")
 
-    def save(self, folder: Path) -> None:
-        """Write the table, its units and the summary; all of them, or none.
-
-        Args:
-            folder: Where to.
-
-        Raises:
-            InputError: The folder cannot be written.
-        """
-        self.files |= {"results": folder / TABLE, "units": folder / UNITS}
-        self.files["summary"] = folder / SUMMARY
-        self.summary["files"] = {kind: path.name for kind, path in self.files.items()}
-        write_files(
-            folder,
-            {
-                TABLE: self._table(),
-                UNITS: json.dumps(dict(self.units), indent=1) + "\n",
-                SUMMARY: json.dumps(self.summary, indent=1) + "\n",
-            },
-        )
+    def contents(self) -> dict[str, str | bytes]:
+        """The files of a result by name: table, units and summary."""
+        return {
+            TABLE: self._table(),
+            UNITS: json.dumps(dict(self.units), indent=1) + "\n",
+            SUMMARY: json.dumps(self.summary, indent=1) + "\n",
+        }
 
     def describe(self) -> str:
         """A short summary for people, a line a topic."""

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Literal
 
 from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot.files import write_files
 
 from .experiment import Experiment
 from .fmu_file import write_fmu
 from .fmu_instance import FmuInstance
-from .master import Master, Progress, Recording
+from .master import Master, Progress, Recording, ignoring_interrupts
 from .models.controller import JointSpaceModel
 from .models.experiment_model import ExperimentModel
 from .models.plant import PlantModel
@@ -58,11 +59,19 @@ def build(experiment: Experiment, folder: str | Path) -> dict[str, Path]:
     Raises:
         InputError: The folder cannot be written.
     """
+    with tempfile.TemporaryDirectory() as aside:
+        files = _build(experiment, Path(aside))
+        contents = {path.name: path.read_bytes() for path in files.values()}
+    return dict(zip(files, write_files(folder, contents), strict=True))
+
+
+def _build(experiment: Experiment, folder: Path) -> dict[str, Path]:
+    """The FMUs, by the name of the model, in a folder that exists."""
     resources = experiment.resources()
     steps = {"controller": experiment.controller.period}
     return {
         name: write_fmu(
-            Path(folder) / f"{name}.fmu",
+            folder / f"{name}.fmu",
             model_class=model,
             model_name=name,
             ports=model.table(experiment),
@@ -101,16 +110,26 @@ def run(
     """
     started = time.perf_counter() if started is None else started
     with OutputFolder(Path(output or experiment.run.output)) as folder:
-        fmus = build(experiment, folder.path) if through == "fmu" else {}
-        result, recording = _simulate(experiment, fmus, progress, started)
-        folder.keep()
-        result.files |= {f"{name}_fmu": path for name, path in fmus.items()}
-        if len(result.rows):
-            from .plots import save_tracking_figure  # matplotlib takes a second to import
-
-            save_tracking_figure(result, folder.path)
-        result.save(folder.path)
+        with tempfile.TemporaryDirectory() as aside:
+            fmus = _build(experiment, Path(aside)) if through == "fmu" else {}
+            result, recording = _simulate(experiment, fmus, progress, started)
+            contents: dict[str, str | bytes] = {
+                path.name: path.read_bytes() for path in fmus.values()
+            }
+        with ignoring_interrupts():
+            _write(result, contents, folder)
     return _finished(result, recording)
+
+
+def _write(result: Result, contents: dict[str, str | bytes], folder: OutputFolder) -> None:
+    """Write table, summary, figure and FMUs: all of them, or none."""
+    if len(result.rows):
+        from .plots import tracking_images  # matplotlib takes a second to import
+
+        contents |= tracking_images(result)
+    names = [*result.contents(), *contents]
+    result.summary["files"] = {name: name for name in names}
+    result.files = folder.write(contents | result.contents())
 
 
 def simulate(
@@ -119,7 +138,7 @@ def simulate(
     """Run an experiment and write nothing. Arguments and errors as for `run`."""
     started = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        fmus = build(experiment, folder) if through == "fmu" else {}
+        fmus = _build(experiment, Path(folder)) if through == "fmu" else {}
         return _finished(*_simulate(experiment, fmus, progress, started))
 
 
@@ -165,7 +184,7 @@ def _participants(
         participants: dict[str, Participant] = {}
         for name, model in MODELS.items():
             participants[name] = (
-                FmuInstance(name, fmus[name], unpacked / name, experiment.run.duration)
+                FmuInstance(name, fmus[name], unpacked / name)
                 if name in fmus
                 else DirectParticipant(name, model(experiment))
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -52,13 +53,18 @@ class Table:
             if key not in self._read:
                 raise self.unknown(key, "key", key, dict.fromkeys(self._read))
 
+    def _hint(self, key: str) -> str:
+        """The key that may have been meant for a missing one."""
+        near = difflib.get_close_matches(key, self._data, n=1, cutoff=0.5)
+        return f"; is {near[0]!r} meant to be it?" if near else ""
+
     def value(self, key: str, default: Any = _REQUIRED) -> Any:
         """The raw value."""
         self._read.append(key)
         if key in self._data:
             return self._data[key]
         if default is _REQUIRED:
-            raise self.error(key, "missing")
+            raise self.error(key, f"missing{self._hint(key)}")
         return default
 
     def table(self, key: str) -> Table:
@@ -69,9 +75,10 @@ class Table:
         return Table(data, self.file, self.key(key))
 
     def text(self, key: str, default: Any = _REQUIRED) -> str:
-        """A text that is not empty."""
+        """A text that is not empty where it is given."""
         text = self.value(key, default)
-        if not isinstance(text, str) or (not text and default is _REQUIRED):
+        given = key in self._data
+        if not isinstance(text, str) or (given and not text):
             raise self.error(key, f"must be a text, not {text!r}")
         return text
 
@@ -141,6 +148,10 @@ class Table:
     def _finite(self, key: str, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(key, f"must be a number, not {value!r}")
-        if not math.isfinite(value):
-            raise self.error(key, f"must be a finite number, not {value!r}")
-        return float(value)
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise self.error(key, f"must be a finite number, not {number!r}")
+        return number

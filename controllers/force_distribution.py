@@ -121,7 +121,8 @@ class ForceDistribution:
         numbered = tuple(f"muscle {k + 1}" for k in range(m))
         self.muscle_names = numbered if muscle_names is None else tuple(muscle_names)
         self.set_bounds(f_min, f_max)
-        self._H = np.diag(self.weights)
+        # Only the ratios of weights matter; near 1 they suit every back end's tolerances.
+        self._H = np.diag(self.weights / self.weights.mean())
         self._zeros = np.zeros(m)
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
@@ -134,16 +135,17 @@ class ForceDistribution:
         Raises:
             InputError: A bound is wrong; the message names the muscle.
         """
-        self.f_min: FloatArray = np.array(f_min, dtype=np.float64)
-        self.f_max: FloatArray = np.array(f_max, dtype=np.float64)
-        self._check_bounds()
+        low, high = np.array(f_min, dtype=np.float64), np.array(f_max, dtype=np.float64)
+        self._check_bounds(low, high)
+        self.f_min: FloatArray = low
+        self.f_max: FloatArray = high
 
-    def _check_bounds(self) -> None:
-        shapes = {self.f_min.shape, self.f_max.shape, self.weights.shape}
-        if len(shapes) != 1 or self.f_min.ndim != 1 or self.f_min.size == 0:
-            raise InputError(f"f_min, f_max and weights must be equally long vectors, not {shapes}")
+    def _check_bounds(self, f_min: FloatArray, f_max: FloatArray) -> None:
+        shapes = {f_min.shape, f_max.shape, self.weights.shape, (len(self.muscle_names),)}
+        if len(shapes) != 1 or f_min.ndim != 1 or f_min.size == 0:
+            raise InputError("f_min, f_max, weights and names must be equally long vectors")
         for name, low, high, weight in zip(
-            self.muscle_names, self.f_min, self.f_max, self.weights, strict=True
+            self.muscle_names, f_min, f_max, self.weights, strict=True
         ):
             if not (np.isfinite(low) and low >= 0):
                 raise InputError(f"muscle {name!r}: f_min {low} must be finite and not negative")
@@ -169,7 +171,7 @@ class ForceDistribution:
             tau: Wanted torque, shape (n,), in [N·m] or [N].
         """
         LL = L @ L.T
-        size = max(float(np.trace(LL)) / float(self.weights.sum()), np.finfo(float).tiny)
+        size = max(float(np.trace(LL)) / float(np.trace(self._H)), np.finfo(float).tiny)
         P = LL + _SOFTNESS * size * self._H
         return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)
 
@@ -184,8 +186,14 @@ class ForceDistribution:
             tau: Wanted torque, shape (n,), in [N·m] or [N].
 
         Raises:
+            InputError: L or tau has another shape.
             SimulationError: L or tau is not finite.
         """
+        L, tau = np.asarray(L, dtype=np.float64), np.asarray(tau, dtype=np.float64)
+        if L.shape != (self.f_min.size, tau.size) or tau.ndim != 1:
+            raise InputError(
+                f"L has shape {L.shape}, tau {tau.shape}, for {self.f_min.size} muscles"
+            )
         if not (np.isfinite(tau).all() and np.isfinite(L).all()):
             raise SimulationError("the wanted torque or the muscle Jacobian is not finite")
         allowed = self.tolerance * (1.0 + float(np.abs(tau).max(initial=0.0)))
@@ -194,13 +202,15 @@ class ForceDistribution:
             forces = self._within_bounds(qp.solve(problem, solver))
             if forces is not None and np.abs(slack := tau + L.T @ forces).max() <= allowed:
                 return self._solution(forces, "solved", slack)
-        return self._solve_soft(L, tau)
+        return self._solve_soft(L, tau, allowed)
 
-    def _solve_soft(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
+    def _solve_soft(self, L: FloatArray, tau: FloatArray, allowed: float) -> ForceSolution:
         forces = self._within_bounds(qp.solve(self.build_soft_problem(L, tau), qp.DEFAULT_SOLVER))
         if forces is None:
             raise SimulationError(f"no forces found for the torque {tau} within the bounds")
-        return self._solution(forces, "soft", tau + L.T @ forces)
+        slack = tau + L.T @ forces
+        status: Literal["solved", "soft"] = "solved" if np.abs(slack).max() <= allowed else "soft"
+        return self._solution(forces, status, slack)
 
     def _within_bounds(self, forces: FloatArray | None) -> FloatArray | None:
         """Forces without the rounding errors of a back end beyond the bounds."""
@@ -210,6 +220,5 @@ class ForceDistribution:
         self, forces: FloatArray, status: Literal["solved", "soft"], slack: FloatArray
     ) -> ForceSolution:
         names = self.coordinate_names or tuple(f"coordinate {k + 1}" for k in range(slack.size))
-        return ForceSolution(
-            forces, status, slack, self.f_min, self.f_max, names, self.muscle_names
-        )
+        bounds = self.f_min.copy(), self.f_max.copy()
+        return ForceSolution(forces, status, slack, *bounds, names, self.muscle_names)

@@ -61,9 +61,7 @@ class SplineReference:
             self._times, coefficients = _splines(points)
         self._orders = np.arange(coefficients.shape[1], dtype=np.float64)
         self._coefficients = coefficients.reshape(*coefficients.shape[:2], -1)
-        rest = np.zeros(len(points[0].q))
-        self._first = JointReference(np.array(points[0].q), rest, rest)
-        self._last = JointReference(np.array(points[-1].q), rest, rest)
+        self._first, self._last = points[0].q, points[-1].q
 
     def evaluate(self, t: float) -> JointReference:
         """The reference at a time.
@@ -72,9 +70,9 @@ class SplineReference:
             t: Time, in [s].
         """
         if t < 0.0:
-            return self._first
+            return _at_rest(self._first)
         if t > self.duration:
-            return self._last
+            return _at_rest(self._last)
         segment = min(bisect.bisect_right(self._times, t), len(self._times) - 1) - 1
         powers = (t - self._times[segment]) ** self._orders
         rows = (powers @ self._coefficients[segment]).reshape(3, -1)
@@ -140,3 +138,7 @@ def _through_samples(points: Sequence[TrajectoryPoint]) -> tuple[list[float], Fl
     rows = np.array([(p.q, p.qd, p.qdd) for p in points])
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None, None]
     return times, np.stack([rows[:-1], slopes], axis=1)
+
+
+def _at_rest(q: tuple[float, ...]) -> JointReference:
+    return JointReference(np.array(q), np.zeros(len(q)), np.zeros(len(q)))

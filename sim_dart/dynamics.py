@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import Robot, TaskFrame
 
-from .muscle_paths import MusclePaths, vector
+from .muscle_paths import MusclePaths, finite, vector
 from .skeleton import build_skeleton
 from .tasks import angle_bias, is_orientation, task_rows
 
@@ -136,6 +136,6 @@ class DartDynamics:
         return angle_bias(angles, w, dart.getAngularJacobianDeriv(body) @ velocities)
 
     def _move(self, q: ArrayLike, qd: ArrayLike | None = None) -> None:
-        self._skeleton.set_positions(vector("q", q, self.n))
+        self._skeleton.set_positions(finite("q", vector("q", q, self.n)))
         if qd is not None:
-            self._skeleton.set_velocities(vector("qd", qd, self.n))
+            self._skeleton.set_velocities(finite("qd", vector("qd", qd, self.n)))

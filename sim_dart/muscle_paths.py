@@ -32,6 +32,17 @@ def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
     return array
 
 
+def finite(what: str, values: FloatArray) -> FloatArray:
+    """The values, if all are finite: DART answers others with the terms of an older state.
+
+    Raises:
+        InputError: One is not.
+    """
+    if not np.isfinite(values).all():
+        raise InputError(f"{what} must be finite, not {values}")
+    return values
+
+
 class PathState(NamedTuple):
     """Lengths and Jacobian at one q. Views: the next evaluation changes them.
 

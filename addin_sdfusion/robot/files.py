@@ -1,13 +1,39 @@
-"""Writing a group of files so that no reader ever sees half a file."""
+"""Reading a file that may be anything, and writing several so that no reader sees half of one."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 
 from .errors import InputError
+
+
+def read_file(file: Path, largest: int) -> bytes:
+    """The content of a regular file.
+
+    Args:
+        file: What to read.
+        largest: So many bytes are taken; more are refused.
+
+    Raises:
+        InputError: It is missing, no regular file, too large, or may not be read.
+    """
+    try:
+        info = file.stat()
+        if stat.S_ISDIR(info.st_mode):
+            raise InputError("is a folder, not a file", file=file)
+        if not stat.S_ISREG(info.st_mode):
+            raise InputError("is not a regular file", file=file)
+        if info.st_size > largest:
+            raise InputError(f"is larger than {largest >> 20} MiB", file=file)
+        with file.open("rb") as stream:
+            return stream.read(largest)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}", file=file) from error
 
 
 def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list[Path]:

@@ -19,14 +19,11 @@ from .placement import Pose
 from .pose import inverse
 from .sdf_joints import SdfJoint, sdf_joints
 from .sdf_losses import sdf_losses
-from .sdf_names import MODEL_FRAME, joint_frame_name, mesh_names, needs_frame
+from .sdf_names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame
 from .sdf_plugin import plugin_element
 from .xml_text import document, element, numbers
 
-__all__ = ["NO_LIMIT", "sdf_losses", "write_sdf"]
-
-NO_LIMIT = 1e16
-"""SDF's own value for a limit that is none, in [rad] or [m]."""
+__all__ = ["sdf_losses", "write_sdf"]
 
 
 def write_sdf(robot: Robot, folder: str | Path) -> list[Path]:

@@ -12,7 +12,7 @@ from .checks.report import error, warning
 from .finding import Finding, Subject
 from .model import WORLD, Robot
 from .sdf_joints import is_chained, sdf_joints
-from .sdf_names import joint_frame_name, needs_frame
+from .sdf_names import NO_LIMIT, joint_frame_name, needs_frame
 
 
 def sdf_losses(robot: Robot) -> list[Finding]:
@@ -26,6 +26,7 @@ def sdf_losses(robot: Robot) -> list[Finding]:
     """
     found = [
         *_names(robot),
+        *_mesh_texts(robot),
         *_limits(robot),
         *_chains(robot),
         *_inertias(robot),
@@ -55,10 +56,20 @@ def _names(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "sdf-reserved-name", f"SDF reserves the name {name!r}; rename it")
 
 
+def _mesh_texts(robot: Robot) -> Iterator[Finding]:
+    for link in robot.links:
+        for text in (text for mesh in link.meshes for text in (mesh.uri, mesh.name)):
+            if text and (text != text.strip() or not text.isprintable()):
+                problem = (
+                    "a mesh's URI or name begins or ends with a space or has control characters"
+                )
+                yield error(Subject("link", link.name), "sdf-mesh-text", problem)
+
+
 def _limits(robot: Robot) -> Iterator[Finding]:
     for c in robot.coordinates:
-        if 1e16 <= abs(c.lower) < math.inf or 1e16 <= abs(c.upper) < math.inf:
-            problem = "a limit of 1e16 or more is none in SDF; make it infinite"
+        if any(NO_LIMIT <= abs(limit) < math.inf for limit in (c.lower, c.upper)):
+            problem = f"a limit of {NO_LIMIT:g} or more is none in SDF; make it infinite"
             yield error(Subject("coordinate", c.name), "sdf-limit", problem)
 
 

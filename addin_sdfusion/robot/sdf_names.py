@@ -7,6 +7,8 @@ from .placement import Pose
 from .pose import inverse
 
 MODEL_FRAME = "__model__"
+NO_LIMIT = 1e16
+"""SDF's own value for a limit that is none, in [rad] or [m]."""
 
 
 def joint_frame_name(joint: str, child: str) -> str:

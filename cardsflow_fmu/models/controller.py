@@ -52,7 +52,7 @@ class JointSpaceModel(ExperimentModel):
         settings = experiment.controller
         return joint_controller_ports(experiment.robot, settings.kp, settings.kd, settings.period)
 
-    def initialize(self) -> None:
+    def initialize(self, t: float = 0.0) -> None:
         """Take over gains and bounds; until the first tick, every muscle holds its f_min."""
         self._apply_parameters()
         self._forces[:] = self._f_min
@@ -60,9 +60,8 @@ class JointSpaceModel(ExperimentModel):
         self._infeasible[0] = 0.0
 
     def step(self, t: float, h: float) -> None:
-        """One tick, with the inputs at t."""
-        if whole_steps(h, float(self._period[0]), "the controller's period") != 1:
-            raise InputError(f"the controller ticks every {self._period[0]} s; a step of {h} s")
+        """A tick with the inputs at t; the same forces hold through a step of several periods."""
+        whole_steps(h, float(self._period[0]), "the controller's period")
         if not np.array_equal(self._applied, self.parameters):
             self._apply_parameters()
         solution = self._controller.solve(*self._state_and_reference)

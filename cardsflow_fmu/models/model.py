@@ -63,10 +63,13 @@ class FmuModel(ABC):
         """
 
     @abstractmethod
-    def initialize(self) -> None:
+    def initialize(self, t: float = 0.0) -> None:
         """Take over the parameters, go to the start state and compute the outputs there.
 
         May be called again before the first step, when a parameter has changed.
+
+        Args:
+            t: Time at the start, in [s].
         """
 
     @abstractmethod

@@ -41,7 +41,7 @@ class PlantModel(ExperimentModel):
         start = experiment.start
         return plant_ports(experiment.robot, start.q, start.qd, experiment.plant.step)
 
-    def initialize(self) -> None:
+    def initialize(self, t: float = 0.0) -> None:
         """Go to the start state."""
         if self._step[0] != self._plant.step_size:
             self._plant = Plant(self._robot, float(self._step[0]))

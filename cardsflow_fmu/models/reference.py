@@ -38,9 +38,9 @@ class ReferenceModel(ExperimentModel):
         """The table of variables for an experiment."""
         return reference_ports(experiment.robot)
 
-    def initialize(self) -> None:
-        """Go to time 0."""
-        self._go(0.0)
+    def initialize(self, t: float = 0.0) -> None:
+        """Go to the start time."""
+        self._go(t)
 
     def step(self, t: float, h: float) -> None:
         """The reference at t + h."""

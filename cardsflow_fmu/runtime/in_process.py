@@ -58,7 +58,7 @@ class HostedModel:
     def initialize(self) -> str | None:
         """Go to the start state."""
         try:
-            self._model.initialize()
+            self._model.initialize(self._clock[0])
         except BaseException as error:
             return self._fail(error)
         return None

@@ -26,6 +26,9 @@ uint32_t core_version(void)
     return BLOB_VERSION;
 }
 
+#if defined(__GNUC__)
+__attribute__((format(printf, 3, 4)))
+#endif
 static int refuse(char *message, size_t capacity, const char *format, ...)
 {
     if (message && capacity) {

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -8,24 +9,32 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.output import OutputFolder
 
 
-def test_a_folder_that_was_made_goes_again_unless_kept(tmp_path: Path) -> None:
+def test_a_folder_that_was_made_goes_again_unless_results_are_written(tmp_path: Path) -> None:
     path = tmp_path / "a/b/c"
     with pytest.raises(RuntimeError), OutputFolder(path):
-        (path / "plant.fmu").write_text("half")
         raise RuntimeError
     assert list(tmp_path.iterdir()) == []
     with OutputFolder(path) as folder:
-        (path / "plant.fmu").write_text("whole")
-        folder.keep()
-    assert (path / "plant.fmu").read_text() == "whole"
+        folder.write({"results.csv": "time\n"})
+    assert [p.name for p in path.iterdir()] == ["results.csv"]
 
 
-def test_other_files_in_the_folder_are_left_alone(tmp_path: Path) -> None:
+def test_results_are_replaced_as_a_whole_and_other_files_left_alone(tmp_path: Path) -> None:
+    """No file of an earlier run stays beside new ones that it does not belong to."""
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(RuntimeError), OutputFolder(tmp_path):
-        (tmp_path / "plant.fmu").write_text("half")
-        raise RuntimeError
-    assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]
+    summary = json.dumps({"versions": {"cardsflow": "1"}})
+    with OutputFolder(tmp_path) as folder:
+        folder.write({"summary.json": summary, "plant.fmu": b"old", "tracking.png": b"old"})
+    with OutputFolder(tmp_path) as folder:
+        folder.write({"summary.json": summary, "results.csv": "new"})
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert names == ["notes.txt", "results.csv", "summary.json"]
+
+
+def test_an_fmu_that_no_run_has_written_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "plant.fmu").write_text("mine")
+    with pytest.raises(InputError, match=r"holds plant\.fmu, which no run has written"):
+        OutputFolder(tmp_path).__enter__()
 
 
 @pytest.mark.parametrize("summary", [None, "{}", "no json", '{"versions": 3}'])

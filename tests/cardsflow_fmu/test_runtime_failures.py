@@ -51,7 +51,7 @@ def test_keyboard_interrupt(host: Host) -> None:
 
 
 def test_exception_at_the_start(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ToyModel, "initialize", lambda self: 1 / 0)
+    monkeypatch.setattr(ToyModel, "initialize", lambda self, t: 1 / 0)
     refused(host.start)
     assert host.last.startswith("initialization: ZeroDivisionError: division by zero")
 

@@ -47,7 +47,7 @@ class ToyModel(FmuModel):
     def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
         return cls(float((folder / "x_start.txt").read_text("utf-8")), values)
 
-    def initialize(self) -> None:
+    def initialize(self, t: float = 0.0) -> None:
         self._stiffness = float(self.parameters[0])
         self._state[:] = self._x_start, 0.0, 0.0
         self._write_outputs()
@@ -92,7 +92,7 @@ class ToyModel(FmuModel):
 class OtherToyModel(ToyModel):
     """Starts on the other side."""
 
-    def initialize(self) -> None:
+    def initialize(self, t: float = 0.0) -> None:
         super().initialize()
         self._state[0] *= -1
         self._write_outputs()

@@ -87,6 +87,29 @@ def test_a_soft_solution_names_what_is_missing_and_what_is_at_its_bounds() -> No
     assert "f_min: triceps" in text
 
 
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+def test_only_the_ratios_of_weights_matter(scale: float) -> None:
+    for seed in range(20):
+        L, f, H = random_problem(seed, 3, 7)
+        low, high = np.full(7, 10.0), np.full(7, 100.0)
+        plain = ForceDistribution(low, high, weights=H).solve(L, -L.T @ f)
+        scaled = ForceDistribution(low, high, weights=scale * H).solve(L, -L.T @ f)
+        assert scaled.status == "solved"
+        np.testing.assert_allclose(scaled.forces, plain.forces, atol=1e-6)
+
+
+def test_refused_bounds_leave_the_old_ones_and_solutions_are_the_callers_own() -> None:
+    distribution = ForceDistribution([10.0, 10.0], [50.0, 50.0])
+    with pytest.raises(InputError):
+        distribution.set_bounds([20.0, 20.0], [10.0, 10.0])
+    solution = distribution.solve([[-0.1], [0.1]], [0.5])  # type: ignore[arg-type]
+    assert solution.status == "solved"
+    solution.f_min[:] = -99.0
+    assert distribution.f_min.tolist() == [10.0, 10.0]
+    with pytest.raises(InputError, match="shape"):
+        distribution.solve(np.ones((2, 2)), np.ones(1))
+
+
 def test_unlimited_muscles_are_never_at_their_upper_bound() -> None:
     solution = ForceDistribution([0.0], [np.inf]).solve(np.array([[-0.1]]), np.array([1e4]))
     assert solution.status == "solved"
@@ -131,7 +154,7 @@ def test_the_problem_stands_apart_from_its_solution() -> None:
         L, tau
     )
     assert isinstance(problem, qpsolvers.Problem)
-    np.testing.assert_array_equal(problem.P, np.diag(H))
+    np.testing.assert_allclose(problem.P, np.diag(H / H.mean()))
     np.testing.assert_array_equal(problem.A, -L.T)
     np.testing.assert_array_equal(problem.b, tau)
     assert problem.lb.min() == 10.0

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 from robots import PLANAR_2R
 
@@ -71,6 +72,46 @@ def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_
     np.testing.assert_allclose(q, caspr["q"], rtol=0, atol=1e-3)
     assert result.summary["tracking"]["max"] == pytest.approx(0.003, abs=0.001)
     assert result.summary["infeasible_ticks"] == 0
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"wiring.controller": {"q.joint_1": "plant.q.joint_1"}},
+        {"controller.period": 0.003},  # the last tick reaches beyond the end
+        {"controller.period": 0.1, "run.duration": 0.05},
+        {"reference.trajectory": "linear_sweep"},
+        {
+            "robot.gravity": [0.0, 0.0, 0.0],
+            "muscles.cable_2.f_min": 0.0,
+            "controller.solver": "osqp",
+        },
+    ],
+)
+def test_whatever_an_experiment_says_holds_in_its_fmus(settings: dict) -> None:
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.05, **settings})
+    fmu, direct = simulate(experiment), simulate(experiment, through="direct")
+    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
+
+
+def test_the_reference_fmu_begins_at_the_hosts_start_time(tmp_path: Path) -> None:
+    file = build(Experiment.load(PLANAR_2R), tmp_path / "made/for/it")["reference"]
+    result = simulate_fmu(str(file), start_time=1.0, stop_time=1.01, output_interval=0.001)
+    s = 0.25
+    expected = -0.5 + 10 * s**3 - 15 * s**4 + 6 * s**5
+    assert result["q_d.joint_1"][0] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["plant", "controller", "reference"])
+def test_each_fmu_runs_alone_in_fmpy_without_any_option(name: str, tmp_path: Path) -> None:
+    file = build(Experiment.load(PLANAR_2R), tmp_path)[name]
+    assert len(simulate_fmu(str(file))) > 100
+
+
+def test_a_run_that_fails_leaves_no_files_of_the_run_before(tmp_path: Path) -> None:
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path)
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path, through="direct")
+    assert not list(tmp_path.glob("*.fmu"))
 
 
 def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
@@ -169,6 +210,14 @@ BAD_COMMANDS = {
     "missing experiment": (["run", "{tmp}/none"], "none"),
     "unwritable output": (["run", PLANAR_2R, "-o", "{tmp}/file/out"], "cannot be written"),
     "unknown key": (["run", PLANAR_2R, "--set", "controller.kq=1"], "did you mean 'kp'"),
+    "endless number": (["run", PLANAR_2R, "--set", "controller.kp=1" + "0" * 400], "finite number"),
+    "unreadable number": (["run", PLANAR_2R, "--set", "controller.kp=" + "1" * 5000], "be read"),
+    "unreadable list": (["run", PLANAR_2R, "--set", "controller.kp=" + "[" * 3000], "be read"),
+    "no regular file": (["run", "/dev/zero"], "is not a regular file"),
+    "wrong wire": (
+        ["run", PLANAR_2R, "--set", 'wiring.controller={"q.joint_1"="plant.q.jint_1"}'],
+        "did you mean 'plant.q.joint_1'",
+    ),
     "no value": (["run", PLANAR_2R, "--set", "controller.kp"], "KEY=VALUE"),
     "missing robot": (["check", "{tmp}/none.sdf"], "none.sdf"),
     "not a robot": (["check", "{tmp}/file"], "is not a robot"),

@@ -102,6 +102,8 @@ def _reader(file: Path, repair: bool) -> Reader:
         return partial(read_sdf, repair=repair)
     if file.name.endswith(BODIES):
         return read_caspr
+    if not file.exists():
+        raise InputError("cannot be read: No such file or directory", file=file)
     what = f"is not a robot: give a folder, a model.sdf or a <name>{BODIES}"
     raise InputError(what, file=file)
 

@@ -43,6 +43,7 @@ class Frames:
                     self._inside[self._add("frame", frame)] = (kind, node.attribute("name", ""))
         self.placements = {key: self._placement(key, node) for key, node in self._nodes.items()}
         self._in_model: dict[Key, Pose] = {MODEL: IDENTITY}
+        self._links: dict[str, str] = {}
 
     def in_model(self, key: Key) -> Pose:
         """The pose T_model_x of a link, joint or frame; identity if there is none."""
@@ -80,16 +81,22 @@ class Frames:
 
     def link_of(self, name: str) -> str:
         """The link that a joint's parent or child of that name stands for; itself if none."""
-        met = set[str]()
-        while name not in met and ("link", name) not in self._nodes:
-            met.add(name)
-            frame, joint = self._nodes.get(("frame", name)), self._nodes.get(("joint", name))
-            if frame is not None:
-                name = frame.attribute("attached_to", "") or name
-            elif joint is not None:
-                child = joint.optional("child")
-                name = name if child is None else child.text
+        met: dict[str, None] = {}
+        while name not in met and name not in self._links and ("link", name) not in self._nodes:
+            met[name] = None
+            name = self._carrier(name)
+        name = self._links.get(name, name)
+        self._links.update(dict.fromkeys(met, name))
         return name
+
+    def _carrier(self, name: str) -> str:
+        """What a frame is attached to, or a joint's child; the name itself if it is neither."""
+        frame, joint = self._nodes.get(("frame", name)), self._nodes.get(("joint", name))
+        if frame is not None:
+            inside = self._inside.get(("frame", name), ("", name))
+            return frame.attribute("attached_to", inside[1])
+        child = None if joint is None else joint.optional("child")
+        return name if child is None else child.text
 
     def _add(self, kind: str, node: Node) -> Key:
         name = node.attribute("name", "")

@@ -11,8 +11,7 @@ from ..joint import Coordinate, Joint, Motion, MotionKind
 from ..model import WORLD
 from ..placement import Pose, Vector3
 from ..pose import compose, inverse, normalized, rotate, rotation
-from ..sdf import NO_LIMIT
-from ..sdf_names import joint_frame_name
+from ..sdf_names import NO_LIMIT, joint_frame_name
 from .sdf_frames import MODEL, TRUE, Frames
 from .xml import Node, shortened
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import stat
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -14,6 +13,7 @@ from lxml import etree
 
 from ..checks.report import label
 from ..errors import InputError
+from ..files import read_file
 from ..finding import Finding, Severity, Subject
 from ..placement import Vector3
 
@@ -258,19 +258,7 @@ def parse(file: Path, subject: Subject, notes: Notes) -> Node:
 
 def _bytes(file: Path) -> bytes:
     """The content of a file that exists, is a file and is not too large."""
-    try:
-        info = file.stat()
-        if stat.S_ISDIR(info.st_mode):
-            raise InputError("is a folder, not a file", file=file)
-        if not stat.S_ISREG(info.st_mode):
-            raise InputError("is not a regular file", file=file)
-        if info.st_size > MAX_BYTES:
-            raise InputError(f"is larger than {MAX_BYTES >> 20} MiB", file=file)
-        with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}", file=file) from error
+    data = read_file(file, MAX_BYTES)
     if not data.strip():
         raise InputError("is empty", file=file)
     return data

@@ -175,6 +175,8 @@ def test_losses_are_told_before_anything_is_written(tmp_path):
     assert codes(planar(name="a::b")) == codes(planar(name="__a__")) == {"sdf-reserved-name"}
     limited = replace(planar().joints[1].coordinates[0], upper=2e16)
     assert codes(planar(coordinates=(limited,))) == {"sdf-limit"}
+    shown = replace(planar().links[0], meshes=(Mesh("visual", " a.stl"),))
+    assert codes(replace(planar(), links=(shown, planar().links[1]))) == {"sdf-mesh-text"}
     with pytest.raises(RobotError, match="rename it"):
         write_sdf(planar(name="link_1"), tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import pytest
 
@@ -129,6 +130,24 @@ def test_a_joint_may_name_frames_in_place_of_links(tmp_path):
     robot = robot_with(tmp_path, BASE, link("arm"), frame, joint, version="1.8")
     assert robot.joint("elbow").child == "arm"
     close(robot.joint("elbow").T_child_joint, (1, 0, 0), (0, 0, 0))
+
+
+def test_frames_attached_to_one_another_are_on_no_link(tmp_path):
+    frames = '<frame name="f" attached_to="g"/><frame name="g" attached_to="f"/>'
+    joint = hinge().replace("<child>arm<", "<child>f<")
+    codes = found(tmp_path, BASE, link("arm"), frames, joint, version="1.8")
+    assert {"pose-loop", "unknown-child"} <= codes
+
+
+def test_thousands_of_frames_in_a_row_are_no_burden(tmp_path):
+    count = 10_000
+    frames = [f'<frame name="f{k}" attached_to="f{k + 1}"/>' for k in range(count)]
+    frames.append(f'<frame name="f{count}" attached_to="arm"/>')
+    ends = "<parent>base</parent><child>f0</child>"
+    joints = [f'<joint name="j{k}" type="fixed">{ends}</joint>' for k in range(count)]
+    start = time.perf_counter()
+    assert "two-parents" in found(tmp_path, BASE, link("arm"), *frames, *joints)
+    assert time.perf_counter() - start < 10.0
 
 
 def test_the_pose_of_a_model_may_be_that_of_a_frame_in_it(tmp_path):
