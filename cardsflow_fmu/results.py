@@ -22,6 +22,7 @@ from .version import __version__
 
 FloatArray = NDArray[np.float64]
 
+_BLOCK = 4096
 TABLE = "results.csv"
 UNITS = "results.units.json"
 SUMMARY = "summary.json"
@@ -94,9 +95,11 @@ class Result:
 
     def _table(self) -> str:
         """The columns as CSV, every float such that it reads back exactly."""
-        lines = [",".join(self.names)]
-        lines += [",".join(map(repr, row)) for row in self.rows.tolist()]
-        return "\n".join(lines) + "\n"
+        blocks = [",".join(self.names)]
+        for first in range(0, len(self.rows), _BLOCK):  # as Python floats, all would be large
+            rows = self.rows[first : first + _BLOCK].tolist()
+            blocks.append("\n".join(",".join(map(repr, row)) for row in rows))
+        return "\n".join(blocks) + "\n"
 
 
 def summarize(

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
 from .caspr import losses as caspr_losses
 from .caspr import write_caspr
+from .checks.report import warning
 from .errors import UnknownNameError
-from .finding import Finding
+from .finding import Finding, member
 from .mjcf import mjcf_losses, write_mjcf
 from .model import Robot
 from .osim import osim_losses, write_osim
@@ -36,6 +37,25 @@ class Format(NamedTuple):
 def _for_caspr(robot: Robot) -> Robot:
     """CASPR has neither fixed joints nor frames of their own."""
     return align_frames(merge_fixed_joints(robot))
+
+
+def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
+    """Angles of a link whose frame was turned count from another zero."""
+    turned = {
+        joint.child
+        for joint in robot.joints
+        if any(joint.T_parent_joint.rpy) or any(joint.T_child_joint.rpy)
+    }
+    if prepared is robot or not turned:
+        return
+    for task_set in robot.task_sets:
+        for frame in task_set.frames:
+            if "alpha" in frame.axes or "beta" in frame.axes or "gamma" in frame.axes:
+                subject = member("task_frame", frame.name, task_set.name, robot.task_set)
+                problem = (
+                    "link frames are turned parallel to the world at q = 0, where its angles are 0"
+                )
+                yield warning(subject, "orientation-from-zero-pose", problem)
 
 
 FORMATS: dict[str, Format] = {
@@ -77,5 +97,5 @@ def convert(robot: Robot, format_: str, folder: str | Path) -> Conversion:
         raise UnknownNameError("format", format_, FORMATS)
     chosen = FORMATS[format_]
     prepared = chosen.prepare(robot)
-    findings = chosen.losses(prepared)
+    findings = [*_turned_orientations(robot, prepared), *chosen.losses(prepared)]
     return Conversion(chosen.write(prepared, Path(folder)), findings)

@@ -43,6 +43,10 @@ class PlantModel(ExperimentModel):
 
     def initialize(self, t: float = 0.0) -> None:
         """Go to the start state."""
+        for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):
+            if not coordinate.lower <= q <= coordinate.upper:
+                limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
+                raise InputError(f"q_start of {coordinate.name!r}, {q!r}, is outside {limits}")
         if self._step[0] != self._plant.step_size:
             self._plant = Plant(self._robot, float(self._step[0]))
         self._plant.reset(self._q_start, self._qd_start)
