@@ -113,7 +113,7 @@ def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
         common,
         "run",
         "Build the FMUs of an experiment, co-simulate them, write results and a figure.",
-        "cardsflow run examples/planar_2r --set controller.period=0.01 -o /tmp/at_100_hz",
+        "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
     )
     _add_experiment(parser)
     parser.add_argument("-o", "--output", type=Path, help="folder for the results")
