@@ -11,7 +11,7 @@ from .caspr import losses as caspr_losses
 from .caspr import write_caspr
 from .checks.report import warning
 from .errors import UnknownNameError
-from .finding import Finding, member
+from .finding import Finding, Subject, member
 from .mjcf import mjcf_losses, write_mjcf
 from .model import Robot
 from .osim import osim_losses, write_osim
@@ -37,6 +37,18 @@ class Format(NamedTuple):
 def _for_caspr(robot: Robot) -> Robot:
     """CASPR has neither fixed joints nor frames of their own."""
     return align_frames(merge_fixed_joints(robot))
+
+
+def _merged_links(robot: Robot, prepared: Robot) -> Iterator[Finding]:
+    """Links that are no longer there, because fixed joints were merged."""
+    left = {link.name for link in prepared.links}
+    gone = [link.name for link in robot.links if link.name not in left]
+    if gone:
+        problem = (
+            "the format has no fixed joints: links are merged into those they are fixed to, or "
+            f"into the world, which takes their points and not their mass: {', '.join(gone)}"
+        )
+        yield warning(Subject("robot", robot.name), "links-merged", problem)
 
 
 def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
@@ -97,5 +109,9 @@ def convert(robot: Robot, format_: str, folder: str | Path) -> Conversion:
         raise UnknownNameError("format", format_, FORMATS)
     chosen = FORMATS[format_]
     prepared = chosen.prepare(robot)
-    findings = [*_turned_orientations(robot, prepared), *chosen.losses(prepared)]
+    findings = [
+        *_merged_links(robot, prepared),
+        *_turned_orientations(robot, prepared),
+        *chosen.losses(prepared),
+    ]
     return Conversion(chosen.write(prepared, Path(folder)), findings)
