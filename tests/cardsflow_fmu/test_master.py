@@ -120,6 +120,34 @@ def test_ctrl_c_ends_between_two_steps_and_keeps_what_was_recorded() -> None:
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_second_ctrl_c_ends_an_endless_step_and_keeps_what_was_recorded() -> None:
+    def never_end(t, h, u, y):
+        if t > 0.25:
+            for _ in range(2):
+                os.kill(os.getpid(), signal.SIGINT)
+            while True:
+                pass
+        return y + h * u
+
+    diary: list = []
+    plant = Stub("plant", ["f"], ["x"], never_end, diary)
+    recording = Master(**system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
+    assert str(recording.failure) == "interrupted"
+    assert len(recording.rows) == 4
+
+
+def test_sigterm_ends_a_run_like_ctrl_c() -> None:
+    def end(t, h, u, y):
+        os.kill(os.getpid(), signal.SIGTERM)
+        return y + h * u
+
+    diary: list = []
+    plant = Stub("plant", ["f"], ["x"], end, diary)
+    recording = Master(**system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
+    assert str(recording.failure) == "interrupted"
+    assert len(recording.rows) == 1
+
+
 def test_progress_ends_with_all_steps() -> None:
     seen: list[int] = []
     Master(**system([]), wiring={}, step=0.1, steps=300).run(seen.append)
