@@ -89,9 +89,7 @@ def task_signals(prefix: str, robot: Robot) -> list[str]:
 def task_units(robot: Robot) -> list[str]:
     """The unit of every task coordinate, in the order of y."""
     return [
-        "m" if axis in ("x", "y", "z") else "rad"
-        for frame in robot.task_frames
-        for axis in frame.axes
+        "rad" if frame.is_orientation else "m" for frame in robot.task_frames for axis in frame.axes
     ]
 
 

@@ -9,7 +9,6 @@ from addin_sdfusion.robot import Robot, Vector3
 
 from .core import pack_blob
 from .frames import FloatArray, MovingFrame, moving_frames
-from .tasks import is_orientation
 
 _MOTION = {"rotation": 0, "translation": 1}
 
@@ -53,7 +52,7 @@ def compile_blob(robot: Robot) -> bytes:
             "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],
             "point_frame": [places[point.link].frame for point in points],
             "point_position": [places[point.link].point(point.position) for point in points],
-            "task_kind": [int(is_orientation(task)) for task in tasks],
+            "task_kind": [int(task.is_orientation) for task in tasks],
             "task_frame": [places[task.link].frame for task in tasks],
             "task_rotation": [places[task.link].T_frame_link[:3, :3] for task in tasks],
             "task_position": [places[task.link].point(task.position) for task in tasks],

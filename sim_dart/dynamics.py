@@ -10,7 +10,7 @@ from addin_sdfusion.robot import Robot, TaskFrame
 
 from .muscle_paths import MusclePaths, finite, vector
 from .skeleton import build_skeleton
-from .tasks import angle_bias, is_orientation, task_rows
+from .tasks import angle_bias, task_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ class DartDynamics:
         """The three values of a task frame in J' qd, at DART's present state."""
         dart, body = self._skeleton.dart, self._skeleton.bodies[frame.link]
         velocities = dart.getVelocities()
-        if not is_orientation(frame):
+        if not frame.is_orientation:
             bias: FloatArray = (
                 dart.getLinearJacobianDeriv(body, np.array(frame.position)) @ velocities
             )

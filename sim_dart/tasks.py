@@ -5,17 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import Robot, TaskFrame
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model import ANGLES, POSITIONS
 
 FloatArray = NDArray[np.float64]
 
-_ANGLES = ("alpha", "beta", "gamma")
-_ROWS = {axis: k for axes in (("x", "y", "z"), _ANGLES) for k, axis in enumerate(axes)}
-
-
-def is_orientation(frame: TaskFrame) -> bool:
-    """Whether a task frame counts angles instead of positions."""
-    return frame.axes[0] in _ANGLES
+_ROWS = {axis: k for axes in (POSITIONS, ANGLES) for k, axis in enumerate(axes)}
 
 
 def task_rows(robot: Robot) -> list[int]:

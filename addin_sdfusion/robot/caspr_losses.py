@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from .caspr_joints import CASPR_JOINTS, caspr_word
-from .caspr_tasks import is_orientation, task_items
+from .caspr_tasks import task_items
 from .caspr_trajectories import TIME_TOLERANCE
 from .caspr_words import CASPR_CABLES, CASPR_PULLEYS
 from .checks.report import error, warning
@@ -152,7 +152,7 @@ def _tasks(robot: Robot) -> Iterator[Finding]:
                 problem = f"has {count} items on link {link!r}; CASPR loads a set with one a link"
                 yield warning(Subject("task_set", task_set.name), "caspr-one-item-a-link", problem)
         for frame in task_set.frames:
-            if is_orientation(frame) and any(frame.position):
+            if frame.is_orientation and any(frame.position):
                 subject = member("task_frame", frame.name, task_set.name, robot.task_set)
                 problem = "an orientation has no point in CASPR; it is left out"
                 yield warning(subject, "caspr-orientation-point", problem)

@@ -39,7 +39,7 @@ def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
         frame = frames[i]
         letters = _letters(frame)
         i += 1
-        if is_orientation(frame):
+        if frame.is_orientation:
             yield TaskItem("orientation_euler_xyz", frame.name, frame.link, None, letters)
         elif i < len(frames) and _make_a_pose(frame, frames[i]):
             letters += _letters(frames[i])
@@ -49,15 +49,10 @@ def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
             yield TaskItem("position", frame.name, frame.link, frame.position, letters)
 
 
-def is_orientation(frame: TaskFrame) -> bool:
-    """Whether the axes of a task frame are angles."""
-    return frame.axes[:1] in (("alpha",), ("beta",), ("gamma",))
-
-
 def _make_a_pose(first: TaskFrame, second: TaskFrame) -> bool:
     """Whether a position and the frame behind it are one pose."""
     same = first.link == second.link and second.name == first.name + ORIENTATION
-    return same and is_orientation(second)
+    return same and second.is_orientation
 
 
 def _letters(frame: TaskFrame) -> str:

@@ -62,7 +62,7 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
         return
     for task_set in robot.task_sets:
         for frame in task_set.frames:
-            if "alpha" in frame.axes or "beta" in frame.axes or "gamma" in frame.axes:
+            if frame.is_orientation:
                 subject = member("task_frame", frame.name, task_set.name, robot.task_set)
                 problem = (
                     "link frames are turned parallel to the world at q = 0, where its angles are 0"

@@ -18,6 +18,8 @@ from .muscle import CableSet, Muscle, WrapSurface
 from .placement import IDENTITY, Pose, Vector3
 
 Axis = Literal["x", "y", "z", "alpha", "beta", "gamma"]
+POSITIONS: tuple[Axis, ...] = ("x", "y", "z")
+ANGLES: tuple[Axis, ...] = ("alpha", "beta", "gamma")
 
 WORLD = "world"
 """The name of the fixed frame, usable wherever a link is named as parent or for a via point."""
@@ -110,6 +112,11 @@ class TaskFrame:
     link: str
     position: Vector3 = (0.0, 0.0, 0.0)
     axes: tuple[Axis, ...] = ("x", "y", "z")
+
+    @property
+    def is_orientation(self) -> bool:
+        """Whether it counts angles, instead of positions."""
+        return bool(self.axes) and self.axes[0] in ANGLES
 
 
 @dataclass(frozen=True, slots=True)

@@ -95,12 +95,8 @@ def align_frames(robot: Robot) -> Robot:
 def _may_merge(robot: Robot, link: str, home: str, T_home_link: Pose) -> bool:
     """Whether every task frame on a link can be one on its new home."""
     frames = [f for group in robot.task_sets for f in group.frames if f.link == link]
-    turned = any(T_home_link.rpy) and any(not _is_point(frame) for frame in frames)
+    turned = any(T_home_link.rpy) and any(frame.is_orientation for frame in frames)
     return not turned and (home != WORLD or not frames)
-
-
-def _is_point(frame: TaskFrame) -> bool:
-    return set(frame.axes) <= {"x", "y", "z"}
 
 
 def _turned(motion: Motion, by: Pose) -> Motion:
@@ -187,7 +183,7 @@ def _muscle(muscle: Muscle, homes: Homes) -> Muscle:
 
 def _task_frame(frame: TaskFrame, homes: Homes) -> TaskFrame:
     home, T_home_link = homes[frame.link]
-    if not _is_point(frame):
+    if frame.is_orientation:
         return replace(frame, link=home)
     return replace(frame, link=home, position=apply(T_home_link, frame.position))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject, member
-from ..model import Robot
+from ..model import ANGLES, POSITIONS, Robot
 from .report import error, unknown
 
 
@@ -22,7 +22,7 @@ def task_frames(robot: Robot) -> Iterator[Finding]:
             if frame.link not in known:
                 yield error(subject, "unknown-task-link", unknown("link", frame.link, links))
             axes = set(frame.axes)
-            of_one_kind = axes <= {"x", "y", "z"} or axes <= {"alpha", "beta", "gamma"}
+            of_one_kind = axes <= set(POSITIONS) or axes <= set(ANGLES)
             if not axes or len(axes) != len(frame.axes) or not of_one_kind:
                 given = f"axes {' '.join(frame.axes)!r}"
                 problem = f"{given}: give some of x, y, z or of alpha, beta, gamma, each once"

@@ -11,7 +11,7 @@ from typing import Literal, cast, get_args
 from ..cardsflow_xml import WRAP_STATES, WRAP_TYPES
 from ..checks.report import unknown
 from ..finding import member
-from ..model import WORLD, Axis, TaskFrame, TaskSet
+from ..model import ANGLES, WORLD, Axis, TaskFrame, TaskSet
 from ..muscle import (
     BasePulley,
     CableKind,
@@ -30,7 +30,6 @@ SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
 SIDES = {state: cast(Literal[-1, 0, 1], side) for side, state in WRAP_STATES.items()}
 ACTUATOR = ("motor", "gear", "spindle", "SEE")
 """What the original format says about a muscle's motor and spring."""
-ANGLES = ("alpha", "beta", "gamma")
 MARKERS = "markers"
 """The task set of the points that are only looked at."""
 
