@@ -1,0 +1,187 @@
+"""Frozen dataclasses to and from plain data, as JSON holds it; every value is checked."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import math
+import sys
+import types
+import typing
+import zlib
+from array import array
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from .robot.errors import InputError
+
+if TYPE_CHECKING:
+    Samples = array[Any]
+else:  # Python 3.11 has no array[...]
+    Samples = array
+"""Many numbers in a row: `d` for floats, `i` for indices."""
+
+Record = TypeVar("Record")
+
+_INFINITIES = {"inf": math.inf, "-inf": -math.inf}
+_TYPECODES = ("d", "i")
+_LARGEST = 2**30  # bytes, unpacked: a file that claims more is damaged or malicious
+
+
+def to_plain(value: Any) -> Any:
+    """A record as plain data; what stands at its default is left out.
+
+    Args:
+        value: A dataclass, or anything that stands in a field of one.
+    """
+    if isinstance(value, array):
+        return _pack(value)
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return [to_plain(item) for item in value]
+    if isinstance(value, tuple):
+        return list(value)
+    if isinstance(value, Mapping):
+        return dict(value)
+    if is_dataclass(value):
+        pairs = ((f, getattr(value, f.name)) for f in fields(value))
+        return {f.name: to_plain(item) for f, item in pairs if item != _default(f)}
+    return value
+
+
+def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
+    """A record from plain data.
+
+    Args:
+        cls: The record's class.
+        plain: What `to_plain` gave, or what a file claims it gave.
+        where: The key that the data stands under, for messages.
+
+    Raises:
+        InputError: A key is unknown or missing, or a value of the wrong kind.
+    """
+    if not isinstance(plain, dict):
+        raise InputError(f"must hold an object, not {type(plain).__name__}", key=where)
+    hints = _hints(typing.cast(type, cls))
+    for key in plain:
+        if key not in hints:
+            raise InputError(f"unknown key {key!r} (known: {', '.join(hints)})", key=where)
+    missing = [f.name for f in fields(cls) if _required(f) and f.name not in plain]  # type: ignore[arg-type]
+    if missing:
+        raise InputError(f"key {missing[0]!r} is missing", key=where)
+    return cls(**{key: _value(hints[key], item, f"{where}.{key}") for key, item in plain.items()})
+
+
+def _default(f: Any) -> Any:
+    if f.default is not MISSING:
+        return f.default
+    return f.default_factory() if f.default_factory is not MISSING else MISSING
+
+
+def _required(f: Any) -> bool:
+    return _default(f) is MISSING
+
+
+@cache
+def _hints(cls: type) -> dict[str, Any]:
+    return typing.get_type_hints(cls)
+
+
+def _value(hint: Any, plain: Any, where: str) -> Any:
+    """The value of a field of that type."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if hint is Samples:
+        return _unpack(plain, where)
+    if origin is types.UnionType or origin is typing.Union:
+        if plain is None and type(None) in arguments:
+            return None
+        (hint,) = (a for a in arguments if a is not type(None))
+        return _value(hint, plain, where)
+    if origin is typing.Literal:
+        if plain not in arguments or isinstance(plain, (list, dict)):
+            known = ", ".join(map(str, arguments))
+            raise InputError(f"must be one of {known}, not {plain!r}", key=where)
+        return plain
+    if origin is tuple:
+        return _tuple(arguments, plain, where)
+    if isinstance(hint, type) and hasattr(hint, "_fields"):  # a NamedTuple
+        return hint(*_tuple(tuple(_hints(hint).values()), plain, where))
+    if is_dataclass(hint):
+        return from_plain(typing.cast(type, hint), plain, where)
+    if origin is not None and issubclass(origin, Mapping):
+        return _mapping(plain, where)
+    return _scalar(hint, plain, where)
+
+
+def _tuple(kinds: tuple[Any, ...], plain: Any, where: str) -> tuple[Any, ...]:
+    if not isinstance(plain, list):
+        raise InputError(f"must hold a list, not {type(plain).__name__}", key=where)
+    if len(kinds) == 2 and kinds[1] is Ellipsis:
+        kinds = (kinds[0],) * len(plain)
+    if len(kinds) != len(plain):
+        raise InputError(f"must hold {len(kinds)} values, not {len(plain)}", key=where)
+    return tuple(
+        _value(kind, item, f"{where}[{i}]")
+        for i, (kind, item) in enumerate(zip(kinds, plain, strict=True))
+    )
+
+
+def _mapping(plain: Any, where: str) -> dict[str, str]:
+    if not isinstance(plain, dict) or not all(isinstance(v, str) for v in plain.values()):
+        raise InputError("must hold an object of texts", key=where)
+    return plain
+
+
+def _scalar(hint: Any, plain: Any, where: str) -> Any:
+    if hint is float:
+        if isinstance(plain, str) and plain in _INFINITIES:
+            return _INFINITIES[plain]
+        if isinstance(plain, (int, float)) and not isinstance(plain, bool):
+            number = float(plain) if abs(plain) < sys.float_info.max else math.inf
+            if math.isfinite(number):
+                return number
+        raise InputError(f"must be a number, not {plain!r}", key=where)
+    if hint is Path and isinstance(plain, str):
+        return Path(plain)
+    if type(plain) is not hint:
+        raise InputError(f"must be of type {hint.__name__}, not {plain!r}", key=where)
+    return plain
+
+
+def _pack(samples: array[Any]) -> dict[str, str]:
+    """Little-endian bytes, compressed, as text: a mesh as digits would be five times as long."""
+    if sys.byteorder == "big":
+        samples = array(samples.typecode, samples)
+        samples.byteswap()
+    data = base64.b64encode(zlib.compress(samples.tobytes(), 6)).decode("ascii")
+    return {"type": samples.typecode, "zlib": data}
+
+
+def _inflated(packed: bytes) -> bytes:
+    stream = zlib.decompressobj()
+    data = stream.decompress(packed, _LARGEST)
+    if not stream.eof:
+        raise ValueError("truncated, or too many")
+    return data
+
+
+def _unpack(plain: Any, where: str) -> array[Any]:
+    if not isinstance(plain, dict) or plain.keys() != {"type", "zlib"}:
+        raise InputError("must hold packed numbers", key=where)
+    if plain["type"] not in _TYPECODES or not isinstance(plain["zlib"], str):
+        raise InputError("must hold packed floats (d) or indices (i)", key=where)
+    samples = array(plain["type"])
+    try:
+        packed = base64.b64decode(plain["zlib"], validate=True)
+        samples.frombytes(_inflated(packed))
+    except (ValueError, binascii.Error, zlib.error) as error:
+        raise InputError(f"packed numbers cannot be read: {error}", key=where) from None
+    if sys.byteorder == "big":
+        samples.byteswap()
+    return samples
