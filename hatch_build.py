@@ -39,6 +39,7 @@ class Library(NamedTuple):
 
 LIBRARIES = (
     Library("sim_dart/csrc", "sim_dart/lib/cardsflow_core"),
+    Library("controllers/csrc", "controllers/lib/cardsflow_dual_newton"),
     Library("cardsflow_fmu/runtime/csrc", "cardsflow_fmu/runtime/lib/cardsflow_fmi"),
 )
 

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, SimulationError
 
-from . import qp
+from . import dual_newton, qp
 
 FloatArray = NDArray[np.float64]
+_Answer = tuple[FloatArray, FloatArray, float]  # forces, slack, largest |slack|
 
 _SOFTNESS = 1e-8  # eps, relative to the size of LL'
 _AT_BOUND = 1e-9  # a force this close to a bound is at it, relative to 1 N or the bound
@@ -71,6 +72,11 @@ class ForceSolution:
         near = finite - self.forces <= _AT_BOUND * np.maximum(1.0, finite)
         return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
 
+    @property
+    def count_at_bounds(self) -> int:
+        """Number of muscles at a bound."""
+        return len(set(self.at_min) | set(self.at_max))
+
     def describe(self) -> str:
         """One line: the slack by coordinate, and the muscles at their bounds."""
         slack = ", ".join(
@@ -92,7 +98,7 @@ class ForceDistribution:
         f_min: Lower bounds, shape (m,), in [N].
         f_max: Upper bounds, shape (m,), in [N]; may be infinite.
         weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
-        solver: Name of a qpsolvers back end.
+        solver: `dual_newton`, or the name of a qpsolvers back end.
         tolerance: Largest torque error of a solved problem, relative to 1 + max |tau|.
         coordinate_names: n names for reports; numbered when None.
         muscle_names: m names for reports; numbered when None.
@@ -120,10 +126,14 @@ class ForceDistribution:
         self.coordinate_names = None if coordinate_names is None else tuple(coordinate_names)
         numbered = tuple(f"muscle {k + 1}" for k in range(m))
         self.muscle_names = numbered if muscle_names is None else tuple(muscle_names)
+        self._newtons: tuple[()] | tuple[dual_newton.DualNewton, dual_newton.DualNewton] = ()
         self.set_bounds(f_min, f_max)
         # Only the ratios of weights matter; near 1 they suit every back end's tolerances.
-        self._H = np.diag(self.weights / self.weights.mean())
+        self._weights = self.weights / self.weights.mean()
+        self._H = np.diag(self._weights)
         self._zeros = np.zeros(m)
+        if self.coordinate_names:
+            self._prepare(len(self.coordinate_names))
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
         """Change the bounds.
@@ -139,6 +149,8 @@ class ForceDistribution:
         self._check_bounds(low, high)
         self.f_min: FloatArray = low
         self.f_max: FloatArray = high
+        for newton in self._newtons:
+            newton.lb[:], newton.ub[:] = low, high
 
     def _check_bounds(self, f_min: FloatArray, f_max: FloatArray) -> None:
         shapes = {f_min.shape, f_max.shape, self.weights.shape, (len(self.muscle_names),)}
@@ -170,16 +182,45 @@ class ForceDistribution:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Wanted torque, shape (n,), in [N·m] or [N].
         """
-        LL = L @ L.T
-        size = max(float(np.trace(LL)) / float(np.trace(self._H)), np.finfo(float).tiny)
-        P = LL + _SOFTNESS * size * self._H
+        P = L @ L.T + self._softness(L) * self._H
         return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)
+
+    def reset(self) -> None:
+        """Forget the last solutions: the next does not depend on anything before it."""
+        for newton in self._newtons:
+            newton.start[:] = 0.0
+
+    def get_state(self) -> FloatArray:
+        """All that is remembered between solutions: shape (2n,).
+
+        Without coordinate names n is not known before the first solution, and the shape is (0,).
+        """
+        return np.concatenate([newton.start for newton in self._newtons] or [np.empty(0)])
+
+    def set_state(self, state: ArrayLike) -> None:
+        """Go back to what `get_state` gave; the following solutions repeat bit for bit.
+
+        Args:
+            state: From `get_state`.
+
+        Raises:
+            InputError: It has another shape, or is not finite.
+        """
+        values = np.asarray(state, dtype=np.float64)
+        if values.ndim != 1 or values.size % 2 or not np.isfinite(values).all():
+            raise InputError(f"a force distribution's state is 2n finite numbers, not {state!r}")
+        if not values.size:
+            self.reset()
+            return
+        hard, soft = self._prepare(values.size // 2)
+        hard.start[:], soft.start[:] = np.split(values, 2)
 
     def solve(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
         """Forces that make the torque, or come as near as the bounds allow.
 
         The answer of the back end is checked by itself, whatever its status says; where it fails,
-        DAQP is asked as well.
+        the default one and DAQP are asked as well. Answers depend on earlier ones by rounding
+        errors at most; see `get_state`.
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
@@ -190,31 +231,81 @@ class ForceDistribution:
             SimulationError: L or tau is not finite.
         """
         L, tau = np.asarray(L, dtype=np.float64), np.asarray(tau, dtype=np.float64)
-        if L.shape != (self.f_min.size, tau.size) or tau.ndim != 1:
+        if L.shape != (self.f_min.size, tau.size) or tau.ndim != 1 or not tau.size:
             raise InputError(
                 f"L has shape {L.shape}, tau {tau.shape}, for {self.f_min.size} muscles"
             )
+        hard, soft = self._prepare(tau.size)
+        allowed = self.tolerance * (1.0 + float(np.abs(tau).max()))
+        if self.solver != qp.DUAL_NEWTON:
+            self._require_finite(L, tau)
+            asked = self._ask_qpsolvers(self.build_problem(L, tau), self.solver, L, tau)
+            if asked is not None and asked[2] <= allowed:
+                return self._solution(asked[0], "solved", asked[1])
+        status, answer = self._ask_dual_newton(hard, L, tau)
+        if status == dual_newton.NOT_CONVERGED:
+            answer = self._ask_qpsolvers(self.build_problem(L, tau), qp.FALLBACK, L, tau)
+        if answer is not None and answer[2] <= allowed:
+            return self._solution(answer[0], "solved", answer[1])
+        return self._solve_soft(soft, L, tau, allowed)
+
+    def _solve_soft(
+        self, newton: dual_newton.DualNewton, L: FloatArray, tau: FloatArray, allowed: float
+    ) -> ForceSolution:
+        newton.softness[:] = self._softness(L)
+        _, answer = self._ask_dual_newton(newton, L, tau)
+        if answer is None:
+            answer = self._ask_qpsolvers(self.build_soft_problem(L, tau), qp.FALLBACK, L, tau)
+        if answer is None:
+            raise SimulationError(f"no forces found for the torque {tau} within the bounds")
+        forces, slack, error = answer
+        return self._solution(forces, "solved" if error <= allowed else "soft", slack)
+
+    def _softness(self, L: FloatArray) -> float:
+        """The eps of the soft problem."""
+        size = float(np.sum(L * L)) / float(self._weights.sum())
+        return _SOFTNESS * max(size, float(np.finfo(float).tiny) / _SOFTNESS)
+
+    def _prepare(self, n: int) -> tuple[dual_newton.DualNewton, dual_newton.DualNewton]:
+        """The solvers of the hard and the soft problem for n coordinates."""
+        if not self._newtons or self._newtons[0].b.size != n:
+            m = self.f_min.size
+            self._newtons = dual_newton.DualNewton(m, n), dual_newton.DualNewton(m, n)
+            for newton in self._newtons:
+                newton.H_diagonal[:] = self._weights
+                newton.lb[:], newton.ub[:] = self.f_min, self.f_max
+        return self._newtons
+
+    def _ask_dual_newton(
+        self, newton: dual_newton.DualNewton, L: FloatArray, tau: FloatArray
+    ) -> tuple[int, _Answer | None]:
+        """The status, and forces, slack and largest error if it is solved."""
+        np.negative(L.T, out=newton.A)
+        newton.b[:] = tau
+        status = newton.solve()
+        if status != dual_newton.SOLVED:
+            if status > dual_newton.NOT_CONVERGED:
+                self._require_finite(L, tau)
+                raise SimulationError("the muscle Jacobian or a weight is too large for a float")
+            return status, None
+        slack = -newton.slack
+        return status, (newton.x.copy(), slack, float(np.abs(slack).max()))
+
+    def _ask_qpsolvers(
+        self, problem: qpsolvers.Problem, solver: str, L: FloatArray, tau: FloatArray
+    ) -> _Answer | None:
+        """Forces, clipped to the bounds, slack and largest error; None without an answer."""
+        found = qp.solve(problem, solver)
+        if found is None:
+            return None
+        forces = np.clip(found, self.f_min, self.f_max)
+        slack = tau + L.T @ forces
+        return forces, slack, float(np.abs(slack).max())
+
+    @staticmethod
+    def _require_finite(L: FloatArray, tau: FloatArray) -> None:
         if not (np.isfinite(tau).all() and np.isfinite(L).all()):
             raise SimulationError("the wanted torque or the muscle Jacobian is not finite")
-        allowed = self.tolerance * (1.0 + float(np.abs(tau).max(initial=0.0)))
-        problem = self.build_problem(L, tau)
-        for solver in dict.fromkeys((self.solver, qp.DEFAULT_SOLVER)):
-            forces = self._within_bounds(qp.solve(problem, solver))
-            if forces is not None and np.abs(slack := tau + L.T @ forces).max() <= allowed:
-                return self._solution(forces, "solved", slack)
-        return self._solve_soft(L, tau, allowed)
-
-    def _solve_soft(self, L: FloatArray, tau: FloatArray, allowed: float) -> ForceSolution:
-        forces = self._within_bounds(qp.solve(self.build_soft_problem(L, tau), qp.DEFAULT_SOLVER))
-        if forces is None:
-            raise SimulationError(f"no forces found for the torque {tau} within the bounds")
-        slack = tau + L.T @ forces
-        status: Literal["solved", "soft"] = "solved" if np.abs(slack).max() <= allowed else "soft"
-        return self._solution(forces, status, slack)
-
-    def _within_bounds(self, forces: FloatArray | None) -> FloatArray | None:
-        """Forces without the rounding errors of a back end beyond the bounds."""
-        return None if forces is None else np.clip(forces, self.f_min, self.f_max)
 
     def _solution(
         self, forces: FloatArray, status: Literal["solved", "soft"], slack: FloatArray

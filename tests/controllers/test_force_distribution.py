@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog, lsq_linear
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
-from controllers import ForceDistribution, ForceSolution, qp
+from controllers import ForceDistribution, ForceSolution, dual_newton, qp
+
+pytestmark = pytest.mark.native
 
 
 def random_problem(seed: int, n: int, m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -117,7 +119,7 @@ def test_unlimited_muscles_are_never_at_their_upper_bound() -> None:
     assert solution.at_max == ()
 
 
-@pytest.mark.parametrize("solver", [s for s in qpsolvers.available_solvers if s != "scs"])
+@pytest.mark.parametrize("solver", [s for s in qp.available_solvers() if s != "scs"])
 def test_every_back_end_gives_the_same_forces(solver: str) -> None:
     for seed in range(5):
         L, f, H = random_problem(seed, 3, 7)
@@ -145,6 +147,60 @@ def test_a_back_end_is_not_believed(monkeypatch: pytest.MonkeyPatch, lie: object
     solution = ForceDistribution(low, high, weights=H, solver="osqp").solve(L, -L.T @ f)
     expected = ForceDistribution(low, high, weights=H).solve(L, -L.T @ f)
     assert np.array_equal(solution.forces, expected.forces)
+
+
+def test_solutions_repeat_bit_for_bit_from_a_saved_state() -> None:
+    """Ticks that can be solved and ticks that cannot, in turn."""
+    rng = np.random.default_rng(0)
+    ticks = [(rng.normal(size=(7, 3)), rng.normal(size=3) * 100.0) for _ in range(40)]
+    low, high = np.full(7, 10.0), np.full(7, 100.0)
+    first = ForceDistribution(low, high, coordinate_names=["a", "b", "c"])
+    fresh = first.get_state()
+    assert fresh.tolist() == [0.0] * 6
+    for tick in ticks[:20]:
+        first.solve(*tick)
+    state = first.get_state()
+    wanted = [first.solve(*tick) for tick in ticks[20:]]
+    assert {solution.status for solution in wanted} == {"solved", "soft"}
+    other = ForceDistribution(low, high)
+    for distribution in (first, other):
+        distribution.set_state(state)
+        for solution, tick in zip(wanted, ticks[20:], strict=True):
+            assert distribution.solve(*tick).forces.tobytes() == solution.forces.tobytes()
+    other.reset()
+    assert other.get_state().tobytes() == fresh.tobytes()
+    first.set_state(np.empty(0))
+    assert first.get_state().tobytes() == fresh.tobytes()
+    for wrong in (np.zeros(3), np.full(6, np.nan), np.zeros((2, 3))):
+        with pytest.raises(InputError, match="finite numbers"):
+            first.set_state(wrong)
+
+
+def test_daqp_is_asked_where_dual_newton_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
+    L, f, H = random_problem(1, 3, 7)
+    low, high = np.full(7, 10.0), np.full(7, 100.0)
+    distribution = ForceDistribution(low, high, weights=H)
+    torques = (-L.T @ f, np.full(3, 1e3))
+    wanted = [distribution.solve(L, tau) for tau in torques]
+    monkeypatch.setattr(dual_newton.DualNewton, "solve", lambda self: dual_newton.NOT_CONVERGED)
+    for solution, tau in zip(wanted, torques, strict=True):
+        other = distribution.solve(L, tau)
+        assert other.status == solution.status
+        np.testing.assert_allclose(other.forces, solution.forces, atol=1e-4)
+    monkeypatch.setattr(qp, "solve", lambda problem, solver: None)
+    with pytest.raises(SimulationError, match="no forces found"):
+        distribution.solve(L, torques[0])
+
+
+def test_changed_bounds_hold_from_the_next_solution() -> None:
+    distribution = ForceDistribution([10.0, 10.0], [50.0, 50.0], coordinate_names=["elbow"])
+    L, tau = np.array([[-0.1], [0.1]]), np.array([1.0])
+    assert distribution.solve(L, tau).forces.tolist() == pytest.approx([20.0, 10.0])
+    distribution.set_bounds([5.0, 5.0], [12.0, 50.0])
+    solution = distribution.solve(L, tau)
+    assert solution.forces.tolist() == pytest.approx([12.0, 5.0])
+    assert solution.status == "soft"
+    assert solution.count_at_bounds == 2
 
 
 def test_the_problem_stands_apart_from_its_solution() -> None:
@@ -183,5 +239,10 @@ def test_an_unknown_back_end_is_refused_with_the_known_ones() -> None:
 
 
 def test_a_torque_that_is_not_finite_is_refused() -> None:
-    with pytest.raises(SimulationError, match="not finite"):
-        ForceDistribution([0.0], [1.0]).solve(np.array([[1.0]]), np.array([np.nan]))
+    for solver in ("dual_newton", "daqp"):
+        with pytest.raises(SimulationError, match="not finite"):
+            ForceDistribution([0.0], [1.0], solver=solver).solve(
+                np.array([[1.0]]), np.array([np.nan])
+            )
+    with pytest.raises(SimulationError, match="too large"):
+        ForceDistribution([0.0], [1.0]).solve(np.array([[1e200]]), np.array([1.0]))

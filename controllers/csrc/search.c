@@ -1,0 +1,71 @@
+/* The exact search: along lam + t d the dual value is concave and piecewise quadratic, so its slope is
+   piecewise linear and falls; it bends where a variable meets a bound. A heap gives the bends in order. */
+#include "state.h"
+
+#include <math.h>
+
+/* Curvature left from larger ones that went is rounding error below this share of the largest. */
+static const double LOST_DIGITS = 1e-8;
+
+static void sink(breakpoint *heap, size_t count, size_t at)
+{
+    const breakpoint moved = heap[at];
+    for (size_t child; (child = 2 * at + 1) < count; at = child) {
+        if (child + 1 < count && heap[child + 1].at < heap[child].at) child++;
+        if (moved.at <= heap[child].at) break;
+        heap[at] = heap[child];
+    }
+    heap[at] = moved;
+}
+
+/* Where v_i + t dv_i enters its bounds and where it leaves them again, for t >= 0. */
+static size_t collect(dual_newton *s)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < s->n; i++) {
+        const double v = s->v[i], dv = s->dv[i];
+        if (dv == 0 || s->low[i] == s->high[i]) continue;
+        const double enters = (dv > 0 ? s->low[i] : s->high[i]) - v;
+        const double leaves = (dv > 0 ? s->high[i] : s->low[i]) - v;
+        if (s->side[i] && enters / dv >= 0) s->heap[count++] = (breakpoint){enters / dv, dv * dv};
+        if ((!s->side[i] || enters / dv >= 0) && isfinite(leaves))
+            s->heap[count++] = (breakpoint){leaves / dv, -dv * dv};
+    }
+    for (size_t k = count / 2; k-- > 0;) sink(s->heap, count, k);
+    return count;
+}
+
+/* The curvature just after t, afresh. */
+static double curvature(const dual_newton *s, double floor, double t)
+{
+    double sum = floor;
+    for (size_t i = 0; i < s->n; i++) {
+        const double dv = s->dv[i], v = s->v[i] + t * dv;
+        if ((dv > 0 ? v >= s->low[i] : v > s->low[i]) && (dv > 0 ? v < s->high[i] : v <= s->high[i]))
+            sum += dv * dv;
+    }
+    return sum;
+}
+
+double search_peak(dual_newton *s, double ridge, int *is_far)
+{
+    double slope = dot(s->m, s->pull, s->d), floor = 0, t = 0;
+    for (size_t j = 0; j < s->m; j++) floor += (s->eps[j] + ridge) * s->d[j] * s->d[j];
+    double bend = floor;
+    for (size_t i = 0; i < s->n; i++)
+        if (!s->side[i]) bend += s->dv[i] * s->dv[i];
+    double largest = bend;
+    size_t count = collect(s);
+    for (; count; sink(s->heap, count, 0)) {
+        const breakpoint next = s->heap[0];
+        if (slope <= bend * (next.at - t)) break;
+        slope -= bend * (next.at - t);
+        t = next.at;
+        bend += next.change;
+        largest = larger(largest, bend);
+        if (bend < LOST_DIGITS * largest) bend = largest = curvature(s, floor, t);
+        s->heap[0] = s->heap[--count];
+    }
+    *is_far = !count;
+    return t + slope / larger(bend, floor);
+}

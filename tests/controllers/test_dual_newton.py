@@ -1,0 +1,357 @@
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+import qp_problems
+from qp_problems import FloatArray, at_bounds, feasible, infeasible, rank_deficient, reference
+
+from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+from controllers import dual_newton, qp
+from controllers.qp import BoxProblem, BoxSolution, BoxSolver
+
+pytestmark = pytest.mark.native
+
+# What the solver allows itself.
+MOST_STEPS = 144
+
+
+def solve(problem: BoxProblem) -> BoxSolution:
+    """A cold solution by a solver of the problem's size."""
+    m_eq, n = problem.A.shape
+    return BoxSolver(n, m_eq).solve(problem)
+
+
+class Solvers:
+    """A solver for every size."""
+
+    def __init__(self) -> None:
+        self._solvers: dict[tuple[int, ...], BoxSolver] = {}
+
+    def solve(self, problem: BoxProblem, *, cold: bool) -> BoxSolution:
+        m_eq, n = problem.A.shape
+        solver = self._solvers.setdefault((m_eq, n), BoxSolver(n, m_eq))
+        if cold:
+            solver.reset()
+        return solver.solve(problem)
+
+
+def relative_error(x: FloatArray, wanted: FloatArray) -> float:
+    return float(np.max(np.abs(x - wanted) / (1.0 + np.abs(wanted))))
+
+
+@pytest.mark.parametrize("kind", ["feasible", "at_bounds", "rank_deficient"])
+def test_random_problems_with_a_solution_are_solved_to_1e_8(kind: str) -> None:
+    """Cold, and from the multipliers of another problem; never a false certificate."""
+    solvers, errors, unproven, fallbacks, steps = Solvers(), [0.0], 0, 0, 0
+    for seed, problem in enumerate(qp_problems.problems(kind)):
+        warm = solvers.solve(problem, cold=False)
+        cold = solvers.solve(problem, cold=True)
+        assert (seed, cold.status, warm.status) == (seed, "solved", "solved")
+        assert cold.residuals.bounds == warm.residuals.bounds == 0.0
+        fallbacks += cold.fell_back
+        steps = max(steps, cold.iterations)
+        wanted = reference(problem, cold)
+        if wanted is None:
+            unproven += 1
+            assert cold.residuals.equality <= 1e-13
+            assert cold.residuals.dual <= 1e-12
+            continue
+        errors.append(max(relative_error(cold.x, wanted), relative_error(warm.x, wanted)))
+        assert errors[-1] <= 1e-8, seed
+    print(f"{kind}: largest error {max(errors):.2g}, {steps} steps, {fallbacks} by DAQP, ", end="")
+    print(f"{unproven} without a reference")
+    assert steps <= MOST_STEPS
+    assert fallbacks <= 1e-3 * qp_problems.COUNT
+    assert unproven <= 1e-2 * qp_problems.COUNT
+
+
+def test_random_problems_without_a_solution_are_proven_infeasible() -> None:
+    solvers, steps = Solvers(), 0
+    for seed, problem in enumerate(qp_problems.problems("infeasible")):
+        solution = solvers.solve(problem, cold=True)
+        assert (seed, solution.status) == (seed, "infeasible")
+        assert qp_problems.is_proof_of_infeasibility(problem, solution.multipliers), seed
+        steps = max(steps, solution.iterations)
+    print(f"infeasible: {steps} steps")
+    assert steps <= MOST_STEPS
+
+
+@pytest.mark.parametrize("softness", [1e-2, 1e-4, 1e-8])
+def test_soft_problems_always_have_a_solution(softness: float) -> None:
+    """It is that of the same problem with the slacks as variables."""
+    for seed in range(qp_problems.COUNT // 10):
+        for kind in (feasible, infeasible, rank_deficient):
+            problem = kind(seed)
+            weights = np.random.default_rng(seed).uniform(0.5, 2.0, len(problem.b))
+            problem = dataclasses.replace(problem, row_weights=weights, softness=softness)
+            solution = solve(problem)
+            assert (seed, solution.status, solution.fell_back) == (seed, "solved", False)
+            eps = qp.row_softness(problem)
+            residuals = qp.check(problem, eps, solution.x, solution.multipliers)
+            assert max(residuals.equality, residuals.dual) < 1e-12
+            assert residuals.bounds == 0.0
+            size = np.abs(problem.b) + np.abs(problem.A) @ np.abs(solution.x)
+            rest = problem.A @ solution.x - problem.b - solution.slack
+            assert (np.abs(rest) <= 1e-13 * size).all()
+
+
+def test_a_hard_row_holds_where_a_soft_one_gives_way() -> None:
+    """With x <= 1.5, x1 - x2 = 1/2 can be met, but x1 + x2 = 4 cannot."""
+    problem = BoxProblem(
+        np.ones(2),
+        np.zeros(2),
+        np.array([[1.0, 1.0], [1.0, -1.0]]),
+        np.array([4.0, 0.5]),
+        np.zeros(2),
+        np.full(2, 1.5),
+        row_weights=np.array([1.0, np.inf]),
+        softness=1e-8,
+    )
+    solution = solve(problem)
+    np.testing.assert_allclose(solution.x, [1.5, 1.0], atol=1e-12)
+    np.testing.assert_allclose(solution.slack, [-1.5, 0.0], atol=1e-12)
+    assert solve(dataclasses.replace(problem, row_weights=None)).status == "infeasible"
+
+
+def test_a_problem_solved_by_hand() -> None:
+    """Min 1/2 (x1² + 2 x2² + x3²) with x1 + x2 + x3 = 3, x1 <= 1: y = 4/3, x = (1, 2/3, 4/3)."""
+    problem = BoxProblem(
+        np.array([1.0, 2.0, 1.0]),
+        np.zeros(3),
+        np.ones((1, 3)),
+        np.array([3.0]),
+        np.array([-np.inf, 0.0, 0.0]),
+        np.array([1.0, np.inf, np.inf]),
+    )
+    solution = solve(problem)
+    np.testing.assert_allclose(solution.x, [1.0, 2 / 3, 4 / 3], rtol=1e-15)
+    np.testing.assert_allclose(solution.multipliers, [4 / 3], rtol=1e-14)
+    eps = 0.1
+    soft = dataclasses.replace(
+        problem, row_weights=np.ones(1), softness=eps / 2.5
+    )  # 2.5 = A H^-1 A'
+    y = (3.0 - 1.0) / (1.5 + eps)
+    solution = solve(soft)
+    np.testing.assert_allclose(solution.x, [1.0, y / 2, y], rtol=1e-14)
+    np.testing.assert_allclose(solution.slack, [-eps * y], rtol=1e-13)
+
+
+@pytest.mark.parametrize("kind", [feasible, at_bounds, rank_deficient])
+def test_units_and_order_do_not_matter(kind: qp_problems.Kind) -> None:
+    for seed in range(50):
+        problem = kind(seed)
+        m_eq, n = problem.A.shape
+        rng = np.random.default_rng(seed)
+        x = solve(problem).x
+        cost, rows, units = 1e7, 10.0 ** rng.uniform(-6, 6, m_eq), 10.0 ** rng.uniform(-4, 4, n)
+        scaled = BoxProblem(
+            cost * problem.H_diagonal / units**2,
+            cost * problem.g / units,
+            rows[:, None] * problem.A / units,
+            rows * problem.b,
+            problem.lb * units,
+            problem.ub * units,
+        )
+        assert relative_error(solve(scaled).x / units, x) < 1e-8
+        i, j = rng.permutation(n), rng.permutation(m_eq)
+        H, g, lb, ub = (v[i] for v in (problem.H_diagonal, problem.g, problem.lb, problem.ub))
+        permuted = BoxProblem(H, g, problem.A[j][:, i], problem.b[j], lb, ub)
+        assert relative_error(solve(permuted).x, x[i]) < 1e-8
+
+
+def test_fixed_variables_and_rows_of_zeros() -> None:
+    fixed = np.array([1.0, 2.0])
+    problem = BoxProblem(
+        np.ones(2),
+        np.ones(2),
+        np.array([[1.0, 1.0], [0.0, 0.0]]),
+        np.array([3.0, 0.0]),
+        fixed,
+        fixed,
+    )
+    assert solve(problem).x.tolist() == [1.0, 2.0]
+    for b in ([3.1, 0.0], [3.0, 0.1]):
+        solution = solve(dataclasses.replace(problem, b=np.array(b)))
+        assert solution.status == "infeasible"
+        assert qp_problems.is_proof_of_infeasibility(problem, solution.multipliers) is False
+    nothing = dataclasses.replace(problem, A=np.zeros((2, 2)), b=np.zeros(2), ub=fixed + 1.0)
+    assert solve(nothing).x.tolist() == [1.0, 2.0]
+
+
+def test_a_certificate_does_not_depend_on_units() -> None:
+    """Near the solution steps are short; a proof is measured against its own size."""
+    for scale in (1e-9, 1.0, 1e9):
+        for seed in range(50):
+            problem = at_bounds(seed)
+            problem = dataclasses.replace(problem, A=scale * problem.A, b=scale * problem.b)
+            assert solve(problem).status == "solved"
+            problem = infeasible(seed)
+            problem = dataclasses.replace(problem, A=scale * problem.A, b=scale * problem.b)
+            assert solve(problem).status == "infeasible"
+
+
+def sequence(ticks: int, n: int = 11, m_eq: int = 4) -> list[BoxProblem]:
+    """What a controller asks tick after tick, smoothly, now and then of what is not possible."""
+    rng = np.random.default_rng(0)
+    L0, L1, phase = rng.normal(size=(m_eq, n)), rng.normal(size=(m_eq, n)), rng.uniform(0, 6, n)
+    found = []
+    for k in range(ticks):
+        A = L0 + 0.3 * np.sin(0.01 * k) * L1
+        b = A @ (30.0 + 25.0 * np.sin(0.02 * k + phase)) * (1.0 + 3.0 * (k % 100 > 90))
+        bounds = np.full(n, 10.0), np.full(n, 100.0)
+        found.append(BoxProblem(np.ones(n), np.zeros(n), A, b, *bounds))
+    return found
+
+
+def test_ticks_repeat_bit_for_bit_from_a_saved_state() -> None:
+    ticks = sequence(300)
+    solver, other = BoxSolver(11, 4), BoxSolver(11, 4)
+    for problem in ticks[:150]:
+        solver.solve(problem)
+    state = solver.get_state()
+    first = [solver.solve(problem) for problem in ticks[150:]]
+    solver.set_state(state)
+    other.set_state(state)
+    for wanted, problem in zip(first, ticks[150:], strict=True):
+        for again in (solver.solve(problem), other.solve(problem)):
+            assert again.x.tobytes() == wanted.x.tobytes()
+            assert again.multipliers.tobytes() == wanted.multipliers.tobytes()
+            assert again.iterations == wanted.iterations
+    with pytest.raises(InputError, match="4 finite numbers"):
+        solver.set_state(np.zeros(3))
+    with pytest.raises(InputError, match="4 finite numbers"):
+        solver.set_state(np.full(4, np.nan))
+
+
+def test_a_warm_start_saves_steps_and_changes_nothing() -> None:
+    warm, cold, steps = BoxSolver(11, 4), BoxSolver(11, 4), np.zeros(2)
+    for problem in sequence(300):
+        cold.reset()
+        a, b = warm.solve(problem), cold.solve(problem)
+        assert a.status == b.status
+        if a.status == "solved":
+            assert relative_error(a.x, b.x) < 1e-13
+            steps += a.iterations, b.iterations
+    assert steps[0] < 0.6 * steps[1]
+
+
+@pytest.mark.parametrize("solver", ["osqp", "daqp"])
+def test_other_back_ends_answer_the_same_questions(solver: str) -> None:
+    for seed in range(10):
+        for weights in (None, 1.0):
+            problem = feasible(seed)
+            m_eq, n = problem.A.shape
+            if weights is not None:
+                problem = dataclasses.replace(problem, row_weights=np.full(m_eq, weights))
+            wanted = solve(problem)
+            other = BoxSolver(n, m_eq, solver=solver).solve(problem)
+            assert other.status == "solved"
+            assert relative_error(other.x, wanted.x) < 1e-3
+            assert other.fell_back is (other.solver != solver)
+    daqp = BoxSolver(2, 1, solver="daqp")
+    impossible = BoxProblem(*np.ones((2, 2)), np.ones((1, 2)), np.full(1, 9.0), *np.ones((2, 2)))
+    solution = daqp.solve(impossible)
+    assert (solution.status, solution.fell_back, solution.solver) == (
+        "infeasible",
+        True,
+        "dual_newton",
+    )
+
+
+def test_what_does_not_converge_is_asked_of_daqp(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = feasible(3)
+    wanted = solve(problem)
+    monkeypatch.setattr(dual_newton.DualNewton, "solve", lambda self: dual_newton.NOT_CONVERGED)
+    for weights in (None, np.ones(len(problem.b))):
+        solution = solve(dataclasses.replace(problem, row_weights=weights))
+        assert (solution.status, solution.fell_back, solution.solver) == ("solved", True, "daqp")
+        if weights is None:
+            assert relative_error(solution.x, wanted.x) < 1e-8
+    monkeypatch.setattr(qp.qpsolvers, "solve_problem", lambda *_, **__: 1 / 0)
+    assert solve(problem).status == "not converged"
+
+
+BASE = {
+    "H_diagonal": [1.0, 1.0],
+    "g": [0.0, 0.0],
+    "A": [[1.0, 1.0]],
+    "b": [1.0],
+    "lb": [0.0, 0.0],
+    "ub": [1.0, 1.0],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"b": [1.0, 2.0]}, InputError, r"b has shape \(2,\), not \(1,\)"),
+        ({"A": [[1.0], [1.0]]}, InputError, r"A has shape \(2, 1\), not \(1, 2\)"),
+        ({"g": [0.0, np.nan]}, SimulationError, "g of the QP is not finite"),
+        ({"A": [[1.0, np.inf]]}, SimulationError, "A of the QP is not finite"),
+        ({"b": [np.nan]}, SimulationError, "b of the QP is not finite"),
+        ({"H_diagonal": [1.0, np.nan]}, SimulationError, "H_diagonal of the QP is not finite"),
+        ({"H_diagonal": [1.0, 0.0]}, InputError, r"H_diagonal\[1\] 0.0 must be positive"),
+        ({"H_diagonal": [-1.0, 1.0]}, InputError, r"H_diagonal\[0\] -1.0 must be positive"),
+        ({"lb": [0.0, 2.0]}, InputError, r"lb\[1\] 2.0 and ub\[1\] 1.0"),
+        ({"lb": [0.0, np.nan]}, InputError, r"lb\[1\] nan"),
+        ({"lb": [0.0, np.inf], "ub": [1.0, np.inf]}, InputError, r"lb\[1\] inf"),
+        ({"row_weights": [-1.0]}, InputError, r"row_weights\[0\] -1.0 must be positive"),
+        ({"row_weights": [np.nan]}, InputError, r"row_weights\[0\] nan must be positive"),
+        ({"row_weights": [1.0, 1.0]}, InputError, "row_weights has shape"),
+        ({"row_weights": [1.0], "softness": 0.0}, InputError, "softness 0.0"),
+        ({"A": [[1e300, 1.0]]}, SimulationError, "too large or too small"),
+    ],
+)
+def test_wrong_problems_are_refused(
+    change: dict[str, object], error: type[Exception], message: str
+) -> None:
+    values = {
+        name: value if name == "softness" else np.array(value)
+        for name, value in {**BASE, **change}.items()
+    }
+    solver = BoxSolver(2, 1)
+    with pytest.raises(error, match=message):
+        solver.solve(BoxProblem(**values))  # type: ignore[arg-type]
+    fine = {name: np.array(value) for name, value in BASE.items()}
+    assert solver.solve(BoxProblem(**fine)).x.tolist() == [0.5, 0.5]  # type: ignore[arg-type]
+
+
+def test_wrong_sizes_and_names_are_refused() -> None:
+    for n, m_eq in ((0, 1), (1, 0), (-1, 1), (5000, 1), (1, 5000)):
+        with pytest.raises(InputError, match="too small or too large"):
+            BoxSolver(n, m_eq)
+    with pytest.raises(UnknownNameError, match="did you mean 'dual_newton'"):
+        BoxSolver(1, 1, solver="dual_newten")
+    library = dual_newton.library()
+    memory = np.empty(library.dual_newton_size(3, 2) // 8 + 1)
+    address = memory.ctypes.data
+    assert library.dual_newton_open(3, 2, None) is None
+    assert library.dual_newton_open(3, 2, ctypes.c_void_p(address + 1)) is None
+    assert library.dual_newton_open(0, 2, ctypes.c_void_p(address)) is None
+    handle = ctypes.c_void_p(library.dual_newton_open(3, 2, ctypes.c_void_p(address)))
+    length = ctypes.c_size_t()
+    assert not library.dual_newton_array(handle, b"nonsense", ctypes.byref(length))
+
+
+def test_no_problem_takes_long() -> None:
+    """The largest size, cold, of every kind: far below a tick of 10 ms even on a slow machine."""
+    worst = 0.0
+    for kind in (feasible, at_bounds, rank_deficient, infeasible):
+        large = [p for p in map(kind, range(400)) if len(p.g) == 80]
+        assert large
+        for problem in large:
+            begin = time.perf_counter()
+            solve(problem)
+            worst = max(worst, time.perf_counter() - begin)
+    assert worst < 0.05
+
+
+def test_results_outlive_the_solver() -> None:
+    solver = dual_newton.DualNewton(200, 100)
+    x = solver.x
+    del solver
+    assert x.sum() == 0.0
