@@ -42,3 +42,46 @@ class Dynamics(Protocol):
 
     def muscle_jacobian(self, q: FloatArray) -> FloatArray:
         """L(q) = dl/dq, shape (m, n)."""
+
+
+class TaskDynamics(Dynamics, Protocol):
+    """Dynamics of a robot with an operational space of k task coordinates.
+
+    Attributes:
+        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite where there is none.
+        task_names: k names, in the order of y, such as `hand.x`.
+        task_angles: Which task coordinates are angles, shape (k,).
+    """
+
+    @property
+    def q_min(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def q_max(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def task_names(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def task_angles(self) -> NDArray[np.bool_]: ...  # noqa: D102
+
+    def task_position(self, q: FloatArray) -> FloatArray:
+        """y(q), shape (k,)."""
+
+    def task_jacobian(self, q: FloatArray) -> FloatArray:
+        """J(q) = dy/dq, shape (k, n)."""
+
+    def task_bias(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """J'(q, qd) qd, shape (k,)."""
+
+
+def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:
+    """C(q, qd) + G(q) + D qd: what acts on the joints beside inertia and muscles.
+
+    Args:
+        dynamics: The robot.
+        q: Joint positions, shape (n,), in [rad] or [m].
+        qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+
+    Returns:
+        Shape (n,), in [N·m] or [N].
+    """
+    torque: FloatArray = dynamics.coriolis(q, qd) + dynamics.gravity(q) + dynamics.damping * qd
+    return torque

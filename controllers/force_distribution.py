@@ -2,8 +2,9 @@
 
     min 1/2 f'Hf   s.t.   -L'f = tau,   f_min <= f <= f_max
 
-When no force fits, the soft problem is solved instead: the smallest torque error within the bounds,
-    min 1/2 |L'f + tau|^2 + eps/2 f'Hf   s.t.   f_min <= f <= f_max.
+When no force fits, the soft problem is solved instead: the smallest error within the bounds,
+    min 1/2 |W (L'f + tau)|^2 + eps/2 f'Hf   s.t.   f_min <= f <= f_max,
+with W = 1 for the torque's error, or M^-1 for that of the acceleration.
 """
 
 from __future__ import annotations
@@ -91,6 +92,16 @@ class ForceSolution:
         return "; ".join([f"{self.status}: slack {slack}", *bounds])
 
 
+def _accelerations(
+    L: FloatArray, tau: FloatArray, M: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """L M^-1 and M^-1 tau, so that the error of the one counts what that of the other makes."""
+    if M is None:
+        return L, tau
+    made = np.asarray(np.linalg.solve(M, np.column_stack([L.T, tau])), dtype=np.float64)
+    return np.ascontiguousarray(made[:, :-1].T), made[:, -1]
+
+
 class ForceDistribution:
     """Distributes joint torques over muscles.
 
@@ -175,13 +186,17 @@ class ForceDistribution:
         """
         return qpsolvers.Problem(self._H, self._zeros, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
 
-    def build_soft_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
-        """The QP that always has a solution: the smallest torque error within the bounds.
+    def build_soft_problem(
+        self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None
+    ) -> qpsolvers.Problem:
+        """The QP that always has a solution: the smallest error within the bounds.
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Wanted torque, shape (n,), in [N·m] or [N].
+            M: As for `solve`.
         """
+        L, tau = _accelerations(L, tau, M)
         P = L @ L.T + self._softness(L) * self._H
         return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)
 
@@ -215,7 +230,7 @@ class ForceDistribution:
         hard, soft = self._prepare(values.size // 2)
         hard.start[:], soft.start[:] = np.split(values, 2)
 
-    def solve(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
+    def solve(self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None) -> ForceSolution:
         """Forces that make the torque, or come as near as the bounds allow.
 
         The answer of the back end is checked by itself, whatever its status says; where it fails,
@@ -225,6 +240,9 @@ class ForceDistribution:
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Wanted torque, shape (n,), in [N·m] or [N].
+            M: Mass matrix, shape (n, n). With it, the error that is made smallest where no force
+                fits is that of the joints' acceleration, M^-1 (tau + L'f); without it, that of the
+                torque. A robot that is to come back to its reference wants the first.
 
         Raises:
             InputError: L or tau has another shape.
@@ -247,19 +265,26 @@ class ForceDistribution:
             answer = self._ask_qpsolvers(self.build_problem(L, tau), qp.FALLBACK, L, tau)
         if answer is not None and answer[2] <= allowed:
             return self._solution(answer[0], "solved", answer[1])
-        return self._solve_soft(soft, L, tau, allowed)
+        return self._solve_soft(soft, L, tau, M, allowed)
 
     def _solve_soft(
-        self, newton: dual_newton.DualNewton, L: FloatArray, tau: FloatArray, allowed: float
+        self,
+        newton: dual_newton.DualNewton,
+        L: FloatArray,
+        tau: FloatArray,
+        M: FloatArray | None,
+        allowed: float,
     ) -> ForceSolution:
-        newton.softness[:] = self._softness(L)
-        _, answer = self._ask_dual_newton(newton, L, tau)
+        rows, goal = _accelerations(L, tau, M)
+        newton.softness[:] = self._softness(rows)
+        _, answer = self._ask_dual_newton(newton, rows, goal)
         if answer is None:
-            answer = self._ask_qpsolvers(self.build_soft_problem(L, tau), qp.FALLBACK, L, tau)
+            answer = self._ask_qpsolvers(self.build_soft_problem(L, tau, M), qp.FALLBACK, L, tau)
         if answer is None:
             raise SimulationError(f"no forces found for the torque {tau} within the bounds")
-        forces, slack, error = answer
-        return self._solution(forces, "solved" if error <= allowed else "soft", slack)
+        slack = tau + L.T @ answer[0]
+        met = float(np.abs(slack).max()) <= allowed
+        return self._solution(answer[0], "solved" if met else "soft", slack)
 
     def _softness(self, L: FloatArray) -> float:
         """The eps of the soft problem."""

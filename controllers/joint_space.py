@@ -1,8 +1,10 @@
 """Computed torque in joint space, eq. (3) of the CARDSFlow paper.
 
 min 1/2 f'Hf
-s.t. M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + C(q, qd) + G(q) = -L(q)'f,
+s.t. M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + C(q, qd) + G(q) + w_e = -L(q)'f,
      f_min <= f <= f_max
+
+Where no force fits, the error of the acceleration is made as small as the bounds allow.
 """
 
 from __future__ import annotations
@@ -11,35 +13,12 @@ import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike, NDArray
 
-from addin_sdfusion.robot import InputError
-
 from . import qp
-from .dynamics import Dynamics
+from .dynamics import Dynamics, bias_torque
 from .force_distribution import ForceDistribution, ForceSolution
+from .gain_vectors import check_sizes, gain_vector, named_vector
 
 FloatArray = NDArray[np.float64]
-
-
-def gain_vector(name: str, gain: ArrayLike, coordinate_names: tuple[str, ...]) -> FloatArray:
-    """A gain for every coordinate, shape (n,), from a number or a vector.
-
-    Args:
-        name: Name of the gain, for the message.
-        gain: A number for all coordinates, or one each.
-        coordinate_names: n names.
-
-    Raises:
-        InputError: A gain is negative or not finite, or there are too many or too few.
-    """
-    n = len(coordinate_names)
-    try:
-        gains = np.array(np.broadcast_to(np.asarray(gain, dtype=np.float64), (n,)))
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be a number or {n} numbers, not {gain!r}") from None
-    for coordinate, value in zip(coordinate_names, gains, strict=True):
-        if not (np.isfinite(value) and value >= 0):
-            raise InputError(f"{name} of {coordinate!r} must be finite and not negative: {value}")
-    return gains
 
 
 class JointSpaceController:
@@ -89,10 +68,30 @@ class JointSpaceController:
             kd: Velocity gain, a number or shape (n,), in [1/s].
 
         Raises:
-            InputError: A gain is negative or not finite, or there are too many or too few.
+            InputError: kp is not above 0, kd negative, or there are too many or too few.
         """
-        self.kp = gain_vector("kp", kp, self.dynamics.coordinate_names)
+        self.kp = named_vector("kp", kp, self.dynamics.coordinate_names, above=0.0)
         self.kd = gain_vector("kd", kd, self.dynamics.coordinate_names)
+
+    def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
+        """Change the force bounds; see `ForceDistribution.set_bounds`."""
+        self.distribution.set_bounds(f_min, f_max)
+
+    def reset(self) -> None:
+        """Forget the solver's warm start."""
+        self.distribution.reset()
+
+    def get_state(self) -> FloatArray:
+        """All that the controller remembers: the solver's warm start."""
+        return self.distribution.get_state()
+
+    def set_state(self, state: FloatArray) -> None:
+        """Go back to a state from `get_state`; the following solutions repeat bit for bit.
+
+        Raises:
+            InputError: The state has another length or is not finite.
+        """
+        self.distribution.set_state(state)
 
     def required_torque(
         self,
@@ -101,6 +100,9 @@ class JointSpaceController:
         q_d: FloatArray,
         qd_d: FloatArray,
         qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+        correction: FloatArray | None = None,
     ) -> FloatArray:
         """The left side of eq. (3), and the joints' damping: the torque that the muscles must make.
 
@@ -110,15 +112,21 @@ class JointSpaceController:
             q_d: Desired positions, shape (n,).
             qd_d: Desired velocities, shape (n,).
             qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
+            w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
+            correction: Added to the commanded acceleration, shape (n,); none when None.
 
         Returns:
             tau, shape (n,), in [N·m] or [N].
         """
-        robot = self.dynamics
-        M, C, G, D = robot.mass_matrix(q), robot.coriolis(q, qd), robot.gravity(q), robot.damping
-        a = qdd_d + self.kd * (qd_d - qd) + self.kp * (q_d - q)
-        tau: FloatArray = M @ a + C + G + D * qd
-        return tau
+        a = qdd_d + self.kd * (qd_d - qd) + self.kp * self.error(q, q_d)
+        if correction is not None:
+            a = a + correction
+        tau: FloatArray = self.dynamics.mass_matrix(q) @ a + bias_torque(self.dynamics, q, qd)
+        return tau if w_e is None else tau + w_e
+
+    def error(self, q: FloatArray, q_d: FloatArray) -> FloatArray:
+        """q_d - q, shape (n,), in [rad] or [m]."""
+        return q_d - q
 
     def build_problem(
         self,
@@ -127,9 +135,11 @@ class JointSpaceController:
         q_d: FloatArray,
         qd_d: FloatArray,
         qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
     ) -> qpsolvers.Problem:
         """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
-        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d)
+        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e)
         return self.distribution.build_problem(self.dynamics.muscle_jacobian(q), tau)
 
     def solve(
@@ -139,11 +149,19 @@ class JointSpaceController:
         q_d: FloatArray,
         qd_d: FloatArray,
         qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+        correction: FloatArray | None = None,
     ) -> ForceSolution:
         """The forces of eq. (3), checked. Arguments as in `required_torque`.
 
         Raises:
+            InputError: A vector has another length than q.
             SimulationError: The state or the reference is not finite.
         """
-        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d)
-        return self.distribution.solve(self.dynamics.muscle_jacobian(q), tau)
+        check_sizes(
+            self.dynamics.coordinate_names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d, w_e=w_e
+        )
+        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
+        M = self.dynamics.mass_matrix(q)
+        return self.distribution.solve(self.dynamics.muscle_jacobian(q), tau, M)

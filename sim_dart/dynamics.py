@@ -33,7 +33,10 @@ class DartDynamics:
         m: Number of muscles.
         f_min, f_max: Force bounds, shape (m,), in [N].
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
+        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite where there is none.
         actuation: A, which gives motors of the joints their coordinates, shape (n, actuated).
+        task_names: k names, in the order of y, such as `hand.x`.
+        task_angles: Which task coordinates are angles, shape (k,).
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -48,6 +51,11 @@ class DartDynamics:
         self.f_max = np.array([muscle.f_max for muscle in robot.muscles])
         self.damping = np.array([c.damping for c in robot.coordinates])
         self.actuation = np.eye(self.n)[:, [c.actuated for c in robot.coordinates]]
+        self.q_min = np.array([c.lower for c in robot.coordinates])
+        self.q_max = np.array([c.upper for c in robot.coordinates])
+        frames = [(frame, axis) for frame in robot.task_frames for axis in frame.axes]
+        self.task_names = tuple(f"{frame.name}.{axis}" for frame, axis in frames)
+        self.task_angles = np.array([frame.is_orientation for frame, _ in frames], dtype=bool)
         self._task_rows = task_rows(robot)
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
@@ -109,6 +117,17 @@ class DartDynamics:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
         return self._paths.task_jacobian(q)
+
+    def point_jacobian(self, q: ArrayLike) -> FloatArray:
+        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes.
+
+        Its transpose makes generalised forces of forces on these points, whichever of their axes
+        count in y.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._paths.point_jacobian(q)
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²].

@@ -12,7 +12,7 @@ from addin_sdfusion.robot.check import require_valid
 
 from .blob import compile_blob
 from .core import Core
-from .tasks import task_rows
+from .tasks import point_rows, task_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -75,6 +75,7 @@ class MusclePaths:
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
         k = len(robot.task_frames)
         self._task_rows = task_rows(robot)
+        self._point_rows = point_rows(robot)
         self._task_values = self._core.array("task_values", 3 * k)
         self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
 
@@ -105,6 +106,18 @@ class MusclePaths:
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
+        return self._frame_jacobian(q)[self._task_rows]
+
+    def point_jacobian(self, q: ArrayLike) -> FloatArray:
+        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._frame_jacobian(q)[self._point_rows]
+
+    def _frame_jacobian(self, q: ArrayLike) -> FloatArray:
+        """Three rows a task frame, as a view that the next call changes."""
         self.evaluate(q)
         self._core.update_task_jacobian(self._handle)
-        return self._task_jacobian[self._task_rows]
+        return self._task_jacobian

@@ -1,8 +1,8 @@
 """The plant: a robot in a DART world, pulled by its muscles.
 
-M(q) qdd + C + G + D qd = -L(q)^T f + A tau, stepped by DART's semi-implicit Euler rule; -L^T f is
-evaluated anew at every step. Joint damping D is integrated implicitly: DART's rule, stable for any
-step. Joint limits are inelastic stops.
+M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, stepped by DART's semi-implicit Euler
+rule; L and J_p are evaluated anew at every step. Joint damping D is integrated implicitly: DART's
+rule, stable for any step. Joint limits are inelastic stops.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from addin_sdfusion.robot.check import require_valid
 
 from .blob import compile_blob
 from .core import Core
-from .muscle_paths import vector
+from .muscle_paths import finite, vector
 from .skeleton import build_skeleton
-from .tasks import task_rows
+from .tasks import point_rows, task_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -63,6 +63,8 @@ class Plant:
         self._torques = self._core.array("torques", n)
         self._task_rows = task_rows(robot)
         self._task_values = self._core.array("task_values", 3 * k)
+        self._point_rows = point_rows(robot)
+        self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
         self._skeleton = build_skeleton(robot)
         self._world = _world(robot, self._skeleton.dart, step)
         self._set_forces = self._skeleton.set_forces
@@ -116,13 +118,20 @@ class Plant:
         velocities = vector("qd", np.zeros(self._n) if qd is None else qd, self._n)
         self._go(0, positions, velocities)
 
-    def step(self, forces: ArrayLike, torques: ArrayLike | None = None) -> None:
+    def step(
+        self,
+        forces: ArrayLike,
+        torques: ArrayLike | None = None,
+        loads: ArrayLike | None = None,
+    ) -> None:
         """Advance by one step with constant muscle forces.
 
         Args:
             forces: Tension of every muscle, shape (m,), in [N]. A cable cannot push: a negative
                 value acts as zero. The bounds f_min and f_max are the controller's business.
             torques: tau, one for every actuated coordinate, in [N·m] or [N]; zero when None.
+            loads: w, forces from outside on the task frames that are points, x, y, z of each in
+                world axes, shape (3 p,), in [N]; zero when None.
 
         Raises:
             InputError: A force is not finite, or the shape is wrong.
@@ -133,7 +142,10 @@ class Plant:
         if bad:
             muscle = self.robot.muscles[bad - 1].name
             raise InputError(f"force {f[bad - 1]} of muscle {muscle!r} is not finite")
-        self._set_forces(self._torques if torques is None else self._with_motors(torques))
+        if torques is None and loads is None:
+            self._set_forces(self._torques)
+        else:
+            self._set_forces(self._torques + self._motors(torques) + self._pushed(loads))
         self._world_step()
         q = self._get_positions()
         qd = self._get_velocities()
@@ -144,14 +156,23 @@ class Plant:
         self.q = q
         self.qd = qd
 
-    def _with_motors(self, torques: ArrayLike) -> FloatArray:
-        """-L^T f + A tau, shape (n,)."""
-        tau = vector("torques", torques, len(self._actuated))
-        if not np.isfinite(tau).all():
-            raise InputError(f"torques must be finite, not {tau}")
-        total = self._torques.copy()
-        total[self._actuated] += tau
-        return total
+    def _motors(self, torques: ArrayLike | None) -> FloatArray:
+        """A tau, shape (n,)."""
+        made = np.zeros(self._n)
+        if torques is not None:
+            made[self._actuated] = finite(
+                "torques", vector("torques", torques, len(self._actuated))
+            )
+        return made
+
+    def _pushed(self, loads: ArrayLike | None) -> FloatArray:
+        """J_p^T w, shape (n,)."""
+        if loads is None:
+            return np.zeros(self._n)
+        w = finite("loads", vector("loads", loads, len(self._point_rows)))
+        self._core.update_task_jacobian(self._handle)
+        pushed: FloatArray = self._task_jacobian[self._point_rows].T @ w
+        return pushed
 
     def get_state(self) -> FloatArray:
         """The whole state, shape (1 + 2 n,): number of steps since the reset, q, qd."""

@@ -18,6 +18,12 @@ def task_rows(robot: Robot) -> list[int]:
     return [3 * k + _ROWS[axis] for k, frame in enumerate(robot.task_frames) for axis in frame.axes]
 
 
+def point_rows(robot: Robot) -> list[int]:
+    """The rows of the task frames that are points, among three rows a task frame."""
+    frames = enumerate(robot.task_frames)
+    return [3 * k + row for k, frame in frames if not frame.is_orientation for row in range(3)]
+
+
 def angle_bias(angles: FloatArray, w: FloatArray, w_bias: FloatArray) -> FloatArray:
     """The part of (alpha'', beta'', gamma'') that does not depend on qdd, shape (3,), in [rad/s²].
 

@@ -246,3 +246,20 @@ def test_a_torque_that_is_not_finite_is_refused() -> None:
             )
     with pytest.raises(SimulationError, match="too large"):
         ForceDistribution([0.0], [1.0]).solve(np.array([[1e200]]), np.array([1.0]))
+
+
+def test_with_a_mass_matrix_the_smallest_acceleration_error_is_sought() -> None:
+    """Against bounded least squares of M^-1 (tau + L'f), where no force fits."""
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        L, B = rng.normal(size=(5, 3)), rng.normal(size=(3, 3))
+        M = B @ B.T + 0.05 * np.eye(3)
+        tau = 1e3 * rng.normal(size=3)
+        distribution = ForceDistribution(np.full(5, 10.0), np.full(5, 100.0))
+        solution = distribution.solve(L, tau, M)
+        assert solution.status == "soft"
+        rows = np.linalg.solve(M, L.T)
+        best = lsq_linear(rows, -np.linalg.solve(M, tau), bounds=(10.0, 100.0), method="bvls")
+        error = np.linalg.norm(np.linalg.solve(M, solution.slack))
+        assert error == pytest.approx(np.sqrt(2.0 * best.cost), rel=1e-6)
+        np.testing.assert_allclose(solution.slack, tau + L.T @ solution.forces, atol=1e-9)

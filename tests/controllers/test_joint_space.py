@@ -2,37 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from arms import TwoLinkArm
 from robots import planar_2r
 
 from addin_sdfusion.robot import InputError
 from controllers import JointSpaceController
 from sim_dart import DartDynamics
-
-
-class TwoLinkArm:
-    """A closed-form arm: point masses at the ends of two links of 1 m, straight antagonists."""
-
-    coordinate_names = ("shoulder", "elbow")
-    muscle_names = ("a", "b", "c", "d")
-    f_min = np.full(4, 5.0)
-    f_max = np.full(4, 5000.0)
-    damping = np.array([0.3, 0.2])
-
-    def mass_matrix(self, q):
-        c = np.cos(q[1])
-        return np.array([[3.0 + 2.0 * c, 1.0 + c], [1.0 + c, 1.0]])
-
-    def coriolis(self, q, qd):
-        s = np.sin(q[1])
-        return s * np.array([-(2 * qd[0] + qd[1]) * qd[1], qd[0] ** 2])
-
-    def gravity(self, q):
-        g = 9.81
-        outer = g * np.cos(q[0] + q[1])
-        return np.array([2 * g * np.cos(q[0]) + outer, outer])
-
-    def muscle_jacobian(self, q):
-        return np.array([[-0.2, 0.0], [0.2, 0.0], [-0.1, -0.1], [0.1, 0.1]])
 
 
 def test_the_forces_give_the_joints_the_commanded_acceleration() -> None:

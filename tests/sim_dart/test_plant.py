@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from robots import chain, planar_2r, random_robot
 
-from addin_sdfusion.robot import InputError, Robot, RobotError, SimulationError
+from addin_sdfusion.robot import (
+    InputError,
+    Robot,
+    RobotError,
+    SimulationError,
+    TaskFrame,
+    TaskSet,
+)
 from sim_dart import DartDynamics, Plant
 
 
@@ -185,3 +192,28 @@ def test_an_invalid_robot_is_refused() -> None:
     bad = replace(robot, links=robot.links[:1])
     with pytest.raises(RobotError):
         Plant(bad)
+
+
+def test_loads_on_task_points_act_like_darts_own_forces() -> None:
+    """J_p^T w against a force that DART applies at the point, in world axes."""
+    robot = random_robot(11, joints=5, muscles=4)
+    frames = (
+        TaskFrame("tip", "link_4", (0.1, -0.2, 0.3), ("y",)),
+        TaskFrame("turn", "link_3", axes=("alpha",)),
+        TaskFrame("knee", "link_2", (0.3, 0.1, 0.0)),
+    )
+    robot = replace(robot, task_sets=(TaskSet("points", frames),), task_set="points")
+    pushed, reference = Plant(robot), Plant(robot)
+    f, w = np.full(4, 3.0), np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
+    for _ in range(50):
+        pushed.step(f, loads=w)
+        for frame, force in (("tip", w[:3]), ("knee", w[3:])):
+            point = next(p for p in frames if p.name == frame)
+            body = reference._skeleton.bodies[point.link]
+            body.addExtForce(force, np.array(point.position), False, True)
+        reference.step(f)
+    np.testing.assert_allclose(pushed.q, reference.q, rtol=0, atol=1e-12)
+    with pytest.raises(InputError, match=r"loads must have shape \(6,\)"):
+        pushed.step(f, loads=[1.0])
+    with pytest.raises(InputError, match="loads must be finite"):
+        pushed.step(f, loads=np.full(6, np.nan))

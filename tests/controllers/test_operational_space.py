@@ -1,0 +1,339 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import qpsolvers
+from arms import PointMass, TwoLinkArm
+
+from addin_sdfusion.robot import InputError, SimulationError
+from controllers import OperationalSpaceController, Posture
+
+ZERO = np.zeros(2)
+
+
+def redundant_arm() -> TwoLinkArm:
+    """The arm with its tip's height alone as task: one freedom is left."""
+
+    class OneTask(TwoLinkArm):
+        task_names = ("tip.z",)
+        task_angles = np.zeros(1, dtype=bool)
+
+        def task_position(self, q):
+            return super().task_position(q)[1:]
+
+        def task_jacobian(self, q):
+            return super().task_jacobian(q)[1:]
+
+        def task_bias(self, q, qd):
+            return super().task_bias(q, qd)[1:]
+
+    return OneTask()
+
+
+def acceleration(arm, q, qd, forces, w_e=0.0):
+    """What the forces make, by the motion equation."""
+    torque = arm.muscle_jacobian(q).T @ forces + arm.coriolis(q, qd) + arm.gravity(q) + w_e
+    return np.linalg.solve(arm.mass_matrix(q), -torque - arm.damping * qd)
+
+
+def test_the_forces_give_the_task_the_commanded_acceleration() -> None:
+    """J qdd + J' qd = ydd_d + Kd (yd_d - J qd) + Kp (y_d - y), qdd by the motion equation."""
+    arm, kp, kd = TwoLinkArm(), np.array([100.0, 60.0]), np.array([20.0, 14.0])
+    controller = OperationalSpaceController(arm, kp, kd)
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        q = np.array([0.3, 1.2]) + rng.uniform(-0.3, 0.3, 2)
+        qd, yd_d, ydd_d, w_e = rng.uniform(-0.5, 0.5, (4, 2))
+        y_d = arm.task_position(q) + rng.uniform(-0.05, 0.05, 2)
+        solution = controller.solve(q, qd, y_d, yd_d, ydd_d, w_e=w_e)
+        assert solution.status == "solved"
+        assert solution.bound_violation == 0.0
+        J = arm.task_jacobian(q)
+        wanted = ydd_d + kd * (yd_d - J @ qd) + kp * (y_d - arm.task_position(q))
+        qdd = acceleration(arm, q, qd, solution.forces, w_e)
+        np.testing.assert_allclose(J @ qdd + arm.task_bias(q, qd), wanted, atol=1e-6)
+        np.testing.assert_allclose(solution.qdd, qdd, atol=1e-6)
+        np.testing.assert_allclose(solution.slack, 0.0, atol=1e-6)
+        assert solution.coordinate_names == ("tip.x", "tip.z")
+
+
+@pytest.mark.parametrize("literal", [True, False])
+def test_it_minimises_what_eq_4_says(literal: bool) -> None:
+    """Against the same program written out and solved by another method."""
+    arm, q0 = redundant_arm(), np.array([0.2, 0.4])
+    posture = None if literal else Posture(kd=10.0, kp=25.0, q0=q0)
+    H_q, H_f = np.array([1.0, 2.0]), np.array([1e-6, 2e-6, 3e-6, 4e-6])
+    controller = OperationalSpaceController(
+        arm,
+        100.0,
+        20.0,
+        posture=posture,
+        acceleration_weights=H_q,
+        force_weights=H_f,
+        pretension=0.0 if literal else 20.0,
+    )
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        q, qd = np.array([0.3, 1.2]) + rng.uniform(-0.3, 0.3, 2), rng.uniform(-1.0, 1.0, 2)
+        y_d, zero = arm.task_position(q) + rng.uniform(-0.05, 0.05, 1), np.zeros(1)
+        solution = controller.solve(q, qd, y_d, zero, zero)
+        J, L, M = arm.task_jacobian(q), arm.muscle_jacobian(q), arm.mass_matrix(q)
+        h = arm.coriolis(q, qd) + arm.gravity(q) + arm.damping * qd
+        wanted = -20.0 * J @ qd + 100.0 * (y_d - arm.task_position(q)) - arm.task_bias(q, qd)
+        qdd_p = np.zeros(2) if literal else 25.0 * (q0 - q) - 10.0 * qd
+        f_p = np.zeros(4) if literal else np.full(4, 20.0)
+        expected = qpsolvers.solve_qp(
+            np.diag(np.concatenate([H_q, H_f])),
+            -np.concatenate([H_q * qdd_p, H_f * f_p]),
+            A=np.block([[M, L.T], [J, np.zeros((1, 4))]]),
+            b=np.concatenate([-h, wanted]),
+            lb=np.concatenate([np.full(2, -1e9), arm.f_min]),
+            ub=np.concatenate([np.full(2, 1e9), arm.f_max]),
+            solver="daqp",
+        )
+        np.testing.assert_allclose(solution.qdd, expected[:2], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(solution.forces, expected[2:], rtol=1e-5, atol=1e-4)
+
+
+def test_the_posture_moves_what_no_task_holds() -> None:
+    mass = PointMass()
+    posture = Posture(kd=2.0, kp=4.0, q0=[0.0, 0.0, 1.0])
+    controller = OperationalSpaceController(mass, 100.0, 20.0, posture=posture, force_weights=1e-9)
+    qd = np.array([0.0, 0.0, 0.3])
+    solution = controller.solve(np.zeros(3), qd, ZERO, ZERO, ZERO)
+    np.testing.assert_allclose(solution.qdd, [0.0, 0.0, 4.0 - 0.6], atol=1e-6)
+
+
+def test_the_literal_form_leaves_the_rest_of_the_robot_alone() -> None:
+    """Eq. (4) as printed asks for the least acceleration: what moves goes on moving."""
+    controller = OperationalSpaceController(
+        PointMass(), 100.0, 20.0, posture=None, force_weights=1e-9
+    )
+    qd = np.array([0.0, 0.0, 0.3])
+    solution = controller.solve(np.zeros(3), qd, ZERO, ZERO, ZERO)
+    np.testing.assert_allclose(solution.qdd, 0.0, atol=1e-6)
+
+
+def test_a_task_that_asks_too_much_gives_way_by_name() -> None:
+    """Along x 100 m/s² of 2 kg need 200 N of 50 N: 24.5 m/s² remain; y is met."""
+    mass = PointMass()
+    mass.f_max = np.full(6, 50.0)
+    controller = OperationalSpaceController(mass, 1.0, 1.0)
+    solution = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, np.array([100.0, 1.0]))
+    assert solution.status == "soft"
+    assert solution.bound_violation == 0.0
+    np.testing.assert_allclose(solution.slack, [100.0 - 24.5, 0.0], atol=0.05)
+    assert solution.at_max == ("+x",)
+    assert "mass.x 75" in solution.describe()
+    qdd = acceleration(mass, np.zeros(3), np.zeros(3), solution.forces)
+    np.testing.assert_allclose(qdd, solution.qdd, atol=1e-6)
+
+
+def test_a_weighted_task_gives_way_as_much_as_its_weight_says() -> None:
+    """Of 1/2 a² + W/2 (10 - a)² the least is at a = 10 W / (1 + W)."""
+    controller = OperationalSpaceController(
+        PointMass(),
+        1.0,
+        1.0,
+        posture=Posture(kd=0.0),
+        task_weights=[4.0, np.inf],
+        force_weights=1e-12,
+    )
+    solution = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, np.array([10.0, 3.0]))
+    np.testing.assert_allclose(solution.qdd[:2], [8.0, 3.0], atol=1e-6)
+    assert solution.status == "solved"
+    np.testing.assert_allclose(solution.slack, [2.0, 0.0], atol=1e-6)
+
+
+class Conflicting(PointMass):
+    """Two tasks that want different things of the same motion, and a third of its own."""
+
+    task_names = ("first.x", "second.xy", "third.z")
+    task_angles = np.zeros(3, dtype=bool)
+
+    def task_position(self, q):
+        return self.task_jacobian(q) @ q
+
+    def task_jacobian(self, q):
+        return np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+    def task_bias(self, q, qd):
+        return np.zeros(3)
+
+
+@pytest.mark.parametrize("order", [(1, 2, 3), (2, 1, 3)])
+def test_the_first_priority_is_met_and_later_ones_as_far_as_it_leaves_room(order) -> None:
+    controller = OperationalSpaceController(Conflicting(), 1.0, 1.0, priorities=order)
+    wanted = np.array([3.0, -4.0, 2.0])
+    solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), wanted)
+    kept = wanted[0] if order[0] == 1 else wanted[1]
+    assert solution.qdd[0] == pytest.approx(kept, abs=1e-6)
+    assert solution.qdd[2] == pytest.approx(2.0, abs=1e-6)
+    np.testing.assert_allclose(np.sort(np.abs(solution.slack)), [0.0, 0.0, 7.0], atol=1e-6)
+    assert solution.status == "soft"
+
+
+def test_equal_priorities_share_what_they_cannot_both_have() -> None:
+    controller = OperationalSpaceController(Conflicting(), 1.0, 1.0)
+    wanted = np.array([3.0, -4.0, 2.0])
+    solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), wanted)
+    assert solution.qdd[0] == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_joint_limits_are_approached_and_not_crossed() -> None:
+    """The task lies 0.3 m beyond the limit: the joint comes to rest at it."""
+    mass, T = PointMass(), 1e-3
+    mass.q_max = np.array([0.2, np.inf, np.inf])
+    controller = OperationalSpaceController(mass, 400.0, 40.0)
+    q, qd, highest = np.zeros(3), np.zeros(3), 0.0
+    for _ in range(3000):
+        solution = controller.solve(q, qd, np.array([0.5, 0.0]), ZERO, ZERO)
+        qd = qd + T * solution.qdd
+        q = q + T * qd
+        highest = max(highest, q[0])
+    assert highest <= 0.2 + 1e-6
+    assert q[0] == pytest.approx(0.2, abs=1e-4)
+    assert solution.status == "soft"
+    assert not solution.limits_dropped
+
+
+def test_where_forces_cannot_keep_a_limit_it_is_said() -> None:
+    mass = PointMass()
+    mass.q_max, mass.f_max = np.array([0.2, np.inf, np.inf]), np.full(6, 50.0)
+    controller = OperationalSpaceController(mass, 400.0, 40.0)
+    fast = np.array([100.0, 0.0, 0.0])
+    solution = controller.solve(np.array([0.19, 0.0, 0.0]), fast, ZERO, ZERO, ZERO)
+    assert solution.limits_dropped
+    assert solution.status == "soft"
+    assert solution.qdd[0] == pytest.approx(-24.5, abs=0.05)
+
+
+def test_a_force_rate_weight_slows_forces_down() -> None:
+    """Between two ticks the forces go part of the way: w/(h + w) of it is held back."""
+    mass = PointMass()
+    slow = OperationalSpaceController(mass, 1.0, 1.0, force_weights=1e-3, force_rate_weights=3e-3)
+    q, qd = np.zeros(3), np.zeros(3)
+    forces = [slow.solve(q, qd, ZERO, ZERO, ZERO).forces for _ in range(2)]
+    first, second = (f[:2] for f in forces)
+    np.testing.assert_allclose(first, 1.0, atol=1e-6)
+    np.testing.assert_allclose(second, first, atol=1e-6)
+    pull = slow.solve(q, qd, ZERO, ZERO, np.array([50.0, 0.0])).forces
+    free = OperationalSpaceController(mass, 1.0, 1.0, force_weights=1e-3)
+    assert pull[1] - pull[0] == pytest.approx(100.0, abs=1e-5)
+    back = slow.solve(q, qd, ZERO, ZERO, ZERO).forces
+    assert back[1] == pytest.approx(0.75 * (pull[0] + pull[1]) / 2, rel=1e-5)
+    assert free.solve(q, qd, ZERO, ZERO, ZERO).forces[1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_pretension_holds_antagonists_tight() -> None:
+    controller = OperationalSpaceController(PointMass(), 1.0, 1.0, pretension=30.0)
+    forces = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO).forces
+    np.testing.assert_allclose(forces[:4], 30.0, atol=1e-5)
+    # along z no task holds the mass: it sinks by what its acceleration is worth against the forces
+    np.testing.assert_allclose(forces[4:], 30.0 + np.array([-1, 1]) * 9.81, atol=1e-4)
+
+
+def test_angles_are_followed_the_shorter_way() -> None:
+    mass = PointMass()
+    mass.task_angles = np.array([True, False])
+    controller = OperationalSpaceController(mass, 1.0, 1.0)
+    error = controller.error(np.array([3.0, 3.0, 0.0]), np.array([-3.0, -3.0]))
+    np.testing.assert_allclose(error, [2 * np.pi - 6.0, -6.0], atol=1e-12)
+
+
+def test_a_state_taken_back_gives_the_same_forces_bit_for_bit() -> None:
+    controller = OperationalSpaceController(
+        redundant_arm(), 100.0, 20.0, force_rate_weights=1e-6, solver="dual_newton"
+    )
+    rng, zero = np.random.default_rng(3), np.zeros(1)
+
+    def forces(k: int) -> np.ndarray:
+        q = np.array([0.3 + 0.01 * k, 1.2])
+        return controller.solve(q, np.ones(2) * 0.1, np.ones(1), zero, zero).forces
+
+    for k in range(5):
+        forces(k)
+    state = controller.get_state()
+    expected = [forces(k) for k in range(5, 10)]
+    for _ in range(3):
+        forces(int(rng.integers(50)))
+    controller.set_state(state)
+    np.testing.assert_array_equal([forces(k) for k in range(5, 10)], expected)
+    with pytest.raises(InputError, match="finite numbers"):
+        controller.set_state(state[:-1])
+
+
+def test_the_problem_stands_apart_from_its_solution() -> None:
+    controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
+    problem = controller.build_problem(np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO)
+    assert problem.A.shape == (3 + 2, 3 + 6)
+    np.testing.assert_allclose(problem.b, [0.0, 0.0, -2 * 9.81, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"kp": [1.0, 2.0, 3.0]}, "kp must be a number or 2 numbers"),
+        ({"kp": 0.0}, "kp of 'mass.x' must be finite and above 0: 0.0"),
+        ({"kp": [[1.0, 0.0], [0.0, -1.0]]}, "kp must be a number or 2 numbers"),
+        ({"kd": -1.0}, "kd of 'mass.x' must be finite and not negative: -1.0"),
+        ({"task_weights": [1.0, 0.0]}, "task_weights of 'mass.y' must be above 0: 0.0"),
+        ({"force_weights": -1.0}, "force_weights of '-x' must be finite and above 0: -1.0"),
+        ({"force_rate_weights": [1.0]}, None),
+        ({"force_rate_weights": np.nan}, "force_rate_weights of '-x'"),
+        ({"acceleration_weights": 0.0}, "acceleration_weights of 'x'"),
+        ({"pretension": -1.0}, "pretension of '-x'"),
+        ({"priorities": [1]}, "priorities must be 2 numbers from 1 on, for mass.x, mass.y"),
+        ({"priorities": [0, 1]}, "priorities must be 2 numbers"),
+        ({"limit_bandwidth": 0.0}, "limit_bandwidth must be positive"),
+        ({"posture": Posture(kp=1.0)}, "a posture with a stiffness kp needs its q0"),
+        ({"posture": Posture(q0=[1.0])}, "posture q0 must be 3 finite numbers"),
+        ({"solver": "dual_newtn"}, "no QP solver 'dual_newtn'; did you mean 'dual_newton'"),
+    ],
+)
+def test_wrong_settings_are_refused_by_name(settings, message) -> None:
+    arguments = {"kp": 1.0, "kd": 1.0} | settings
+    if message is None:
+        OperationalSpaceController(PointMass(), **arguments)
+        return
+    with pytest.raises(InputError, match=message):
+        OperationalSpaceController(PointMass(), **arguments)
+
+
+def test_bounds_that_cross_are_refused_by_name() -> None:
+    controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
+    with pytest.raises(InputError, match=r"muscle '\+x': f_min 5.0 is above f_max 4.0"):
+        controller.set_bounds(1.0, [10.0, 4.0, 10.0, 10.0, 10.0, 10.0]) or controller.set_bounds(
+            5.0, [10.0, 4.0, 10.0, 10.0, 10.0, 10.0]
+        )
+
+
+def test_a_robot_without_tasks_is_refused() -> None:
+    mass = PointMass()
+    mass.task_names, mass.task_angles = (), np.zeros(0, dtype=bool)
+    with pytest.raises(InputError, match="no operational space"):
+        OperationalSpaceController(mass, 1.0, 1.0)
+
+
+def test_what_is_not_finite_is_refused() -> None:
+    controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
+    with pytest.raises(SimulationError, match="not finite"):
+        controller.solve(np.zeros(3), np.zeros(3), np.array([np.nan, 0.0]), ZERO, ZERO)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({0: np.zeros(2)}, r"q has shape \(2,\), not \(3,\): x, y, z"),
+        ({1: np.zeros(4)}, r"qd has shape \(4,\)"),
+        ({2: np.zeros(3)}, r"y_d has shape \(3,\), not \(2,\): mass.x, mass.y"),
+        ({4: np.zeros((2, 1))}, r"ydd_d has shape \(2, 1\)"),
+    ],
+)
+def test_vectors_of_wrong_length_are_refused_by_name(changes, message) -> None:
+    controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
+    vectors = [np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO]
+    for place, vector in changes.items():
+        vectors[place] = vector
+    with pytest.raises(InputError, match=message):
+        controller.solve(*vectors)
