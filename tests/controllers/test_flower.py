@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from addin_sdfusion.robot import InputError
+from controllers.flower import ApproachReference, FlowerReference, Reference, SequenceReference
+
+CENTRE = np.array([0.45, -0.45, 0.45])
+X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+
+def flower(petals: int = 5, duration: float = 30.0) -> FlowerReference:
+    return FlowerReference(CENTRE, [X, Z], 0.15, duration, petals)
+
+
+def assert_rates_are_derivatives(reference: Reference, t: float, h: float) -> None:
+    before, here, after = (reference.evaluate(t + s) for s in (-h, 0.0, h))
+    scale = 1.0 / reference.duration
+    np.testing.assert_allclose(here.qd, (after.q - before.q) / (2 * h), atol=1e-6 * scale)
+    np.testing.assert_allclose(here.qdd, (after.qd - before.qd) / (2 * h), atol=1e-5 * scale**2)
+
+
+@given(st.integers(1, 7), st.floats(0.01, 0.99), st.sampled_from([0.5, 30.0]))
+def test_rates_are_the_derivatives(petals: int, part: float, duration: float) -> None:
+    assert_rates_are_derivatives(flower(petals, duration), part * duration, 1e-6 * duration)
+
+
+@given(st.integers(1, 7), st.floats(0.0, 1.0))
+def test_every_point_is_on_the_rose_in_its_plane(petals: int, part: float) -> None:
+    """(rho² = x² + z²): the polar angle phi of a point is such that rho = |R cos(k phi)|."""
+    y, yd, ydd = flower(petals).evaluate(30.0 * part)
+    assert y[1] == CENTRE[1]
+    assert yd[1] == ydd[1] == 0.0
+    x, z = (y - CENTRE)[[0, 2]]
+    rho, phi = math.hypot(x, z), math.atan2(z, x)
+    assert rho <= 0.15 + 1e-12
+    if rho > 1e-6:
+        assert abs(abs(0.15 * math.cos(petals * phi)) - rho) < 1e-9
+
+
+@pytest.mark.parametrize("petals", range(1, 8))
+def test_the_curve_is_closed_and_every_petal_is_drawn_once(petals: int) -> None:
+    curve = flower(petals)
+    points = np.array([curve.evaluate(t).q for t in np.linspace(0.0, 30.0, 20001)])
+    np.testing.assert_allclose(points[0], CENTRE + 0.15 * X, atol=1e-15)
+    np.testing.assert_allclose(points[-1], points[0], atol=1e-12)
+    x, z = (points[:-1] - CENTRE)[:, [0, 2]].T
+    at_tip = np.hypot(x, z) > 0.149
+    visits = np.count_nonzero(at_tip & ~np.roll(at_tip, 1))
+    tips = np.round(np.arctan2(z, x)[at_tip] * petals / math.pi).astype(int) % (2 * petals)
+    assert visits == len(set(tips)) == (petals if petals % 2 else 2 * petals)
+
+
+@given(st.floats(-10.0, 0.0), st.integers(1, 7))
+def test_it_rests_before_and_after(early: float, petals: int) -> None:
+    for t in (early, 30.0 - early):
+        y, yd, ydd = flower(petals).evaluate(t)
+        np.testing.assert_allclose(y, CENTRE + 0.15 * X, atol=1e-12)
+        assert not yd.any()
+        assert not ydd.any()
+
+
+def test_it_starts_and_stops_smoothly() -> None:
+    for t in (1e-6, 30.0 - 1e-6):
+        _, yd, ydd = flower().evaluate(t)
+        assert np.abs(yd).max() < 1e-9
+        assert np.abs(ydd).max() < 1e-6
+
+
+def test_a_turned_plane_turns_the_flower() -> None:
+    e1, e2 = np.array([0.6, 0.0, 0.8]), np.array([0.0, 1.0, 0.0])
+    turned = FlowerReference(CENTRE, [e1, e2], 0.15, 30.0)
+    R = np.column_stack([e1, np.cross(e2, e1), e2])  # takes x to e1 and z to e2
+    for t in np.linspace(0.0, 30.0, 17):
+        upright, point = flower().evaluate(t), turned.evaluate(t)
+        np.testing.assert_allclose(point.q - CENTRE, R @ (upright.q - CENTRE), atol=1e-15)
+        np.testing.assert_allclose(point.qdd, R @ upright.qdd, atol=1e-14)
+
+
+def test_the_approach_is_straight_and_of_minimum_jerk() -> None:
+    way = ApproachReference([0.0, 1.0], [1.0, 3.0], 2.0)
+    np.testing.assert_array_equal(way.evaluate(-1.0).q, [0.0, 1.0])
+    np.testing.assert_array_equal(way.evaluate(9.0).q, [1.0, 3.0])
+    np.testing.assert_allclose(way.evaluate(1.0).q, [0.5, 2.0])
+    np.testing.assert_allclose(way.evaluate(1.0).qd, 1.875 / 2.0 * np.array([1.0, 2.0]))
+    for t in np.linspace(0.05, 1.95, 20):
+        assert_rates_are_derivatives(way, t, 1e-6)
+        x, y = way.evaluate(t).q
+        assert y == pytest.approx(1.0 + 2.0 * x, abs=1e-15)
+
+
+def test_a_sequence_is_its_parts_one_after_another() -> None:
+    start = np.array([0.711, -0.398, 0.129])
+    way, curve = ApproachReference(start, CENTRE + 0.15 * X, 3.0), flower()
+    both = SequenceReference([way, curve])
+    assert both.duration == 33.0
+    assert both.name == "approach, flower"
+    np.testing.assert_array_equal(both.evaluate(-1.0).q, start)
+    for t in (0.5, 2.9):
+        np.testing.assert_array_equal(both.evaluate(t), way.evaluate(t))
+    for t in (3.0, 3.5, 20.0, 40.0):
+        np.testing.assert_array_equal(both.evaluate(t), curve.evaluate(t - 3.0))
+    times = np.linspace(2.9, 3.1, 2001)
+    path = np.array([both.evaluate(t) for t in times])
+    assert np.abs(np.diff(path, axis=0)).max() < 1e-4  # positions, velocities, accelerations
+
+
+@pytest.mark.parametrize(
+    ("make", "named"),
+    [
+        (lambda: FlowerReference(CENTRE, [X, 2 * Z], 0.1, 1.0), "orthonormal"),
+        (lambda: FlowerReference(CENTRE, [X, X], 0.1, 1.0), "orthonormal"),
+        (lambda: FlowerReference(CENTRE, [X[:2], Z[:2]], 0.1, 1.0), "axes"),
+        (lambda: FlowerReference([np.nan, 0.0, 0.0], [X, Z], 0.1, 1.0), "centre"),
+        (lambda: FlowerReference(CENTRE, [X, Z], 0.0, 1.0), "radius"),
+        (lambda: FlowerReference(CENTRE, [X, Z], 0.1, math.inf), "duration"),
+        (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1.0, 0), "petals"),
+        (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1.0, 2.5), "petals"),  # type: ignore[arg-type]
+        (lambda: ApproachReference([0.0], [0.0, 1.0], 1.0), "equally long"),
+        (lambda: ApproachReference([0.0], [1.0], -1.0), "duration"),
+        (lambda: SequenceReference([]), "at least one"),
+        (lambda: SequenceReference([flower(), ApproachReference(X, Z, 1.0)]), "part 1 .* ends at"),
+        (lambda: SequenceReference([flower(), ApproachReference([0.0], [1.0], 1.0)]), "part 1"),
+    ],
+)
+def test_wrong_references_are_refused(make, named: str) -> None:
+    with pytest.raises(InputError, match=named):
+        make()
