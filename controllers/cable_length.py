@@ -20,8 +20,8 @@ from addin_sdfusion.robot import InputError
 from . import qp
 from .dynamics import Dynamics, bias_torque
 from .force_distribution import ForceDistribution, ForceSolution
-from .gain_vectors import check_sizes, named_vector
 from .motors import SpringMotors
+from .vectors import check_sizes, named_vector
 
 FloatArray = NDArray[np.float64]
 

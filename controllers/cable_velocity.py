@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import SimulationError
 
 from .dynamics import Dynamics
-from .gain_vectors import check_sizes, gain_vector
+from .vectors import check_sizes, gain_vector
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from addin_sdfusion.robot import InputError
 
 from .dynamics import Dynamics, bias_torque
 from .force_distribution import ForceSolution
-from .gain_vectors import gain_vector
+from .vectors import gain_vector
 
 FloatArray = NDArray[np.float64]
 

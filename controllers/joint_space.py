@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import qp
 from .dynamics import Dynamics, bias_torque
 from .force_distribution import ForceDistribution, ForceSolution
-from .gain_vectors import check_sizes, gain_vector, named_vector
+from .vectors import check_sizes, gain_vector, named_vector
 
 FloatArray = NDArray[np.float64]
 

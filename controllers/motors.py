@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .gain_vectors import named_vector
+from .vectors import named_vector
 
 FloatArray = NDArray[np.float64]
 

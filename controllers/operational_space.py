@@ -25,8 +25,8 @@ from addin_sdfusion.robot import InputError, SimulationError
 
 from .dynamics import TaskDynamics, bias_torque
 from .force_distribution import ForceSolution
-from .gain_vectors import check_sizes, gain_vector, named_vector
 from .qp import DEFAULT_SOLVER, BoxProblem, BoxSolution, BoxSolver
+from .vectors import check_sizes, gain_vector, named_vector
 
 FloatArray = NDArray[np.float64]
 

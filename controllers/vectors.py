@@ -1,6 +1,8 @@
-"""Vectors that a caller gives, checked."""
+"""Vectors that a caller gives, checked: a number for all, or one a name."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,3 +30,68 @@ def finite_vector(what: str, values: ArrayLike, size: int) -> FloatArray:
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise InputError(f"{what} must be {size} finite numbers, not {values!r}")
     return vector
+
+
+def gain_vector(name: str, gain: ArrayLike, names: Sequence[str]) -> FloatArray:
+    """A gain for every coordinate, shape (n,), from a number or a vector.
+
+    Args:
+        name: Name of the gain, for the message.
+        gain: A number for all, or one each.
+        names: n names.
+
+    Raises:
+        InputError: A gain is negative or not finite, or there are too many or too few.
+    """
+    return named_vector(name, gain, names)
+
+
+def named_vector(
+    what: str,
+    values: ArrayLike,
+    names: Sequence[str],
+    *,
+    above: float | None = None,
+    infinite: bool = False,
+) -> FloatArray:
+    """Numbers that are not negative, one a name, shape (n,), from a number or a vector.
+
+    Args:
+        what: What they are, for the message.
+        values: A number for all, or one each.
+        names: n names.
+        above: They must be above this; at least 0 when None.
+        infinite: Whether infinity is allowed.
+
+    Raises:
+        InputError: A value is out of range, or there are too many or too few.
+    """
+    n = len(names)
+    try:
+        vector = np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), (n,)))
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be a number or {n} numbers, not {values!r}") from None
+    for name, value in zip(names, vector, strict=True):
+        large_enough = value >= 0 if above is None else value > above
+        if not (large_enough and (infinite or np.isfinite(value))):
+            wanted = "not negative" if above is None else f"above {above:g}"
+            finite = "" if infinite else "finite and "
+            raise InputError(f"{what} of {name!r} must be {finite}{wanted}: {value}")
+    return vector
+
+
+def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
+    """That vectors have one number for every name.
+
+    Args:
+        names: n names.
+        vectors: By what they are called; None for one that is left out.
+
+    Raises:
+        InputError: A vector has another shape; the message names it.
+    """
+    for what, vector in vectors.items():
+        if vector is not None and np.shape(vector) != (len(names),):
+            raise InputError(
+                f"{what} has shape {np.shape(vector)}, not ({len(names)},): {', '.join(names)}"
+            )

@@ -1,0 +1,162 @@
+"""Closed forms: a few projections a pose, for all poses at once; they may miss a solution.
+
+With the middle f_m between the bounds, A = -L' and its pseudo-inverse A⁺:
+
+    closed form (`cfm`)            f = f_m + A⁺ (tau - A f_m)
+    improved (`icfm`)              the worst force beyond a bound is fixed at it, and the rest anew
+    puncture (`pm`)                from the smallest f = A⁺ tau towards the closed form, until
+                                   every force is within its bounds
+    improved puncture (`ipm`)      the same towards the improved form, with the same forces fixed
+
+Pott et al., "Closed-form force distribution for parallel wire robots", Computational Kinematics
+(2009); Pott, "An improved force distribution algorithm for over-constrained cable-driven parallel
+robots", Computational Kinematics (2014); Müller, Reichert, Bruckmann, "Analysis of a real-time
+capable cable force computation method", Cable-Driven Parallel Robots (2015). CASPR's `aicfm` and
+`aipm` are other arithmetic for the same forces; its `wicfm` and `wipm` look for the optimum that
+`least_squares` with the middle as its target gives.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .poses import BoolArray, DistributedForces, Poses, finish, gather, require_finite_bounds
+
+FloatArray = NDArray[np.float64]
+
+_RANK = 1e-10  # singular values below this part of the largest are zero
+_BEYOND = 1e-9  # a force this far beyond a bound violates it, relative to 1 N or the bound
+
+
+def closed_form(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> DistributedForces:
+    """The forces nearest to the middle between the bounds, whatever the bounds.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: A size or a number is wrong, or a muscle has no upper bound.
+    """
+    poses, middle = _gather("closed_form", L, tau, f_min, f_max)
+    free = np.ones_like(middle, dtype=bool)
+    return finish(poses, "closed_form", _nearest(poses, middle, free, middle))
+
+
+def improved_closed_form(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> DistributedForces:
+    """The closed form, with forces beyond their bounds fixed there one after another.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: A size or a number is wrong, or a muscle has no upper bound.
+    """
+    poses, middle = _gather("improved_closed_form", L, tau, f_min, f_max)
+    return finish(poses, "improved_closed_form", _improved(poses, middle)[0])
+
+
+def puncture(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> DistributedForces:
+    """The smallest forces on the way from the least norm to the closed form.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: A size or a number is wrong, or a muscle has no upper bound.
+    """
+    poses, middle = _gather("puncture", L, tau, f_min, f_max)
+    free = np.ones_like(middle, dtype=bool)
+    safe = _nearest(poses, middle, free, middle)
+    smallest = _nearest(poses, np.zeros_like(middle), free, middle)
+    return finish(poses, "puncture", _towards(poses, smallest, safe))
+
+
+def improved_puncture(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> DistributedForces:
+    """The smallest forces on the way from the least norm to the improved closed form.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: A size or a number is wrong, or a muscle has no upper bound.
+    """
+    poses, middle = _gather("improved_puncture", L, tau, f_min, f_max)
+    all_free, zero = np.ones_like(middle, dtype=bool), np.zeros_like(middle)
+    unbounded = _nearest(poses, zero, all_free, middle)
+    safe, free, fixed = _improved(poses, middle)
+    way = _towards(poses, _nearest(poses, zero, free, fixed), safe)
+    fits = _violation(poses, unbounded).max(axis=1, keepdims=True) <= 0
+    return finish(poses, "improved_puncture", np.where(fits, unbounded, way))
+
+
+def _gather(
+    method: str, L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> tuple[Poses, FloatArray]:
+    poses = gather(L, tau, f_min, f_max)
+    require_finite_bounds(poses, method)
+    return poses, 0.5 * (poses.f_min + poses.f_max)
+
+
+def _nearest(poses: Poses, centre: FloatArray, free: BoolArray, fixed: FloatArray) -> FloatArray:
+    """The forces nearest to the centre that make the torque, some of them fixed; shape (P, m)."""
+    start = np.where(free, centre, fixed)
+    missing = poses.tau - np.einsum("pnm,pm->pn", poses.A, start)
+    inverse = np.linalg.pinv(np.where(free[:, None, :], poses.A, 0.0), rcond=_RANK)
+    nearest: FloatArray = start + np.einsum("pmn,pn->pm", inverse, missing)
+    return nearest
+
+
+def _violation(poses: Poses, forces: FloatArray) -> FloatArray:
+    """How far forces are beyond their bounds, shape (P, m), in [N]; rounding counts as within."""
+    beyond = np.maximum(poses.f_min - forces, forces - poses.f_max)
+    return beyond - _BEYOND * np.maximum(1.0, poses.f_max)
+
+
+def _improved(poses: Poses, middle: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """The improved closed form, which forces are free in it, and the values of the fixed ones."""
+    free, fixed = np.ones_like(middle, dtype=bool), middle.copy()
+    forces = _nearest(poses, middle, free, fixed)
+    for _ in range(poses.m - poses.n):
+        beyond = np.where(free, _violation(poses, forces), -np.inf)
+        worst = beyond.argmax(axis=1)
+        rows = np.flatnonzero(beyond.max(axis=1) > 0)
+        if not len(rows):
+            break
+        k = worst[rows]
+        too_low = forces[rows, k] < poses.f_min[rows, k]
+        free[rows, k] = False
+        fixed[rows, k] = np.where(too_low, poses.f_min[rows, k], poses.f_max[rows, k])
+        chosen = np.zeros(len(forces), dtype=bool)
+        chosen[rows] = True
+        forces[rows] = _nearest(poses.only(chosen), middle[rows], free[rows], fixed[rows])
+    return forces, free, fixed
+
+
+def _towards(poses: Poses, start: FloatArray, end: FloatArray) -> FloatArray:
+    """The first point within the bounds on the way from start to end, else the end; (P, m)."""
+    way = end - start
+    bound = np.clip(start, poses.f_min, poses.f_max)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = np.where(_violation(poses, start) <= 0.0, 0.0, (bound - start) / way)
+    needed = np.where(np.isfinite(needed), needed, 1.0)
+    s = np.clip(needed.max(axis=1, keepdims=True), 0.0, 1.0)
+    return np.asarray(start + s * way)

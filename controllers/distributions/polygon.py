@@ -1,0 +1,244 @@
+"""The feasible polygon: all forces of a robot with two more muscles than coordinates.
+
+There f = f_0 + N lam with the smallest forces f_0 = A⁺ tau, A = -L', an orthonormal basis N of A's
+null space, shape (m, 2), and lam in a convex polygon that the 2m bounds cut out of the plane. On
+every bound's line, the other bounds leave an interval: an edge. Integrals over the edges give area
+and centroid, their ends hold the least sum, and the point nearest to the origin the least norm.
+
+Gouttefarde, Lamaury, Reichert, Bruckmann, "A versatile tension distribution algorithm for n-DOF
+parallel robots driven by n + 2 cables", IEEE Trans. Robotics 31 (2015); CASPR's
+`IDSolverFeasiblePolygon`. Their way around the polygon is replaced by all edges at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
+
+from .poses import BoolArray, DistributedForces, Poses, finish, gather, require_finite_bounds
+
+FloatArray = NDArray[np.float64]
+
+_RANK = 1e-10
+_PARALLEL = 1e-10  # sine of the angle between lines that count as parallel
+_NEAR = 1e-9  # a length that counts as zero, relative to the largest bound
+
+
+@dataclass(frozen=True, eq=False)
+class ForcePolygon:
+    """The polygons of P poses: f = f_0 + N lam.
+
+    Attributes:
+        poses: The poses.
+        f_0: Smallest forces without bounds, shape (P, m), in [N].
+        N: Orthonormal basis of the null space, shape (P, m, 2).
+        starts, ends: Ends of the edge on every bound's line, lower bounds first, shape (P, 2m, 2),
+            in [N], counter-clockwise; NaN where the polygon has no such edge.
+    """
+
+    poses: Poses
+    f_0: FloatArray
+    N: FloatArray
+    starts: FloatArray
+    ends: FloatArray
+
+    @property
+    def area(self) -> FloatArray:
+        """Area of the polygon, shape (P,), in [N²]; 0 where there is none."""
+        area: FloatArray = 0.5 * np.nansum(_cross(self.starts, self.ends), axis=1)
+        return area
+
+    def vertices(self, pose: int = 0) -> FloatArray:
+        """Forces at the corners, counter-clockwise, shape (corners, m), in [N].
+
+        Args:
+            pose: Index in the flat stack.
+        """
+        lam = self.starts[pose]
+        lam = lam[np.isfinite(lam).all(axis=1)]
+        if not len(lam):
+            return np.empty((0, self.poses.m))
+        around = lam - lam.mean(axis=0)
+        lam = lam[np.argsort(np.arctan2(around[:, 1], around[:, 0]))]
+        size = _NEAR * (1.0 + np.abs(self.poses.f_max[pose]).max())
+        step = np.linalg.norm(lam - np.roll(lam, 1, axis=0), axis=1)
+        lam = lam[step > size] if (step > size).any() else lam[:1]
+        return np.asarray(self.f_0[pose] + lam @ self.N[pose].T)
+
+    def forces(self, lam: FloatArray) -> FloatArray:
+        """f_0 + N lam, shape (P, m), in [N].
+
+        Args:
+            lam: Points of the plane, shape (P, 2), in [N].
+        """
+        return np.asarray(self.f_0 + np.einsum("pmk,pk->pm", self.N, lam))
+
+
+def feasible_polygon(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> ForcePolygon:
+    """The polygon of every pose.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: A size or a number is wrong, a muscle has no upper bound, or the robot has not
+            just two more muscles than coordinates.
+    """
+    poses = gather(L, tau, f_min, f_max)
+    if poses.m - poses.n != 2:
+        raise InputError(
+            f"the feasible polygon needs two more muscles than coordinates, not {poses.m} muscles "
+            f"for {poses.n} coordinates; 'least_squares' fits any robot"
+        )
+    require_finite_bounds(poses, "polygon")
+    U, s, Vt = np.linalg.svd(poses.A)
+    full: BoolArray = s[:, -1] > _RANK * s[:, 0]
+    safe = np.where(full[:, None], s, 1.0)
+    f_0 = np.einsum("pkm,pk->pm", Vt[:, : poses.n], np.einsum("pnk,pn->pk", U, poses.tau) / safe)
+    N = np.swapaxes(Vt[:, poses.n :], 1, 2)
+    starts, ends = _edges(poses, f_0, N)
+    starts[~full], ends[~full] = np.nan, np.nan  # there are more forces than a polygon's
+    return ForcePolygon(poses, f_0, N, starts, ends)
+
+
+def polygon_1_norm(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> DistributedForces:
+    """The least sum of forces: a corner of the polygon.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: As `feasible_polygon`.
+    """
+    polygon = feasible_polygon(L, tau, f_min, f_max)
+    corners = np.concatenate([polygon.starts, polygon.ends], axis=1)
+    sums = np.einsum("pmk,pck->pc", polygon.N, corners)
+    lam = _least(np.where(np.isnan(sums), np.inf, sums), corners)
+    return finish(polygon.poses, "polygon_1_norm", polygon.forces(lam))
+
+
+def polygon_2_norm(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> DistributedForces:
+    """The least norm of forces: the polygon's point nearest to the origin.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: As `feasible_polygon`.
+    """
+    polygon = feasible_polygon(L, tau, f_min, f_max)
+    poses, way = polygon.poses, polygon.ends - polygon.starts
+    square = np.sum(way**2, axis=2)
+    along = -np.sum(polygon.starts * way, axis=2)
+    s = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    points = polygon.starts + s[:, :, None] * way
+    norms = np.sum(points**2, axis=2)
+    lam = _least(np.where(np.isnan(norms), np.inf, norms), points)
+    inside = np.all((polygon.f_0 >= poses.f_min) & (polygon.f_0 <= poses.f_max), axis=1)
+    lam = np.where(inside[:, None] & np.isfinite(lam), 0.0, lam)
+    return finish(poses, "polygon_2_norm", polygon.forces(lam))
+
+
+def polygon_centroid(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> DistributedForces:
+    """The polygon's centroid: continuous along a motion and far from all bounds.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; finite.
+
+    Raises:
+        InputError: As `feasible_polygon`.
+    """
+    polygon = feasible_polygon(L, tau, f_min, f_max)
+    edge = np.all(np.isfinite(polygon.starts), axis=2)
+    count = np.maximum(edge.sum(axis=1), 1)[:, None]
+    middle = np.nansum(0.5 * (polygon.starts + polygon.ends), axis=1) / count
+    a, b = polygon.starts - middle[:, None], polygon.ends - middle[:, None]  # against cancellation
+    cross = _cross(a, b)
+    area = 0.5 * np.nansum(cross, axis=1)
+    size = np.nanmax(np.where(edge, np.linalg.norm(a, axis=2), 0.0), axis=1, initial=0.0)
+    thin = area <= _NEAR * size**2
+    moment = np.nansum((a + b) * cross[:, :, None], axis=1) / 6.0
+    lam = middle + np.where(thin[:, None], 0.0, moment / np.where(thin, 1.0, area)[:, None])
+    lam = np.where(np.any(edge, axis=1)[:, None], lam, np.nan)
+    return finish(polygon.poses, "polygon_centroid", polygon.forces(lam))
+
+
+def _edges(poses: Poses, f_0: FloatArray, N: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Start and end of the polygon's edge on every bound's line, NaN for none; (P, 2m, 2)."""
+    length = np.linalg.norm(N, axis=2)
+    moves = length > _RANK  # the others are what they are, whatever lam
+    unit = np.where(moves, length, 1.0)
+    normals = np.concatenate([N, -N], axis=1) / np.tile(unit, 2)[:, :, None]  # inwards
+    offsets = np.concatenate([poses.f_min - f_0, f_0 - poses.f_max], axis=1) / np.tile(unit, 2)
+    real = np.tile(moves, 2)
+    size = _NEAR * (1.0 + np.abs(poses.f_max).max(axis=1))
+    stuck_outside = (~real & (offsets > size[:, None])).any(axis=1)
+    points = normals * offsets[:, :, None]
+    directions = np.stack([normals[:, :, 1], -normals[:, :, 0]], axis=2)
+    lower, upper = _intervals(points, directions, normals, offsets, real, size)
+    edge = (lower <= upper + size[:, None]) & real & ~stuck_outside[:, None]
+    lower, upper = np.where(edge, lower, np.nan), np.where(edge, np.maximum(lower, upper), np.nan)
+    return points + lower[:, :, None] * directions, points + upper[:, :, None] * directions
+
+
+def _intervals(
+    points: FloatArray,
+    directions: FloatArray,
+    normals: FloatArray,
+    offsets: FloatArray,
+    real: BoolArray,
+    size: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """What the other bounds leave of every line: the interval of t in point + t direction.
+
+    The half-plane j is normal_j · lam >= offset_j. Of lines that coincide, the first one counts.
+    """
+    slope = np.einsum("pkd,pjd->pkj", directions, normals)
+    missing = offsets[:, None, :] - np.einsum("pkd,pjd->pkj", points, normals)
+    along = np.einsum("pkd,pjd->pkj", normals, normals) > 0
+    others = real[:, None, :] & ~np.eye(real.shape[1], dtype=bool)
+    parallel = np.abs(slope) <= _PARALLEL
+    near = size[:, None, None]
+    earlier = np.tri(real.shape[1], k=-1, dtype=bool)
+    twin = along & earlier & (np.abs(missing) <= near)
+    closed = (others & parallel & ((missing > near) | twin)).any(axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = missing / slope
+    lower = np.where(others & (slope > _PARALLEL), t, -np.inf).max(axis=2)
+    upper = np.where(others & (slope < -_PARALLEL), t, np.inf).min(axis=2)
+    return np.where(closed, np.inf, lower), np.where(closed, -np.inf, upper)
+
+
+def _least(values: FloatArray, points: FloatArray) -> FloatArray:
+    """The point of the least value, shape (P, 2); NaN where all values are infinite."""
+    best = values.argmin(axis=1)
+    rows = np.arange(len(values))
+    return np.where(np.isfinite(values[rows, best])[:, None], points[rows, best], np.nan)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -1,0 +1,182 @@
+"""What the force distributions share: stacked poses in, checked forces and a status a pose out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
+
+from .feasibility import is_infeasible
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SOLVED = "solved"
+INFEASIBLE = "infeasible"
+NO_ANSWER = "no answer"
+
+# Largest torque error of an answer that is believed, relative to what is added up, and largest
+# violation of a bound that counts as rounding, relative to 1 N or the bound.
+_BELIEVED = 1e-8
+_ROUNDING = 1e-7
+
+
+class Poses(NamedTuple):
+    """P poses: A f = tau with A = -L', f_min <= f <= f_max.
+
+    Attributes:
+        L: Muscle Jacobians, shape (P, m, n), in [m/rad] or [m/m].
+        A: -L', shape (P, n, m).
+        tau: Wanted torques, shape (P, n), in [N·m] or [N].
+        f_min, f_max: Bounds, shape (P, m), in [N].
+        stack: Shape of the stack that the poses came in.
+    """
+
+    L: FloatArray
+    A: FloatArray
+    tau: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+    stack: tuple[int, ...]
+
+    @property
+    def m(self) -> int:
+        """Number of muscles."""
+        return int(self.L.shape[1])
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self.L.shape[2])
+
+    def only(self, chosen: BoolArray) -> Poses:
+        """Some of the poses, in a flat stack."""
+        L, A, tau, f_min, f_max, _ = self
+        stack = (int(chosen.sum()),)
+        return Poses(L[chosen], A[chosen], tau[chosen], f_min[chosen], f_max[chosen], stack)
+
+
+@dataclass(frozen=True, eq=False)
+class DistributedForces:
+    """Muscle forces for one pose or a stack of them.
+
+    Attributes:
+        method: Name of the distribution.
+        forces: f, shape (..., m), in [N]; within the bounds, NaN where there is no answer.
+        status: Shape (...): `solved`; `infeasible`, no forces within the bounds make the torque;
+            or `no answer`, this method found none but there are some.
+        torque_error: Largest |tau + L'f| of a coordinate, shape (...), in [N·m] or [N].
+    """
+
+    method: str
+    forces: FloatArray
+    status: NDArray[np.str_]
+    torque_error: FloatArray
+
+    @property
+    def solved(self) -> BoolArray:
+        """Which poses are solved, shape (...)."""
+        return np.asarray(self.status == SOLVED)
+
+
+def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> Poses:
+    """The poses of any stack, flat and checked.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; may be infinite.
+
+    Raises:
+        InputError: A size or a number is wrong.
+    """
+    L_, tau_ = _numbers("L", L), _numbers("tau", tau)
+    if L_.ndim < 2 or 0 in L_.shape[-2:] or tau_.ndim < 1 or tau_.shape[-1] != L_.shape[-1]:
+        raise InputError(
+            f"L must have shape (..., m, n) and tau (..., n), not {L_.shape} and {tau_.shape}"
+        )
+    m, n = L_.shape[-2:]
+    try:
+        stack = np.broadcast_shapes(L_.shape[:-2], tau_.shape[:-1])
+        low = np.broadcast_to(_numbers("f_min", f_min), (*stack, m)).reshape(-1, m)
+        high = np.broadcast_to(_numbers("f_max", f_max, infinite=True), (*stack, m)).reshape(-1, m)
+    except ValueError:
+        raise InputError(
+            f"L {L_.shape}, tau {tau_.shape}, f_min {np.shape(f_min)} and f_max {np.shape(f_max)} "
+            f"do not belong together: bounds are a number or one for each of the {m} muscles"
+        ) from None
+    _check_bounds(low, high)
+    flat = np.broadcast_to(L_, (*stack, m, n)).reshape(-1, m, n)
+    tau_flat = np.broadcast_to(tau_, (*stack, n)).reshape(-1, n)
+    return Poses(flat, -np.swapaxes(flat, 1, 2), tau_flat, low, high, stack)
+
+
+def _numbers(what: str, values: ArrayLike, *, infinite: bool = False) -> FloatArray:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be numbers, not {values!r}") from None
+    wrong = np.isnan(array) if infinite else ~np.isfinite(array)
+    if wrong.any():
+        where = [int(k) for k in np.argwhere(wrong)[0]]
+        raise InputError(f"{what}{where or ''} is {array[tuple(where)]}: it must be a number")
+    return array
+
+
+def _check_bounds(low: FloatArray, high: FloatArray) -> None:
+    wrong = ~(low <= high) | (low < 0)
+    if wrong.any():
+        pose, k = (int(i) for i in np.argwhere(wrong)[0])
+        raise InputError(
+            f"muscle {k + 1}: f_min {low[pose, k]:g} must be at least 0 and at most "
+            f"f_max {high[pose, k]:g}"
+        )
+
+
+def require_finite_bounds(poses: Poses, method: str) -> None:
+    """Refuse unlimited muscles, for methods that need the middle between the bounds.
+
+    Raises:
+        InputError: An upper bound is infinite.
+    """
+    if not np.isfinite(poses.f_max).all():
+        k = int(np.argwhere(~np.isfinite(poses.f_max))[0][1])
+        raise InputError(f"muscle {k + 1} has no upper bound: {method!r} needs a finite f_max")
+
+
+def finish(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
+    """The checked answer: nothing that a method says is believed.
+
+    Args:
+        poses: The poses.
+        method: Name of the distribution.
+        forces: What it says, shape (P, m), in [N]; NaN where it says nothing.
+    """
+    scale = np.maximum(1.0, np.where(np.isfinite(poses.f_max), poses.f_max, poses.f_min))
+    outside = np.maximum(poses.f_min - forces, forces - poses.f_max)
+    near = np.all(outside <= _ROUNDING * scale, axis=1)  # not so for NaN
+    clipped = np.clip(forces, poses.f_min, poses.f_max)
+    errors, allowed = torque_errors(poses, clipped)
+    solved = near & np.all(errors <= allowed, axis=1)
+    status = np.where(solved, SOLVED, NO_ANSWER).astype("U10")
+    for k in np.flatnonzero(~solved):
+        if is_infeasible(poses.A[k], poses.tau[k], poses.f_min[k], poses.f_max[k]):
+            status[k] = INFEASIBLE
+    return DistributedForces(
+        method,
+        np.where(solved[:, None], clipped, np.nan).reshape(*poses.stack, poses.m),
+        status.reshape(poses.stack),
+        np.where(solved, errors.max(axis=1), np.nan).reshape(poses.stack),
+    )
+
+
+def torque_errors(poses: Poses, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """|tau + L'f| and how much of it is believed, both of shape (P, n), in [N·m] or [N]."""
+    made = np.einsum("pnm,pm->pn", poses.A, forces)
+    terms = np.abs(poses.tau) + np.einsum("pnm,pm->pn", np.abs(poses.A), np.abs(forces))
+    return np.abs(poses.tau - made), _BELIEVED * terms + np.finfo(float).tiny
