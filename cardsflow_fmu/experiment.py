@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.trajectory import Trajectory
+from addin_sdfusion.robot.trajectory import Space, Trajectory
 
 _RESOURCE = "experiment.json"
 
@@ -35,9 +34,118 @@ class PlantSettings:
 
     Attributes:
         step: Internal step, in [s].
+        mass_scale: Factor on the mass and inertia of every link, beside what the controller knows.
     """
 
     step: float
+    mass_scale: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FlowerSettings:
+    """A rose curve in operational space; see `controllers.Flower`.
+
+    Attributes:
+        centre: In [m].
+        axes: The two unit vectors that span its plane.
+        radius: In [m].
+        petals: Number k of r = radius · cos(k phi).
+        duration: In [s].
+    """
+
+    centre: tuple[float, ...]
+    axes: tuple[tuple[float, ...], tuple[float, ...]]
+    radius: float
+    petals: int
+    duration: float
+
+
+@dataclass(frozen=True, slots=True)
+class ApproachSettings:
+    """A straight way, from rest to rest, to where the reference begins.
+
+    Attributes:
+        duration: In [s].
+        start: Where it begins: q or y, in [rad] or [m].
+    """
+
+    duration: float
+    start: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceSettings:
+    """What is to be followed: a trajectory or a flower.
+
+    Attributes:
+        space: Whether it is made of joint positions q or task coordinates y.
+        curve: The way.
+        approach: The way to its beginning; None if the robot starts there.
+    """
+
+    space: Space
+    curve: Trajectory | FlowerSettings
+    approach: ApproachSettings | None = None
+
+    @property
+    def duration(self) -> float:
+        """How long it takes, with its approach, in [s]."""
+        curve = self.curve
+        own = curve.duration if isinstance(curve, FlowerSettings) else curve.points[-1].time
+        return own + (self.approach.duration if self.approach else 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class DisturbanceSettings:
+    """Forces on task points from outside.
+
+    Attributes:
+        forces: Force on every task frame that is a point, in world axes, in [N].
+        begin, end: When it acts, in [s].
+        known: Whether the controller is told.
+    """
+
+    forces: tuple[tuple[float, float, float], ...]
+    begin: float
+    end: float
+    known: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PostureSettings:
+    """What a redundant robot does beside its tasks; see `controllers.Posture`.
+
+    Attributes:
+        kp, kd: Gains of every coordinate, in [1/s²] and [1/s].
+        q0: The preferred posture, in [rad] or [m].
+    """
+
+    kp: tuple[float, ...]
+    kd: tuple[float, ...]
+    q0: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TaskSettings:
+    """What the operational-space controller weighs; see `controllers.OperationalSpaceController`.
+
+    Attributes:
+        posture: None for the paper's literal eq. (4).
+        task_weights: W, one a task coordinate; infinite for tasks that are to be met exactly.
+        priorities: Rank of every task coordinate, 1 first.
+        acceleration_weights: Diagonal of H_q, one a coordinate.
+        force_rate_weights: Diagonal of H_r, one a muscle, in [1/N²].
+        pretension: f_p of every muscle, in [N].
+        limit_bandwidth: How joint limits are kept, in [rad/s]; None to leave them to the robot.
+    """
+
+    posture: PostureSettings | None
+    task_weights: tuple[float, ...]
+    priorities: tuple[float, ...]
+    acceleration_weights: tuple[float, ...]
+    force_rate_weights: tuple[float, ...]
+    pretension: tuple[float, ...]
+    limit_bandwidth: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +154,15 @@ class ControllerSettings:
 
     Attributes:
         type: Kind of controller.
-        kp: Position gain of every coordinate, in [1/s²].
-        kd: Velocity gain of every coordinate, in [1/s].
+        kp, kd: Gains of every coordinate, or task coordinate, in [1/s²] and [1/s].
         period: Time between two ticks, in [s].
-        solver: Name of a qpsolvers back end.
-        weights: Diagonal of H, one a muscle, in [1/N²].
+        solver: Name of a QP back end.
+        weights: Diagonal of H or H_f, one a muscle, in [1/N²].
+        ki: Integral gain of every coordinate, or task coordinate, in [1/s³].
+        observer: Bandwidth of the disturbance observer, in [rad/s]; 0 for none.
+        delay: Ticks until a tick's forces take effect, 0 or 1.
+        predict: Whether the controller makes up for the delay.
+        tasks: Of a controller in operational space; else None.
     """
 
     type: str
@@ -59,6 +171,16 @@ class ControllerSettings:
     period: float
     solver: str
     weights: tuple[float, ...]
+    ki: tuple[float, ...]
+    observer: float
+    delay: int
+    predict: bool
+    tasks: TaskSettings | None
+
+    @property
+    def space(self) -> Space:
+        """What it follows: joint positions, or task coordinates."""
+        return "joint" if self.tasks is None else "operational"
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,25 +212,27 @@ class Experiment:
         robot: The robot, with the cable set and the bounds that the experiment asks for.
         robot_path: The robot's main file.
         robot_files: Every file that makes up the robot.
-        trajectory: The reference's points.
+        reference: What is to be followed.
+        disturbance: Forces from outside; None where there are none.
         start: The state at the start.
         plant: Settings of the plant.
         controller: Settings of the controller.
         run: Settings of the co-simulation.
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
-            -> `plant.q.elbow`.
+            -> `plant.q.elbow`, or the number that it is held at.
     """
 
     file: Path
     robot: Robot
     robot_path: Path
     robot_files: tuple[Path, ...]
-    trajectory: Trajectory
+    reference: ReferenceSettings
+    disturbance: DisturbanceSettings | None
     start: StartSettings
     plant: PlantSettings
     controller: ControllerSettings
     run: RunSettings
-    wiring: Mapping[str, str]
+    wiring: Mapping[str, str | float]
 
     @property
     def name(self) -> str:
@@ -159,53 +283,34 @@ class Experiment:
         return files
 
     @cached_property
+    def plant_robot(self) -> Robot:
+        """The robot as it is simulated."""
+        scales = self.plant.mass_scale
+        if all(scale == 1.0 for scale in scales):
+            return self.robot
+        links = tuple(
+            replace(link, inertia=link.inertia.scaled(scale))
+            for link, scale in zip(self.robot.links, scales, strict=True)
+        )
+        return replace(self.robot, links=links)
+
+    def warnings(self) -> list[str]:
+        """What will probably go wrong, a line each: a sampled loop that its gains make unstable."""
+        from controllers.gains import sampling_warning
+
+        controller = self.controller
+        names = (
+            [c.name for c in self.robot.coordinates]
+            if controller.space == "joint"
+            else [f"{f.name}.{axis}" for f in self.robot.task_frames for axis in f.axes]
+        )
+        delay = 0 if controller.predict else controller.delay
+        warning = sampling_warning(controller.kp, controller.kd, controller.period, delay, names)
+        return [] if warning is None else [warning]
+
+    @cached_property
     def data(self) -> dict[str, Any]:
         """Everything but the robot's files as plain data, which reads back as this experiment."""
-        robot, controller, trajectory = self.robot, self.controller, self.trajectory
-        names = [c.name for c in robot.coordinates]
-        return {
-            "robot": {
-                "path": str(self.robot_path),
-                "cable_set": robot.cable_set,
-                "operational_space": robot.task_set,
-                "gravity": list(robot.gravity),
-            },
-            "muscles": {
-                muscle.name: {"f_min": muscle.f_min}
-                | ({"f_max": muscle.f_max} if math.isfinite(muscle.f_max) else {})
-                for muscle in robot.muscles
-            },
-            "start": {
-                "q": dict(zip(names, self.start.q, strict=True)),
-                "qd": dict(zip(names, self.start.qd, strict=True)),
-            },
-            "plant": {"step": self.plant.step},
-            "controller": {
-                "type": controller.type,
-                "kp": list(controller.kp),
-                "kd": list(controller.kd),
-                "period": controller.period,
-                "solver": controller.solver,
-                "weights": list(controller.weights),
-            },
-            "reference": {
-                "name": trajectory.name,
-                "spline": trajectory.spline,
-                "points": [
-                    {"time": point.time, "q": list(point.q)}
-                    | ({"qd": list(point.qd)} if point.qd else {})
-                    | ({"qdd": list(point.qdd)} if point.qdd else {})
-                    | ({"blend_time": point.blend_time} if point.blend_time else {})
-                    for point in trajectory.points
-                ],
-            },
-            "run": {"duration": self.run.duration, "step": self.run.step},
-            "wiring": {
-                model: {
-                    target.removeprefix(f"{model}."): source
-                    for target, source in self.wiring.items()
-                    if target.startswith(f"{model}.")
-                }
-                for model in ("plant", "controller")
-            },
-        }
+        from .experiment_writer import experiment_data
+
+        return experiment_data(self)

@@ -7,7 +7,6 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,26 +14,22 @@ from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
 from addin_sdfusion.robot.check import require_valid
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import Reading, read
-from addin_sdfusion.robot.readers.trajectories import read_trajectory
-from addin_sdfusion.robot.trajectory import Spline, Trajectory, TrajectoryPoint
-from controllers.qp import DEFAULT_SOLVER, require_solver
 
+from .controller_reader import followed_space, read_controller
 from .experiment import (
-    ControllerSettings,
+    DisturbanceSettings,
     Experiment,
     PlantSettings,
+    ReferenceSettings,
     RunSettings,
-    StartSettings,
 )
-from .ports import coordinate_signals, muscle_signals, task_signals
+from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
+from .reference_reader import read_reference
 from .tables import Table
-from .timing import whole_steps
 
 _MAX_BYTES = 64 * 2**20
-_CONTROLLERS = ("joint_space",)
-_SPLINES = ("linear", "cubic", "quintic", "parabolic_blend", "samples")
-_WITH_RATES = ("cubic", "quintic", "samples")
-_WITH_ACCELERATIONS = ("quintic", "samples")
+
+Force = tuple[float, float, float]
 
 
 def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
@@ -84,19 +79,24 @@ def _set(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
 def _experiment(top: Table) -> Experiment:
     reading, robot = _robot(top.table("robot"))
     robot = _with_bounds(robot, top.table("muscles"))
-    trajectory = _trajectory(top.table("reference"), reading, robot)
-    run = _run(top.table("run"), trajectory)
+    controller = top.table("controller")
+    start, reference = read_reference(
+        top.table("start"), top.table("reference"), followed_space(controller), reading, robot
+    )
+    run = _run(top.table("run"), reference)
+    disturbance = _disturbance(top.table("disturbance"), robot)
     experiment = Experiment(
         file=top.file,
         robot=robot,
         robot_path=reading.files[0],
         robot_files=reading.files,
-        trajectory=trajectory,
-        start=_start(top.table("start"), robot, trajectory),
-        plant=_plant(top.table("plant"), run),
-        controller=_controller(top.table("controller"), robot, run),
+        reference=reference,
+        disturbance=disturbance,
+        start=start,
+        plant=_plant(top.table("plant"), robot, run),
+        controller=read_controller(controller, robot, run, reference, start),
         run=run,
-        wiring=_wiring(top.table("wiring")),
+        wiring=_wiring(top.table("wiring"), robot, disturbance),
     )
     top.close()
     return experiment
@@ -163,148 +163,60 @@ def _bounded(muscle: Muscle, table: Table) -> Muscle:
     return replace(muscle, f_min=f_min, f_max=f_max)
 
 
-def _trajectory(table: Table, reading: Reading, robot: Robot) -> Trajectory:
-    if "points" in table:
-        return _inline_trajectory(table, robot)
-    name = table.text("trajectory")
-    if "file" in table:
-        file = table.file.parent / table.text("file")
-    else:
-        file = _trajectory_file(table, reading)
-    table.value("file", None)
-    table.close()
-    try:
-        trajectory = read_trajectory(file, name)
-    except UnknownNameError as error:
-        raise table.unknown("trajectory", "trajectory", name, error.known) from None
-    size = len(trajectory.points[0].q)
-    if size != len(robot.coordinates):
-        raise table.error(
-            "trajectory",
-            f"{name!r} moves {size} coordinates, the robot has {len(robot.coordinates)}",
-        )
-    return trajectory
-
-
-def _trajectory_file(table: Table, reading: Reading) -> Path:
-    """CASPR's trajectories beside the robot's bodies."""
-    bodies = reading.files[0]
-    file = bodies.with_name(bodies.name.removesuffix("_bodies.xml") + "_trajectories.xml")
-    if file == bodies or not file.is_file():
-        raise table.error("file", f"missing, and there is no trajectories file beside {bodies}")
-    return file
-
-
-def _inline_trajectory(table: Table, robot: Robot) -> Trajectory:
-    name = table.text("name", "reference")
-    spline = cast(Spline, table.choice("spline", "kind of spline", _SPLINES))
-    rows = table.value("points")
-    table.close()
-    if not isinstance(rows, list) or len(rows) < 2:
-        raise table.error("points", "must be a list of at least two points")
-    points = tuple(_point(table, k, row, spline, robot) for k, row in enumerate(rows))
-    times = [point.time for point in points]
-    if times[0] != 0 or any(b <= a for a, b in pairwise(times)):
-        raise table.error("points", f"times must begin at 0 and increase: {times}")
-    return Trajectory(name, spline, points, time_step=times[-1])
-
-
-def _point(table: Table, index: int, row: Any, spline: Spline, robot: Robot) -> TrajectoryPoint:
-    names = [c.name for c in robot.coordinates]
-    path = table.key(f"points[{index}]")
-    if not isinstance(row, dict):
-        raise table.error(f"points[{index}]", f"must be a table, not {row!r}")
-    point = Table(row, table.file, path)
-    rates, accelerations = spline in _WITH_RATES, spline in _WITH_ACCELERATIONS
-    result = TrajectoryPoint(
-        time=point.number("time"),
-        q=point.by_name("q", "coordinate", names),
-        qd=point.by_name("qd", "coordinate", names, 0.0) if rates else (),
-        qdd=point.by_name("qdd", "coordinate", names, 0.0) if accelerations else (),
-        blend_time=point.number("blend_time", 0.0) if spline == "parabolic_blend" else 0.0,
-    )
-    point.close()
-    return result
-
-
-def _start(table: Table, robot: Robot, trajectory: Trajectory) -> StartSettings:
-    """The state at the start; where the experiment is silent, that of the reference."""
-    names = [c.name for c in robot.coordinates]
-    first = trajectory.points[0]
-    start = StartSettings(
-        q=table.by_name("q", "coordinate", names, first.q),
-        qd=table.by_name("qd", "coordinate", names, first.qd or (0.0,) * len(names)),
-    )
-    table.close()
-    for coordinate, value in zip(robot.coordinates, start.q, strict=True):
-        if not coordinate.lower <= value <= coordinate.upper:
-            raise table.error(
-                f"q.{coordinate.name}",
-                f"{value!r} is outside the limits {coordinate.lower!r} to {coordinate.upper!r}",
-            )
-    return start
-
-
-def _run(table: Table, trajectory: Trajectory) -> RunSettings:
+def _run(table: Table, reference: ReferenceSettings) -> RunSettings:
     step = table.positive("step", 1e-3)
-    duration = table.positive("duration", trajectory.points[-1].time)
+    duration = table.positive("duration", reference.duration)
     output = table.file.parent / table.text("output", "results")
     table.close()
-    _multiple(table, "duration", duration, step, "run.step")
+    table.multiple("duration", duration, step, "run.step")
     return RunSettings(duration, step, output)
 
 
-def _plant(table: Table, run: RunSettings) -> PlantSettings:
+def _plant(table: Table, robot: Robot, run: RunSettings) -> PlantSettings:
     step = table.positive("step", run.step)
+    links = [link.name for link in robot.links]
+    scales = table.by_name("mass_scale", "link", links, 1.0)
     table.close()
-    _multiple(table, "step", run.step, step, "plant.step", key="run.step")
-    return PlantSettings(step)
+    if min(scales) <= 0:
+        raise table.error("mass_scale", "must be above 0")
+    table.multiple("step", run.step, step, "plant.step", blame="run.step")
+    return PlantSettings(step, scales)
 
 
-def _controller(table: Table, robot: Robot, run: RunSettings) -> ControllerSettings:
-    coordinates = [c.name for c in robot.coordinates]
-    muscles = [muscle.name for muscle in robot.muscles]
-    settings = ControllerSettings(
-        type=table.choice("type", "controller type", _CONTROLLERS, "joint_space"),
-        kp=table.by_name("kp", "coordinate", coordinates),
-        kd=table.by_name("kd", "coordinate", coordinates),
-        period=table.positive("period", run.step),
-        solver=table.text("solver", DEFAULT_SOLVER),
-        weights=table.by_name("weights", "muscle", muscles, 1.0),
-    )
+def _disturbance(table: Table, robot: Robot) -> DisturbanceSettings | None:
+    """Forces from outside; None if the table is absent."""
+    frames = [frame.name for frame in robot.task_frames if not frame.is_orientation]
+    given = table.table("force")
+    forces = {}
+    for name in table.value("force", {}):
+        if name not in frames:
+            raise given.unknown(name, "task frame that is a point", name, frames)
+        forces[name] = given.numbers(name, 3)
+    begin = table.number("begin", 0.0)
+    end = table.number("end") if "end" in table else math.inf
+    table.value("end", None)
+    known = table.flag("known", False)
     table.close()
-    for key, values in (("kp", settings.kp), ("kd", settings.kd)):
-        for name, value in zip(coordinates, values, strict=True):
-            if value < 0:
-                raise table.error(key, f"must not be negative: {value!r} of {name}")
-    if min(settings.weights) <= 0:
-        raise table.error("weights", "must be above 0")
-    try:
-        require_solver(settings.solver)
-    except UnknownNameError as error:
-        raise table.unknown("solver", "QP solver", settings.solver, error.known) from None
-    _multiple(table, "period", settings.period, run.step, "run.step")
-    return settings
+    if end <= begin:
+        raise table.error("end", f"must be after begin, {begin!r} s")
+    if not forces:
+        return None
+    rows = tuple(cast(Force, forces.get(name, (0.0, 0.0, 0.0))) for name in frames)
+    return DisturbanceSettings(rows, begin, end, known)
 
 
-def _wiring(table: Table) -> dict[str, str]:
+def _wiring(
+    table: Table, robot: Robot, disturbance: DisturbanceSettings | None
+) -> dict[str, str | float]:
     """Connections by full port names; the master checks that they exist."""
-    wiring: dict[str, str] = {}
+    wiring: dict[str, str | float] = {}
     for model in ("plant", "controller"):
+        if disturbance is None or (model == "controller" and not disturbance.known):
+            wiring |= {f"{model}.{name}": 0.0 for name in load_signals(robot)}
         inputs = table.table(model)
-        for name in table.value(model, {}):
-            wiring[f"{model}.{name}"] = inputs.text(name)
+        for name, source in table.value(model, {}).items():
+            wiring[f"{model}.{name}"] = (
+                inputs.text(name) if isinstance(source, str) else inputs.number(name)
+            )
     table.close()
     return wiring
-
-
-def _multiple(
-    table: Table, name: str, time: float, step: float, what: str, *, key: str | None = None
-) -> None:
-    """Refuse a time that is no whole multiple of a step, and more steps than memory has rows."""
-    try:
-        steps = whole_steps(time, step, what)
-    except InputError as error:
-        raise InputError(error.what, file=table.file, key=key or table.key(name)) from None
-    if steps > 10_000_000 or not math.isfinite(time):
-        raise table.error(name, f"{steps} steps are more than a run can hold (10 million)")

@@ -111,12 +111,12 @@ def describe_robot(info: dict[str, Any]) -> str:
     )
     parts = [title]
     joints = [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]]
-    parts.append(_table(["joint", "type", "parent", "child"], joints))
+    parts.append(table(["joint", "type", "parent", "child"], joints))
     coordinates = [
         [c["name"], c["unit"], _bound(c["lower"], "-"), _bound(c["upper"], ""), f"{c['initial']:g}"]
         for c in info["coordinates"]
     ]
-    parts.append(_table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
+    parts.append(table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
     muscles = [
         [
             m["name"],
@@ -129,9 +129,9 @@ def describe_robot(info: dict[str, Any]) -> str:
         for m in info["muscles"]
     ]
     heads = ["muscle", "cable", "f_min [N]", "f_max [N]", "length [m]", "links"]
-    parts.append(_table(heads, muscles))
+    parts.append(table(heads, muscles))
     frames = [[f["name"], f["link"], " ".join(f["axes"])] for f in info["task_frames"]]
-    parts.append(_table(["task frame", "link", "axes"], frames))
+    parts.append(table(["task frame", "link", "axes"], frames))
     for what, active in (("cable_sets", "cable_set"), ("operational_spaces", "operational_space")):
         if info[what]:
             names = [f"{name} (active)" if name == info[active] else name for name in info[what]]
@@ -149,7 +149,7 @@ def describe_fmu(info: dict[str, Any]) -> str:
         [v["name"], v["causality"], v["variability"], v["unit"] or "", v["start"] or ""]
         for v in info["variables"]
     ]
-    return f"{title}\n\n{_table(['variable', 'causality', 'variability', 'unit', 'start'], rows)}"
+    return f"{title}\n\n{table(['variable', 'causality', 'variability', 'unit', 'start'], rows)}"
 
 
 def _reach(robot: Robot) -> float:
@@ -179,7 +179,7 @@ def _bound(value: float | None, sign: str) -> str:
     return f"{sign}unlimited" if value is None else f"{value:g}"
 
 
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Columns wide enough for their words; empty without rows."""
     if not rows:
         return ""

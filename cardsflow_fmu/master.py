@@ -19,6 +19,7 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError, UnknownNameError
 
 from .participants import FloatArray, Participant
+from .ports import SOLVE_TIME
 
 COUPLING = "sampled"
 
@@ -47,12 +48,15 @@ class Recording:
         names: Name of every column; the first is `time`.
         rows: Shape (rows, len(names)).
         ticks: Rows at which the controller was stepped.
+        solve_times: How long the controller took at each tick, in [s], where it tells. Apart from
+            the rows, which are equal whenever the same experiment is run.
         failure: Why the run ended early, None when it is complete.
     """
 
     names: tuple[str, ...]
     rows: FloatArray
     ticks: list[int]
+    solve_times: list[float]
     failure: CardsflowError | None
 
 
@@ -61,7 +65,7 @@ class Master:
 
     Args:
         plant, controller, reference: The participants, initialised.
-        wiring: Outputs for inputs that are not wired by equal names, by full name.
+        wiring: Outputs, or numbers, for inputs that are not wired by equal names, by full name.
         step: Communication step, in [s].
         steps: Number of communication steps.
         ticks_every: Communication steps a tick of the controller.
@@ -76,7 +80,7 @@ class Master:
         plant: Participant,
         controller: Participant,
         reference: Participant,
-        wiring: Mapping[str, str],
+        wiring: Mapping[str, str | float],
         *,
         step: float,
         steps: int,
@@ -85,15 +89,20 @@ class Master:
         self._plant, self._controller, self._reference = plant, controller, reference
         self._step, self._steps, self._ticks_every = step, steps, ticks_every
         participants = [plant, controller, reference]
+        held = {name: value for name, value in wiring.items() if not isinstance(value, str)}
         routes = _routes(participants, wiring)
+        _hold(participants, held)
         self._to_controller = _copies(controller, participants, routes)
         self._to_plant = _copies(plant, participants, routes)
-        recorded = [plant, reference, controller]
-        self.names = ("time", *(name for p in recorded for name in p.output_names))
-        ends = np.cumsum([1, *(len(p.output_names) for p in recorded)])
-        self._columns = [
-            (p.outputs, slice(a, b)) for p, a, b in zip(recorded, ends[:-1], ends[1:], strict=True)
-        ]
+        names, self._columns = ["time"], []
+        for p in (plant, reference, controller):
+            kept = [k for k, name in enumerate(p.output_names) if name != SOLVE_TIME]
+            columns = slice(len(names), len(names) + len(kept))
+            self._columns.append((p.outputs, _indices(tuple(kept)), columns))
+            names += [p.output_names[k] for k in kept]
+        self.names = tuple(names)
+        timed = SOLVE_TIME in controller.output_names
+        self._timer = controller.output_names.index(SOLVE_TIME) if timed else None
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Run to the end, to the first failure, or until Ctrl-C.
@@ -103,6 +112,7 @@ class Master:
         """
         rows = np.empty((self._steps + 1, len(self.names)))
         ticks: list[int] = []
+        self._solve_times: list[float] = []
         failure: CardsflowError | None = None
         self._recorded = done = 0
         with _interruptible() as interrupted:
@@ -118,7 +128,7 @@ class Master:
                 failure = SimulationError("interrupted")
         if progress:
             progress(done)
-        return Recording(self.names, rows[: self._recorded], ticks, failure)
+        return Recording(self.names, rows[: self._recorded], ticks, self._solve_times, failure)
 
     def _loop(self, rows: FloatArray, ticks: list[int]) -> Iterator[int]:
         """One communication step an iteration; yields the number of steps done."""
@@ -132,6 +142,8 @@ class Master:
                     copy()
                 controller.step(t, period)
                 ticks.append(k)
+                if self._timer is not None:
+                    self._solve_times.append(float(controller.outputs[self._timer]))
             self._record(rows[k], t)
             for copy in self._to_plant:
                 copy()
@@ -142,21 +154,24 @@ class Master:
 
     def _record(self, row: FloatArray, t: float) -> None:
         row[0] = t
-        for outputs, columns in self._columns:
-            row[columns] = outputs
+        for outputs, indices, columns in self._columns:
+            row[columns] = outputs[indices]
         self._recorded += 1
 
 
-def _routes(participants: list[Participant], wiring: Mapping[str, str]) -> dict[str, str]:
-    """The full name of the output that feeds each input, by the input's full name."""
+def _routes(participants: list[Participant], wiring: Mapping[str, str | float]) -> dict[str, str]:
+    """The full name of the output that feeds each input, by the input's full name.
+
+    It is empty for an input that is held at a number.
+    """
     outputs = [f"{p.name}.{name}" for p in participants for name in p.output_names]
     inputs = [f"{p.name}.{name}" for p in participants for name in p.input_names]
     for target, source in wiring.items():
         if target not in inputs:
             raise UnknownNameError("input", target, inputs, key="wiring")
-        if source not in outputs:
+        if isinstance(source, str) and source not in outputs:
             raise UnknownNameError("output", source, outputs, key=f"wiring.{target}")
-    routes = dict(wiring)
+    routes = {t: source if isinstance(source, str) else "" for t, source in wiring.items()}
     for p in participants:
         for name in p.input_names:
             target = f"{p.name}.{name}"
@@ -166,6 +181,14 @@ def _routes(participants: list[Participant], wiring: Mapping[str, str]) -> dict[
                 raise InputError(f"input {target} needs one output; {found}", key="wiring")
             routes.setdefault(target, sources[0] if sources else "")
     return routes
+
+
+def _hold(participants: list[Participant], held: Mapping[str, float]) -> None:
+    """Set the inputs that are held at a number, once."""
+    for p in participants:
+        for k, name in enumerate(p.input_names):
+            if f"{p.name}.{name}" in held:
+                p.inputs[k] = held[f"{p.name}.{name}"]
 
 
 def _copies(
@@ -187,6 +210,8 @@ def _copies(
 
 def _indices(numbers: tuple[int, ...]) -> Indices:
     """A slice where the numbers follow one another: copying is then cheapest."""
+    if not numbers:
+        return []
     first, last = numbers[0], numbers[-1]
     follow_on = list(numbers) == list(range(first, last + 1))
     return slice(first, last + 1) if follow_on else list(numbers)

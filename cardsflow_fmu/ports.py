@@ -13,9 +13,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from addin_sdfusion.robot import Coordinate, InputError, Robot
+from addin_sdfusion.robot.trajectory import Space
 
 Causality = Literal["input", "output", "parameter"]
 Variability = Literal["continuous", "discrete", "fixed", "tunable"]
+
+SOLVE_TIME = "solve_time"
+"""The one output whose values no two runs share: it stands in no table of results."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +97,44 @@ def task_units(robot: Robot) -> list[str]:
     ]
 
 
+def task_names(robot: Robot) -> tuple[str, ...]:
+    """`<frame>.<axis>` for every task coordinate, in the order of y."""
+    return tuple(f"{frame.name}.{axis}" for frame in robot.task_frames for axis in frame.axes)
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """Signals that are to follow others.
+
+    Attributes:
+        actual, desired: Names of the signals.
+        units: Their units.
+        turns: Which of them are angles that come round.
+    """
+
+    actual: list[str]
+    desired: list[str]
+    units: list[str]
+    turns: list[bool]
+
+
+def followed_signals(robot: Robot, space: Space) -> Followed:
+    """The positions that a reference of joints, or of task coordinates, is for."""
+    if space == "joint":
+        units: list[str] = [c.unit for c in robot.coordinates]
+        actual, desired = (coordinate_signals(prefix, robot) for prefix in ("q", "q_d"))
+        return Followed(actual, desired, units, [False] * len(units))
+    actual, desired = (task_signals(prefix, robot) for prefix in ("y", "y_d"))
+    units = task_units(robot)
+    return Followed(actual, desired, units, [unit == "rad" for unit in units])
+
+
+def load_signals(robot: Robot) -> list[str]:
+    """`w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
+    points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
+    return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
+
+
 def force_unit(coordinate: Coordinate) -> str:
     """Unit of the generalised force of a coordinate."""
     return "N.m" if coordinate.unit == "rad" else "N"
@@ -124,8 +166,23 @@ def _force_ports(robot: Robot, causality: Causality, variability: Variability) -
     ]
 
 
+def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
+    """A port a task coordinate; its unit is the coordinate's, followed by `per`."""
+    return [
+        Port(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}")
+        for name, unit in zip(task_signals(prefix, robot), task_units(robot), strict=True)
+    ]
+
+
+def _load_ports(robot: Robot, causality: Causality) -> list[Port]:
+    return [
+        Port(name, "N", causality, "continuous", f"Force from outside on {name[2:-3]}, world axes")
+        for name in load_signals(robot)
+    ]
+
+
 def plant_ports(robot: Robot, q: Sequence[float], qd: Sequence[float], step: float) -> list[Port]:
-    """Ports of the plant: forces in; positions, velocities, muscle lengths and task points out.
+    """Ports of the plant: forces and loads in; positions, velocities, lengths, task points out.
 
     Args:
         robot: The robot.
@@ -135,73 +192,111 @@ def plant_ports(robot: Robot, q: Sequence[float], qd: Sequence[float], step: flo
     """
     return [
         *_force_ports(robot, "input", "continuous"),
+        *_load_ports(robot, "input"),
         *_coordinate_ports("q", "", "Position", robot, "output", "continuous"),
         *_coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
         *(
             Port(name, "m", "output", "continuous", f"Path length of muscle {muscle.name}")
             for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
         ),
-        *(
-            Port(name, unit, "output", "continuous", f"Task coordinate {name[2:]}")
-            for name, unit in zip(task_signals("y", robot), task_units(robot), strict=True)
-        ),
+        *_task_ports("y", "", "Task coordinate", robot, "output"),
         *_coordinate_ports("q_start", "", "Start position", robot, "parameter", "fixed", q),
         *_coordinate_ports("qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd),
         Port("step", "s", "parameter", "fixed", "Internal step of the plant", step),
     ]
 
 
-def reference_ports(robot: Robot) -> list[Port]:
-    """Ports of a joint-space reference: desired positions, velocities and accelerations out."""
-    return [
-        *_coordinate_ports("q_d", "", "Desired position", robot, "output", "continuous"),
-        *_coordinate_ports("qd_d", "/s", "Desired velocity", robot, "output", "continuous"),
-        *_coordinate_ports("qdd_d", "/s2", "Desired acceleration", robot, "output", "continuous"),
-    ]
-
-
-def joint_controller_ports(
-    robot: Robot, kp: Sequence[float], kd: Sequence[float], period: float
-) -> list[Port]:
-    """Ports of a joint-space controller: state and reference in; forces and diagnostics out.
+def reference_ports(robot: Robot, space: Space, *, with_loads: bool = False) -> list[Port]:
+    """Ports of a reference: desired positions, velocities and accelerations out.
 
     Args:
         robot: The robot.
-        kp: Position gains, in [1/s²].
-        kd: Velocity gains, in [1/s].
+        space: Whether they are of joints or of task coordinates.
+        with_loads: Whether it gives loads from outside as well.
+    """
+    loads = _load_ports(robot, "output") if with_loads else []
+    return [*_followed_ports(robot, space, "output"), *loads]
+
+
+def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
+    rows = (("_d", "", "position"), ("d_d", "/s", "velocity"), ("dd_d", "/s2", "acceleration"))
+    ports: list[Port] = []
+    for ending, per, what in rows:
+        if space == "joint":
+            prefix = f"q{ending}"
+            ports += _coordinate_ports(
+                prefix, per, f"Desired {what}", robot, causality, "continuous"
+            )
+        else:
+            ports += _task_ports(f"y{ending}", per, f"Desired {what}", robot, causality)
+    return ports
+
+
+def controller_ports(
+    robot: Robot, space: Space, kp: Sequence[float], kd: Sequence[float], period: float
+) -> list[Port]:
+    """Ports of a controller: state, reference and known loads in; forces and diagnostics out.
+
+    Args:
+        robot: The robot.
+        space: Whether the reference is of joints or of task coordinates.
+        kp: Position gains of what is followed, in [1/s²].
+        kd: Velocity gains of what is followed, in [1/s].
         period: Time between two ticks, in [s].
     """
-    gains = [
-        Port(name, unit, "parameter", "tunable", f"{what} gain of {c.name}", value)
+    return [
+        *_coordinate_ports("q", "", "Position", robot, "input", "continuous"),
+        *_coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
+        *_followed_ports(robot, space, "input"),
+        *_load_ports(robot, "input"),
+        *_force_ports(robot, "output", "discrete"),
+        *_slack_ports(robot, space),
+        Port("at_bound", "", "output", "discrete", "Number of muscles at a bound"),
+        Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
+        Port(
+            "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
+        ),
+        *_gain_ports(robot, space, kp, kd),
+        *_bound_ports(robot),
+        Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
+    ]
+
+
+def slack_signals(robot: Robot, space: Space) -> dict[str, str]:
+    """What may be missing at a tick, with its unit: joint torque, or task acceleration."""
+    if space == "joint":
+        names = coordinate_signals("slack", robot)
+        return {name: force_unit(c) for name, c in zip(names, robot.coordinates, strict=True)}
+    return {
+        name: f"{unit}/s2"
+        for name, unit in zip(task_signals("slack", robot), task_units(robot), strict=True)
+    }
+
+
+def _slack_ports(robot: Robot, space: Space) -> list[Port]:
+    what = "Missing force or torque of" if space == "joint" else "Missing acceleration of"
+    return [
+        Port(name, unit, "output", "discrete", f"{what} {name.removeprefix('slack.')}")
+        for name, unit in slack_signals(robot, space).items()
+    ]
+
+
+def _gain_ports(robot: Robot, space: Space, kp: Sequence[float], kd: Sequence[float]) -> list[Port]:
+    signals = coordinate_signals if space == "joint" else task_signals
+    return [
+        Port(name, unit, "parameter", "tunable", f"{what} gain of {name[3:]}", value)
         for prefix, unit, what, values in (
             ("kp", "1/s2", "Position", kp),
             ("kd", "1/s", "Velocity", kd),
         )
-        for name, c, value in zip(
-            coordinate_signals(prefix, robot), robot.coordinates, values, strict=True
-        )
+        for name, value in zip(signals(prefix, robot), values, strict=True)
     ]
-    bounds = [
+
+
+def _bound_ports(robot: Robot) -> list[Port]:
+    return [
         Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
         for prefix, what in (("f_min", "Smallest"), ("f_max", "Largest"))
         for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
         for value in [min(getattr(muscle, prefix), sys.float_info.max)]
-    ]
-    return [
-        *_coordinate_ports("q", "", "Position", robot, "input", "continuous"),
-        *_coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
-        *_coordinate_ports("q_d", "", "Desired position", robot, "input", "continuous"),
-        *_coordinate_ports("qd_d", "/s", "Desired velocity", robot, "input", "continuous"),
-        *_coordinate_ports("qdd_d", "/s2", "Desired acceleration", robot, "input", "continuous"),
-        *_force_ports(robot, "output", "discrete"),
-        *(
-            Port(name, force_unit(c), "output", "discrete", f"Missing force or torque of {c.name}")
-            for name, c in zip(coordinate_signals("slack", robot), robot.coordinates, strict=True)
-        ),
-        Port(
-            "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
-        ),
-        *gains,
-        *bounds,
-        Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
     ]

@@ -17,7 +17,13 @@ from addin_sdfusion.robot import UnknownNameError
 
 from .experiment import Experiment
 from .master import COUPLING, Recording
-from .ports import coordinate_signals, identifier, muscle_signals
+from .ports import (
+    Followed,
+    followed_signals,
+    identifier,
+    muscle_signals,
+    slack_signals,
+)
 from .version import __version__
 
 FloatArray = NDArray[np.float64]
@@ -84,7 +90,7 @@ class Result:
         """A short summary for people, a line a topic."""
         summary = self.summary
         lines = [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
-        lines.append(f"infeasible  {summary['infeasible_ticks']} of {summary['ticks']} ticks")
+        lines += _infeasible_lines(summary)
         if summary["real_time_factor"] is not None:
             lines.append(
                 f"speed       {summary['real_time_factor']:.1f} x real time, "
@@ -115,8 +121,8 @@ def summarize(
     """
     robot = experiment.robot
     columns = dict(zip(recording.names, recording.rows.T, strict=True))
-    ticks = recording.ticks
-    infeasible = columns["infeasible"][[k for k in ticks if k < len(recording.rows)]]
+    ticks = [k for k in recording.ticks if k < len(recording.rows)]
+    infeasible = columns["infeasible"][ticks]
     simulated = float(columns["time"][-1]) if len(recording.rows) else 0.0
     failure = recording.failure
     return {
@@ -132,24 +138,39 @@ def summarize(
         "tracking": _tracking(experiment, columns),
         "forces": _forces(experiment, columns),
         "infeasible_ticks": int(np.count_nonzero(infeasible)),
-        "ticks": len(ticks),
+        "ticks": len(recording.ticks),
+        "slack": _slack(experiment, columns, ticks),
+        "solve_time": _solve_time(recording.solve_times),
         "real_time_factor": simulated / wall_time if wall_time > 0 else None,
         "first_step_after_s": first_step_after,
+        "warnings": experiment.warnings(),
         "versions": versions(),
     }
 
 
+def tracking_errors(
+    experiment: Experiment, columns: Mapping[str, FloatArray]
+) -> tuple[Followed, FloatArray]:
+    """What is followed, and the errors q - q_d or y - y_d, shape (rows, signals).
+
+    Args:
+        experiment: What was run.
+        columns: Its columns by name.
+    """
+    followed = followed_signals(experiment.robot, experiment.reference.space)
+    pairs = zip(followed.actual, followed.desired, strict=True)
+    errors = np.stack([columns[a] - columns[b] for a, b in pairs], axis=1)
+    turns = np.array(followed.turns)
+    errors[:, turns] = np.remainder(errors[:, turns] + np.pi, 2.0 * np.pi) - np.pi
+    return followed, errors
+
+
 def _tracking(experiment: Experiment, columns: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """Errors q - q_d: root mean square over time of their 2-norm, and the largest of all."""
-    robot = experiment.robot
-    names = coordinate_signals("q", robot)
-    desired = coordinate_signals("q_d", robot)
-    errors = np.stack(
-        [columns[a] - columns[b] for a, b in zip(names, desired, strict=True)], axis=1
-    )
+    """Root mean square over time of the errors' 2-norm, and the largest of all."""
+    followed, errors = tracking_errors(experiment, columns)
     if not len(errors):
         return {"rms": None, "max": None, "unit": None, "per_signal": {}}
-    units = {c.unit for c in robot.coordinates}
+    units = set(followed.units)
     return {
         "rms": _rms(np.linalg.norm(errors, axis=1)),
         "max": float(np.abs(errors).max()),
@@ -158,11 +179,36 @@ def _tracking(experiment: Experiment, columns: Mapping[str, FloatArray]) -> dict
             name: {
                 "rms": _rms(errors[:, k]),
                 "max": float(np.abs(errors[:, k]).max()),
-                "unit": robot.coordinates[k].unit,
+                "unit": unit,
             }
-            for k, name in enumerate(names)
+            for k, (name, unit) in enumerate(zip(followed.actual, followed.units, strict=True))
         },
     }
+
+
+def _slack(
+    experiment: Experiment, columns: Mapping[str, FloatArray], ticks: list[int]
+) -> dict[str, Any]:
+    """What was missing at infeasible ticks: the largest by signal, how often, and when first."""
+    infeasible = columns["infeasible"][ticks] != 0
+    signals = slack_signals(experiment.robot, experiment.controller.space)
+    missing = {name: np.abs(columns[name][ticks][infeasible]) for name in signals}
+    times = columns["time"][ticks][infeasible]
+    return {
+        "first_at_s": float(times[0]) if times.size else None,
+        "last_at_s": float(times[-1]) if times.size else None,
+        "per_signal": {
+            name: {"max": float(values.max(initial=0.0)), "unit": signals[name]}
+            for name, values in missing.items()
+        },
+    }
+
+
+def _solve_time(seconds: list[float]) -> dict[str, Any]:
+    """How long the controller took for a tick."""
+    if not seconds:
+        return {"median": None, "max": None, "unit": "s"}
+    return {"median": float(np.median(seconds)), "max": max(seconds), "unit": "s"}
 
 
 def _rms(values: FloatArray) -> float:
@@ -224,6 +270,18 @@ def _force_lines(summary: Mapping[str, Any]) -> list[str]:
             f"  {name:<10}{muscle['min']:.4g} to {muscle['max']:.4g} N, "
             f"bounds {muscle['f_min']:.4g} to {upper}"
         )
+    return lines
+
+
+def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
+    lines = [f"infeasible  {summary['infeasible_ticks']} of {summary['ticks']} ticks"]
+    slack = summary["slack"]
+    if slack["first_at_s"] is not None:
+        lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
+        lines += [
+            f"  {name.removeprefix('slack.'):<10}up to {missing['max']:.3g} {missing['unit']}"
+            for name, missing in slack["per_signal"].items()
+        ]
     return lines
 
 

@@ -16,7 +16,7 @@ from .experiment import Experiment
 from .fmu_file import write_fmu
 from .fmu_instance import FmuInstance
 from .master import Master, Progress, Recording, ignoring_interrupts
-from .models.controller import JointSpaceModel
+from .models.controller import ControllerModel
 from .models.experiment_model import ExperimentModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
@@ -28,7 +28,7 @@ Through = Literal["fmu", "direct"]
 
 MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
-    "controller": JointSpaceModel,
+    "controller": ControllerModel,
     "reference": ReferenceModel,
 }
 
@@ -124,9 +124,9 @@ def run(
 def _write(result: Result, contents: dict[str, str | bytes], folder: OutputFolder) -> None:
     """Write table, summary, figure and FMUs: all of them, or none."""
     if len(result.rows):
-        from .plots import tracking_images  # matplotlib takes a second to import
+        from .plots import run_images  # matplotlib takes a second to import
 
-        contents |= tracking_images(result)
+        contents |= run_images(result)
     names = [*result.contents(), *contents]
     result.summary["files"] = {name: name for name in names}
     result.files = folder.write(contents | result.contents())

@@ -10,6 +10,9 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
+from .timing import whole_steps
+
+MOST_STEPS = 10_000_000
 _REQUIRED = object()
 
 
@@ -107,8 +110,46 @@ class Table:
             raise self.error(key, f"must be a list of {count} numbers, not {values!r}")
         return tuple(self._finite(key, value) for value in values)
 
+    def flag(self, key: str, default: Any = _REQUIRED) -> bool:
+        """True or false."""
+        value = self.value(key, default)
+        if not isinstance(value, bool):
+            raise self.error(key, f"must be true or false, not {value!r}")
+        return value
+
+    def whole(self, key: str, default: Any = _REQUIRED) -> int:
+        """A whole number."""
+        number = self.number(key, default)
+        if number != int(number):
+            raise self.error(key, f"must be a whole number, not {number!r}")
+        return int(number)
+
+    def multiple(
+        self, key: str, time: float, step: float, what: str, *, blame: str | None = None
+    ) -> None:
+        """Refuse a time that is no whole multiple of a step, and more steps than memory has rows.
+
+        Args:
+            key: Where the time comes from.
+            time: In [s].
+            step: In [s].
+            what: What the step is, for the message.
+            blame: The full key that the message names; that of the time when None.
+        """
+        try:
+            steps = whole_steps(time, step, what)
+        except InputError as error:
+            raise InputError(error.what, file=self.file, key=blame or self.key(key)) from None
+        if steps > MOST_STEPS:
+            raise self.error(key, f"{steps} steps are more than a run can hold (10 million)")
+
     def by_name(
-        self, key: str, kind: str, names: Sequence[str], default: Any = _REQUIRED
+        self,
+        key: str,
+        kind: str,
+        names: Sequence[str],
+        default: Any = _REQUIRED,
+        groups: Mapping[str, Sequence[str]] | None = None,
     ) -> tuple[float, ...]:
         """A number for every name: one number for all, a list in order, or a table by name.
 
@@ -117,6 +158,7 @@ class Table:
             kind: What the names name, for messages.
             names: The names, in order.
             default: A number or sequence for names that a table leaves out.
+            groups: Names that stand for several of the names.
         """
         values = self.value(key, default)
         if not isinstance(values, dict):
@@ -126,9 +168,13 @@ class Table:
                 raise self.error(key, f"must have {len(names)} numbers, one for each {kind}")
             return tuple(self._finite(key, value) for value in values)
         table = Table(values, self.file, self.key(key))
-        for name in values:
-            if name not in names:
-                raise table.unknown(name, kind, name, names)
+        spread: dict[str, Any] = {}
+        for name, value in values.items():
+            members = [name] if name in names else (groups or {}).get(name)
+            if members is None:
+                raise table.unknown(name, kind, name, [*(groups or {}), *names])
+            spread |= {member: values.get(member, value) for member in members}
+        table = Table(spread, self.file, self.key(key))
         defaults = dict(zip(names, self._defaults(default, len(names)), strict=True))
         return tuple(table.number(name, defaults[name]) for name in names)
 

@@ -1,22 +1,27 @@
-"""The joint-space controller as an FMU model: state and reference in, muscle forces out."""
+"""A controller as an FMU model: state, reference and known loads in, muscle forces out."""
 
 from __future__ import annotations
+
+import time
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.ports import Port, joint_controller_ports
+from cardsflow_fmu.ports import Port, controller_ports
 from cardsflow_fmu.timing import whole_steps
-from controllers import JointSpaceController
+from controllers import ControlLoop, ForceSolution, JointSpaceController
+from controllers.operational_space import OperationalSpaceController, Posture
 from sim_dart import DartDynamics
 
 from .experiment_model import ExperimentModel
 from .model import FloatArray
 
+Law = JointSpaceController | OperationalSpaceController
 
-class JointSpaceModel(ExperimentModel):
-    """Computed torque in joint space, eq. (3): one tick a step.
+
+class ControllerModel(ExperimentModel):
+    """A control law and what a sampled loop needs around it: one tick a step.
 
     The law is evaluated with the inputs as they stand at the beginning of a step; its forces hold
     until the next.
@@ -26,23 +31,33 @@ class JointSpaceModel(ExperimentModel):
         values: Memory for the variables.
     """
 
-    description = "Computed-torque controller in joint space"
+    description = "Computed-torque controller"
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
         robot, settings = experiment.robot, experiment.controller
-        n, m = len(robot.coordinates), len(robot.muscles)
-        self._controller = JointSpaceController(
-            DartDynamics(robot),
-            settings.kp,
-            settings.kd,
-            weights=settings.weights,
-            solver=settings.solver,
+        n, m, r = len(robot.coordinates), len(robot.muscles), len(settings.kp)
+        self._dynamics = DartDynamics(robot)
+        self._law = control_law(experiment, self._dynamics)
+        names = (
+            self._dynamics.coordinate_names
+            if settings.space == "joint"
+            else self._dynamics.task_names
         )
-        self._state_and_reference = self.inputs.reshape(5, n)
-        self._forces, self._slack, self._infeasible = np.split(self.outputs, [m, m + n])
+        self._loop = ControlLoop(
+            self._law,
+            names,
+            settings.period,
+            ki=settings.ki,
+            observer=settings.observer,
+            delay=settings.delay,
+            predict=settings.predict,
+        )
+        self._q, self._qd, rows, self._loads = np.split(self.inputs, [n, 2 * n, 2 * n + 3 * r])
+        self._reference = rows.reshape(3, r)
+        self._forces, self._slack, self._report = np.split(self.outputs, [m, m + r])
         self._kp, self._kd, self._f_min, self._f_max, self._period = np.split(
-            self.parameters, [n, 2 * n, 2 * n + m, 2 * n + 2 * m]
+            self.parameters, [r, 2 * r, 2 * r + m, 2 * r + 2 * m]
         )
         self._applied = np.empty(0)
 
@@ -50,35 +65,90 @@ class JointSpaceModel(ExperimentModel):
     def table(experiment: Experiment) -> list[Port]:
         """The table of variables for an experiment."""
         settings = experiment.controller
-        return joint_controller_ports(experiment.robot, settings.kp, settings.kd, settings.period)
+        return controller_ports(
+            experiment.robot, settings.space, settings.kp, settings.kd, settings.period
+        )
 
     def initialize(self, t: float = 0.0) -> None:
         """Take over gains and bounds; until the first tick, every muscle holds its f_min."""
         self._apply_parameters()
+        self._law.reset()
+        self._loop.reset(self._f_min)
         self._forces[:] = self._f_min
         self._slack[:] = 0.0
-        self._infeasible[0] = 0.0
+        self._report[:] = 0.0
 
     def step(self, t: float, h: float) -> None:
         """A tick with the inputs at t; the same forces hold through a step of several periods."""
         whole_steps(h, float(self._period[0]), "the controller's period")
         if not np.array_equal(self._applied, self.parameters):
             self._apply_parameters()
-        solution = self._controller.solve(*self._state_and_reference)
-        self._forces[:] = solution.forces
+        begin = time.perf_counter()
+        solution = self._loop.tick(self._q, self._qd, self._reference, self._known_load())
+        self._forces[:] = self._loop.acting
         self._slack[:] = solution.slack
-        self._infeasible[0] = solution.status == "soft"
+        self._report[:] = _report(solution, time.perf_counter() - begin)
 
     def get_state(self) -> bytes:
-        """Nothing: the law has no memory."""
-        return b""
+        """The memory of the loop and of the law."""
+        return np.concatenate([self._loop.get_state(), self._law.get_state()]).tobytes()
 
     def set_state(self, state: bytes) -> None:
-        """Nothing to go back to."""
-        if state:
-            raise InputError(f"this controller has no state, but got {len(state)} bytes")
+        """Go back to a state from `get_state`."""
+        size = self._loop.get_state().size
+        if len(state) != 8 * (size + self._law.get_state().size):
+            raise InputError(f"a state of this controller does not have {len(state)} bytes")
+        values = np.frombuffer(state)
+        self._loop.set_state(values[:size])
+        self._law.set_state(values[size:])
+
+    def _known_load(self) -> FloatArray | None:
+        """w_e = -J'F of the forces on task points, shape (n,)."""
+        if not self._loads.any():
+            return None
+        w_e: FloatArray = -self._dynamics.point_jacobian(self._q).T @ self._loads
+        return w_e
 
     def _apply_parameters(self) -> None:
-        self._controller.set_gains(self._kp, self._kd)
-        self._controller.distribution.set_bounds(self._f_min, self._f_max)
+        self._law.set_gains(self._kp, self._kd)
+        self._law.set_bounds(self._f_min, self._f_max)
         self._applied = self.parameters.copy()
+
+
+def control_law(experiment: Experiment, dynamics: DartDynamics) -> Law:
+    """The law that an experiment asks for.
+
+    Args:
+        experiment: The experiment.
+        dynamics: The robot as the controller knows it.
+    """
+    settings = experiment.controller
+    tasks = settings.tasks
+    if tasks is None:
+        return JointSpaceController(
+            dynamics,
+            settings.kp,
+            settings.kd,
+            weights=settings.weights,
+            solver=settings.solver,
+        )
+    posture = tasks.posture
+    return OperationalSpaceController(
+        dynamics,
+        settings.kp,
+        settings.kd,
+        posture=None if posture is None else Posture(posture.kd, posture.kp, posture.q0),
+        task_weights=tasks.task_weights,
+        priorities=tasks.priorities,
+        acceleration_weights=tasks.acceleration_weights,
+        force_weights=settings.weights,
+        force_rate_weights=tasks.force_rate_weights,
+        pretension=tasks.pretension,
+        limit_bandwidth=tasks.limit_bandwidth,
+        solver=settings.solver,
+    )
+
+
+def _report(solution: ForceSolution, seconds: float) -> tuple[int, float, bool]:
+    """Number of muscles at a bound, time, infeasible."""
+    return solution.count_at_bounds, seconds, solution.status == "soft"

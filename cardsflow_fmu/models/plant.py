@@ -1,4 +1,4 @@
-"""The plant as an FMU model: forces in; positions, velocities, muscle lengths, task points out."""
+"""The plant as an FMU model: forces and loads in; positions, velocities, lengths, tasks out."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ class PlantModel(ExperimentModel):
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
-        robot = experiment.robot
+        robot = experiment.plant_robot
         n, m = len(robot.coordinates), len(robot.muscles)
         self._robot = robot
         self._plant = Plant(robot, experiment.plant.step)
+        self._forces, self._loads = np.split(self.inputs, [m])
         self._q, self._qd, self._lengths, self._tasks = np.split(
             self.outputs, [n, 2 * n, 2 * n + m]
         )
@@ -53,10 +54,11 @@ class PlantModel(ExperimentModel):
         self._write_outputs()
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h, with the forces held."""
+        """Advance from t to t + h, with forces and loads held."""
         plant = self._plant
+        loads = self._loads if self._loads.any() else None
         for _ in range(whole_steps(h, plant.step_size, "the plant's internal step")):
-            plant.step(self.inputs)
+            plant.step(self._forces, loads=loads)
         self._write_outputs()
 
     def get_state(self) -> bytes:

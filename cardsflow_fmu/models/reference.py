@@ -7,9 +7,16 @@ import struct
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.trajectory import Trajectory
 from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.ports import Port, reference_ports
+from cardsflow_fmu.ports import Port, load_signals, reference_ports
 from controllers import SplineReference
+from controllers.flower import (
+    ApproachReference,
+    FlowerReference,
+    Reference,
+    SequenceReference,
+)
 
 from .experiment_model import ExperimentModel
 from .model import FloatArray
@@ -17,26 +24,52 @@ from .model import FloatArray
 _TIME = struct.Struct("<d")
 
 
+def make_reference(experiment: Experiment) -> Reference:
+    """What an experiment is to follow, its approach included.
+
+    Args:
+        experiment: The experiment.
+    """
+    settings = experiment.reference
+    curve: Reference
+    if isinstance(settings.curve, Trajectory):
+        curve = SplineReference(settings.curve)
+    else:
+        flower = settings.curve
+        curve = FlowerReference(
+            flower.centre, flower.axes, flower.radius, flower.duration, flower.petals
+        )
+    if settings.approach is None:
+        return curve
+    approach = settings.approach
+    way = ApproachReference(approach.start, curve.evaluate(0.0).q, approach.duration)
+    return SequenceReference([way, curve])
+
+
 class ReferenceModel(ExperimentModel):
-    """A spline through given joint positions, evaluated at the end of every step.
+    """What is to be followed, evaluated at the end of every step, and loads from outside.
 
     Args:
         experiment: Whose reference.
         values: Memory for the variables.
     """
 
-    description = "Joint-space reference"
+    description = "Reference"
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
-        self._reference = SplineReference(experiment.trajectory)
-        self._rows = self.outputs.reshape(3, -1)
+        self._reference = make_reference(experiment)
+        loads = len(load_signals(experiment.robot)) if experiment.disturbance else 0
+        rows, self._loads = np.split(self.outputs, [self.outputs.size - loads])
+        self._rows = rows.reshape(3, -1)
+        self._disturbance = experiment.disturbance
         self._time = 0.0
 
     @staticmethod
     def table(experiment: Experiment) -> list[Port]:
         """The table of variables for an experiment."""
-        return reference_ports(experiment.robot)
+        space, disturbance = experiment.reference.space, experiment.disturbance
+        return reference_ports(experiment.robot, space, with_loads=disturbance is not None)
 
     def initialize(self, t: float = 0.0) -> None:
         """Go to the start time."""
@@ -59,3 +92,7 @@ class ReferenceModel(ExperimentModel):
     def _go(self, time: float) -> None:
         self._time = time
         self._rows[:] = np.stack(self._reference.evaluate(time))
+        disturbance = self._disturbance
+        if disturbance is not None:
+            acts = disturbance.begin <= time < disturbance.end
+            self._loads[:] = np.ravel(disturbance.forces) if acts else 0.0

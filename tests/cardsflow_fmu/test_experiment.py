@@ -62,7 +62,7 @@ def test_what_travels_in_an_fmu_reads_back_as_the_same_experiment(
     assert again.controller == experiment.controller
     assert again.plant == experiment.plant
     assert again.run.duration == experiment.run.duration
-    assert again.trajectory.points == experiment.trajectory.points
+    assert again.reference.curve.points == experiment.reference.curve.points
 
 
 def test_points_of_a_reference_may_stand_in_the_experiment(folder: Path) -> None:
@@ -73,7 +73,7 @@ def test_points_of_a_reference_may_stand_in_the_experiment(folder: Path) -> None
     )
     edit(folder, 'trajectory = "simple_joint_motion"', points)
     experiment = Experiment.load(folder, {"run.duration": 2.0})
-    first, last = experiment.trajectory.points
+    first, last = experiment.reference.curve.points
     assert (first.q, first.qd, first.qdd) == ((0.1, 0.2), (0.0, 0.0), ())
     assert (last.time, last.q, last.qd) == (2.0, (0.3, 0.4), (1.0, 0.0))
     assert experiment.start.q == (0.1, 0.2)
@@ -109,7 +109,7 @@ BAD = {
         "start.q.joint_1: 4.0 is outside the limits",
     ),
     "infinite gain": ("kp = 2000.0", "kp = inf", "controller.kp: must be a finite number"),
-    "negative gain": ("kp = 2000.0", "kp = -1", "controller.kp: must not be negative"),
+    "negative gain": ("kp = 2000.0", "kp = -1", "controller.kp: must be above 0"),
     "f_min above f_max": (
         "[plant]",
         "[muscles.cable_3]\nf_min = 200.0\n[plant]",

@@ -169,15 +169,13 @@ def test_a_failing_fmu_ends_the_run_with_its_own_words_and_keeps_the_results(
         "start.q": [-0.4, 0.5],
         **{f"muscles.cable_{k}.f_max": 1e12 for k in (1, 2, 3, 4)},
     }
-    with pytest.raises(
-        RunError, match=r"controller\.fmu failed at t = .* no forces found"
-    ) as caught:
+    with pytest.raises(RunError, match=r"plant\.fmu failed at t = .* diverged") as caught:
         run(Experiment.load(PLANAR_2R, settings), tmp_path)
     assert "Traceback" in str(caught.value)
     assert not caught.value.result.complete
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["status"] == "incomplete"
-    assert "no forces found" in summary["error"]
+    assert "diverged" in summary["error"]
     assert len((tmp_path / "results.csv").read_text().splitlines()) > 1
 
 
@@ -243,3 +241,21 @@ def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
     assert "0 errors, 2 warnings" in done.stdout
     findings = json.loads(cardsflow("check", PLANAR_2R / "robot", "--json").stdout)
     assert {f["name"] for f in findings} == {"link_1", "link_2"}
+
+
+@pytest.mark.parametrize("start", [[0.0, 0.5], [-1.0, 0.5], [-0.5, 1.0], [-0.5, 0.0]])
+@pytest.mark.parametrize("period", [0.005, 0.01])
+def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: float) -> None:
+    """Either joint, either way: a moment of forces at their bounds, each tick of it reported."""
+    experiment = Experiment.load(PLANAR_2R, {"start.q": start, "controller.period": period})
+    result = simulate(experiment, through="direct")
+    summary = result.summary
+    assert summary["tracking"]["rms"] < 0.05
+    assert summary["infeasible_ticks"] <= 20
+    assert summary["infeasible_ticks"] * period <= 0.1
+    ticks = np.flatnonzero(result["infeasible"][:: round(period / 1e-3)])
+    assert summary["infeasible_ticks"] == len(ticks)
+    if len(ticks):
+        assert summary["slack"]["first_at_s"] == pytest.approx(ticks[0] * period)
+        assert max(part["max"] for part in summary["slack"]["per_signal"].values()) > 1.0
+    assert np.abs(result.columns(["q.joint_1", "q.joint_2"])[-1] - [-0.5, 0.5]).max() < 1e-3

@@ -1,0 +1,207 @@
+"""Roboy's left arm draws the flower: eq. (4) from the robot's files to results."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.simulation import simulate
+
+ROBOY_LEFT_ARM = EXAMPLES / "roboy_left_arm"
+AXES = ("x", "y", "z")
+ON_THE_FLOWER = {
+    "start": {"seed": [1.45, 0.0, 0.0, -1.3]},
+    "reference": {
+        "flower": {"centre": [0.45, -0.45, 0.45], "radius": 0.15, "petals": 5, "duration": 30.0}
+    },
+}
+
+
+@cache
+def flower(*settings: tuple[str, object], through="direct") -> Result:
+    """A run of the 30 s flower, from a start on it."""
+    experiment = Experiment.load(ROBOY_LEFT_ARM, ON_THE_FLOWER | dict(settings))
+    return simulate(experiment, through=through)
+
+
+def errors(result: Result):
+    """Distance of the hand from the reference, in [mm]."""
+    y, y_d = (result.columns([f"{p}.hand.{axis}" for axis in AXES]) for p in ("y", "y_d"))
+    return 1e3 * np.linalg.norm(y - y_d, axis=1)
+
+
+def rms(values) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def test_the_flower_at_200_hz() -> None:
+    result = flower()
+    error, robot = errors(result), result.experiment.robot
+    assert result.complete
+    assert rms(error) < 0.06
+    assert error.max() < 0.2
+    assert result.summary["infeasible_ticks"] == 0
+    assert result.summary["ticks"] == 6000
+    assert result.summary["tracking"]["unit"] == "m"
+    assert result.summary["tracking"]["rms"] == pytest.approx(1e-3 * rms(error), rel=1e-12)
+    for c in robot.coordinates:
+        q = result[f"q.{c.name}"]
+        assert c.lower <= q.min() <= q.max() <= c.upper
+    for muscle in robot.muscles:
+        f = result[f"f.{muscle.name}"]
+        assert muscle.f_min <= f.min() <= f.max() <= muscle.f_max
+
+
+def test_the_reference_is_a_rose_about_its_centre() -> None:
+    """R = A cos(5 phi) in the plane y = -0.45 m, through every petal once."""
+    result = flower()
+    x, y, z = (result[f"y_d.hand.{axis}"] for axis in AXES)
+    np.testing.assert_allclose(y, -0.45, atol=1e-12)
+    r, phi = np.hypot(x - 0.45, z - 0.45), np.arctan2(z - 0.45, x - 0.45)
+    np.testing.assert_allclose(r, 0.15 * np.abs(np.cos(5 * phi)), atol=1e-9)
+    np.testing.assert_allclose([x[0], z[0], x[-1], z[-1]], [0.6, 0.45, 0.6, 0.45], atol=1e-12)
+
+
+def test_at_100_hz_with_a_step_of_delay() -> None:
+    result = flower(("controller.period", 0.01), ("controller.delay", 1))
+    assert rms(errors(result)) < 0.5
+    assert result.summary["infeasible_ticks"] == 0
+
+
+def test_a_heavier_arm_with_integral_action() -> None:
+    assert rms(errors(flower(("plant.mass_scale", 1.1), ("controller.ki", 4000.0)))) < 0.2
+    assert rms(errors(flower(("plant.mass_scale", 1.1)))) > 2.0
+
+
+def test_a_known_load_at_the_hand() -> None:
+    loads = ("disturbance", (("force", (("hand", (0.0, 0.0, -10.0)),)), ("known", True)))
+    assert rms(errors(flower(*tables(loads)))) < 0.4
+
+
+def test_an_unknown_load_at_the_hand_with_an_observer() -> None:
+    loads = ("disturbance", (("force", (("hand", (0.0, 0.0, -10.0)),)),))
+    result = flower(*tables(loads), ("controller.observer", 30.0))
+    assert rms(errors(result)) < 5.0
+    assert result["w.hand.fz"][100] == -10.0
+
+
+def tables(*settings):
+    """Settings that may be kept, as `cache` needs it, made into tables again."""
+    return tuple((key, Frozen(value)) for key, value in settings)
+
+
+class Frozen(dict):
+    """A table that can be hashed, of pairs that may hold such pairs."""
+
+    def __init__(self, pairs):
+        super().__init__((k, self._value(v)) for k, v in pairs)
+
+    @classmethod
+    def _value(cls, value):
+        if not isinstance(value, tuple):
+            return value
+        return cls(value) if isinstance(value[0], tuple) else list(value)
+
+    def __hash__(self):
+        return hash(repr(self))
+
+
+def test_fmus_and_a_plain_python_loop_give_equal_columns() -> None:
+    settings = {
+        "run.duration": 0.5,
+        "controller.observer": 20.0,
+        "controller.ki": 100.0,
+        "controller.delay": 1,
+        "controller.task_weights": {"hand.y": 100.0},
+        "controller.priorities": {"hand.z": 2.0},
+        "disturbance": {"force": {"hand": [1.0, 2.0, -3.0]}, "begin": 0.1, "end": 0.3},
+        "plant.mass_scale": {"lower_arm_left": 1.05},
+    }
+    experiment = Experiment.load(ROBOY_LEFT_ARM, settings)
+    fmu, direct = simulate(experiment), simulate(experiment, through="direct")
+    assert fmu.names == direct.names
+    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
+    assert fmu["w.hand.fz"][50] == 0.0
+    assert fmu["w.hand.fz"][150] == -3.0
+    assert fmu["w.hand.fz"][350] == 0.0
+
+
+def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None:
+    result = run(Experiment.load(ROBOY_LEFT_ARM, {"run.duration": 2.5}), tmp_path)
+    y_d = result.columns([f"y_d.hand.{axis}" for axis in AXES])
+    np.testing.assert_allclose(y_d[0], [0.5, -0.45, 0.4], atol=1e-6)
+    np.testing.assert_allclose(y_d[2000], [0.6, -0.45, 0.45], atol=1e-9)
+    assert errors(result).max() < 0.2
+    way = y_d[:2001] - y_d[0]
+    np.testing.assert_allclose(np.cross(way, way[-1]), 0.0, atol=1e-12)
+    for name in ("tracking.png", "path.png", "path.svg", "results.csv", "controller.fmu"):
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
+    """What the paper prints leaves the self-motion undamped; why a posture is the default."""
+    literal = flower(("controller.posture", False), ("controller.limit_bandwidth", False))
+    q, kept = literal["q.joint_1"], flower()["q.joint_1"]
+    assert (q.min(), q.max()) == pytest.approx((1.2, 1.7), abs=1e-3)
+    assert 1.3 < kept.min() < kept.max() < 1.6
+    assert errors(literal).max() > 1.0
+
+
+def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_stops() -> None:
+    result = flower(("controller.posture", False))
+    assert errors(result).max() < 0.2
+    q = result["q.joint_1"]
+    assert 1.2 - 1e-3 < q.min() < q.max() < 1.7 + 1e-3
+
+
+def test_the_published_xylo_trajectory_is_within_reach() -> None:
+    """80 s over keys from x = 0.25 to 0.65 m, far outside the flower."""
+    settings = {
+        "reference": {"trajectory": "xylo_1", "file": "xylo_trajectories.xml"},
+        "start": {"seed": [1.45, 0.0, 0.0, -1.3]},
+    }
+    result = simulate(Experiment.load(ROBOY_LEFT_ARM, settings), through="direct")
+    assert result["time"][-1] == 80.0
+    assert rms(errors(result)) < 0.06
+    assert result.summary["infeasible_ticks"] == 0
+
+
+def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
+    wide = ON_THE_FLOWER | {"reference.flower.radius": 0.5}
+    with pytest.raises(InputError, match=r"start\.q: no configuration reaches hand\.x 0\.95"):
+        Experiment.load(ROBOY_LEFT_ARM, wide)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"start.y": [2.0, 0.0, 0.0]}, "start.y: "),
+        ({"start.y": [0.5, -0.45]}, "start.y: must have 3 numbers, one for each task coordinate"),
+        ({"robot.operational_space": "foot"}, "robot.operational_space: no operational space"),
+        ({"controller.type": "joint_space"}, "controller.type: 'joint_space' does not follow"),
+        ({"controller.kp": {"hnad": 1.0}}, "controller.kp.hnad: no task coordinate 'hnad'"),
+        ({"controller.kp": 0.0}, "controller.kp: must be above 0: 0.0 of hand.x"),
+        ({"controller.task_weights": -1.0}, "controller.task_weights: must be above 0, or 'exact'"),
+        ({"controller.priorities": 0.5}, "controller.priorities: must be whole numbers"),
+        ({"controller.posture.kp": -1.0}, "controller.posture.kp: must not be negative"),
+        ({"controller.delay": 3}, "controller.delay: must be 0 or 1 periods"),
+        ({"controller.predict": 1}, "controller.predict: must be true or false"),
+        ({"reference.flower.petals": 0}, "reference.flower.petals: must be at least 1"),
+        ({"reference.flower.radius": -0.1}, "reference.flower.radius: must be above 0"),
+        ({"reference.flower.axes": [[1, 0, 0], [1, 0, 0]]}, "reference.flower.axes: must be two"),
+        ({"reference.approach.duration": 0.0}, "reference.approach.duration: must be above 0"),
+        ({"disturbance.force": {"foot": [0, 0, 1]}}, "disturbance.force.foot: no task frame"),
+        ({"disturbance": {"begin": 2.0, "end": 1.0}}, "disturbance.end: must be after begin"),
+        ({"plant.mass_scale": 0.0}, "plant.mass_scale: must be above 0"),
+    ],
+)
+def test_bad_settings_are_refused_before_the_first_step(settings: dict, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        Experiment.load(ROBOY_LEFT_ARM, settings)
+    assert message in str(error.value)
