@@ -8,9 +8,10 @@ from typing import Any
 
 from addin_sdfusion.robot import Robot, UnknownNameError
 from addin_sdfusion.robot.trajectory import Space
-from controllers.operational_space import FORCE_WEIGHT, LIMIT_BANDWIDTH
+from controllers.operational_space import LIMIT_BANDWIDTH
 from controllers.qp import DEFAULT_SOLVER, require_solver
 
+from .control_types import TYPES, ControlType
 from .experiment import (
     ControllerSettings,
     PostureSettings,
@@ -22,9 +23,6 @@ from .experiment import (
 from .ports import task_names
 from .tables import Table
 
-SPACES: dict[str, Space] = {"joint_space": "joint", "operational_space": "operational"}
-"""What each type of controller follows."""
-
 EXACT = "exact"
 """Stands for an infinite weight, which no number in a file does."""
 
@@ -34,7 +32,8 @@ _POSTURE_KP, _POSTURE_KD = 25.0, 10.0
 
 def followed_space(table: Table) -> Space:
     """What the controller is going to follow, before the rest of its table can be read."""
-    return SPACES.get(table.value("type", None), "joint")
+    type_ = TYPES.get(str(table.value("type", None)))
+    return "joint" if type_ is None else type_.space
 
 
 def read_controller(
@@ -56,11 +55,11 @@ def read_controller(
     Raises:
         InputError: Something in it is wrong.
     """
-    default = next(name for name, space in SPACES.items() if space == reference.space)
-    type_ = table.choice("type", "controller type", list(SPACES), default)
-    if SPACES[type_] != reference.space:
+    fitting = [name for name, known in TYPES.items() if known.space == reference.space]
+    type_ = table.choice("type", "controller type", list(TYPES), fitting[0])
+    if type_ not in fitting:
         what = f"{type_!r} does not follow a reference in {reference.space} space"
-        raise table.error("type", f"{what}; use {default!r}")
+        raise table.error("type", f"{what}; use {' or '.join(map(repr, fitting))}")
     kind, names, groups = _followed(robot, reference.space)
     muscles = [muscle.name for muscle in robot.muscles]
     operational = reference.space == "operational"
@@ -70,12 +69,12 @@ def read_controller(
         kd=table.by_name("kd", kind, names, groups=groups),
         period=table.positive("period", run.step),
         solver=_solver(table),
-        weights=table.by_name("weights", "muscle", muscles, FORCE_WEIGHT if operational else 1.0),
+        weights=table.by_name("weights", "muscle", muscles, TYPES[type_].force_weight),
         ki=table.by_name("ki", kind, names, 0.0, groups),
         observer=table.number("observer", 0.0),
         delay=table.whole("delay", 0),
         predict=table.flag("predict", True),
-        tasks=_tasks(table, robot, start) if operational else None,
+        tasks=_tasks(table, robot, start, TYPES[type_]) if operational else None,
     )
     table.close()
     _check(table, settings, names)
@@ -99,13 +98,13 @@ def _solver(table: Table) -> str:
         raise table.unknown("solver", "QP solver", name, error.known) from None
 
 
-def _tasks(table: Table, robot: Robot, start: StartSettings) -> TaskSettings:
+def _tasks(table: Table, robot: Robot, start: StartSettings, type_: ControlType) -> TaskSettings:
     kind, names, groups = _followed(robot, "operational")
     coordinates = [c.name for c in robot.coordinates]
     muscles = [muscle.name for muscle in robot.muscles]
     return TaskSettings(
         posture=_posture(table, coordinates, start),
-        task_weights=_task_weights(table, kind, names, groups),
+        task_weights=_task_weights(table, kind, names, groups, type_.task_weight),
         priorities=table.by_name("priorities", kind, names, 1.0, groups),
         acceleration_weights=table.by_name("acceleration_weights", "coordinate", coordinates, 1.0),
         force_rate_weights=table.by_name("force_rate_weights", "muscle", muscles, 0.0),
@@ -133,13 +132,17 @@ def _posture(
 
 
 def _task_weights(
-    table: Table, kind: str, names: Sequence[str], groups: Mapping[str, Sequence[str]]
+    table: Table,
+    kind: str,
+    names: Sequence[str],
+    groups: Mapping[str, Sequence[str]],
+    default: float | None,
 ) -> tuple[float, ...]:
     """W; the word `exact` stands for infinity."""
-    key = "task_weights"
-    numbers = {key: _without_exact(table, key, table.value(key, EXACT))}
+    key, usual = "task_weights", _INFINITY if default is None else default
+    numbers = {key: _without_exact(table, key, table.value(key, usual))}
     given = Table(numbers, table.file, table.path)
-    weights = given.by_name(key, kind, names, _INFINITY, groups)
+    weights = given.by_name(key, kind, names, usual, groups)
     return tuple(math.inf if w == _INFINITY else w for w in weights)
 
 
@@ -149,7 +152,7 @@ def _without_exact(table: Table, key: str, given: Any) -> Any:
         return {name: _without_exact(table, key, value) for name, value in given.items()}
     if isinstance(given, list):
         return [_without_exact(table, key, value) for value in given]
-    if isinstance(given, (int, float)) and given <= 0:
+    if key in table and isinstance(given, (int, float)) and given <= 0:
         raise table.error(key, f"must be above 0, or {EXACT!r}: {given!r}")
     return _INFINITY if given == EXACT else given
 

@@ -12,6 +12,8 @@ from typing import Any
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.trajectory import Space, Trajectory
 
+from .control_types import TYPES
+
 _RESOURCE = "experiment.json"
 
 
@@ -154,11 +156,12 @@ class ControllerSettings:
 
     Attributes:
         type: Kind of controller.
-        kp, kd: Gains of every coordinate, or task coordinate, in [1/s²] and [1/s].
+        kp, kd: Gains of every coordinate, or task coordinate, in [1/s²] and [1/s]; where they make
+            torques, in [N·m/rad] and [N·m·s/rad], or [N/m] and [N·s/m].
         period: Time between two ticks, in [s].
         solver: Name of a QP back end.
         weights: Diagonal of H or H_f, one a muscle, in [1/N²].
-        ki: Integral gain of every coordinate, or task coordinate, in [1/s³].
+        ki: Integral gain of every coordinate, or task coordinate, in [1/s³], or that of kp by [s].
         observer: Bandwidth of the disturbance observer, in [rad/s]; 0 for none.
         delay: Ticks until a tick's forces take effect, 0 or 1.
         predict: Whether the controller makes up for the delay.
@@ -181,6 +184,11 @@ class ControllerSettings:
     def space(self) -> Space:
         """What it follows: joint positions, or task coordinates."""
         return "joint" if self.tasks is None else "operational"
+
+    @property
+    def torque_gains(self) -> bool:
+        """Whether the gains make torques of errors, instead of accelerations."""
+        return TYPES[self.type].torque_gains
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,6 +307,8 @@ class Experiment:
         from controllers.gains import sampling_warning
 
         controller = self.controller
+        if controller.torque_gains:
+            return []
         names = (
             [c.name for c in self.robot.coordinates]
             if controller.space == "joint"

@@ -233,16 +233,23 @@ def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Po
 
 
 def controller_ports(
-    robot: Robot, space: Space, kp: Sequence[float], kd: Sequence[float], period: float
+    robot: Robot,
+    space: Space,
+    kp: Sequence[float],
+    kd: Sequence[float],
+    period: float,
+    *,
+    torque_gains: bool = False,
 ) -> list[Port]:
     """Ports of a controller: state, reference and known loads in; forces and diagnostics out.
 
     Args:
         robot: The robot.
         space: Whether the reference is of joints or of task coordinates.
-        kp: Position gains of what is followed, in [1/s²].
-        kd: Velocity gains of what is followed, in [1/s].
+        kp: Position gains of what is followed.
+        kd: Velocity gains of what is followed.
         period: Time between two ticks, in [s].
+        torque_gains: Whether the gains make torques of errors, instead of accelerations.
     """
     return [
         *_coordinate_ports("q", "", "Position", robot, "input", "continuous"),
@@ -256,7 +263,7 @@ def controller_ports(
         Port(
             "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
         ),
-        *_gain_ports(robot, space, kp, kd),
+        *_gain_ports(robot, space, kp, kd, torque_gains),
         *_bound_ports(robot),
         Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
     ]
@@ -281,16 +288,27 @@ def _slack_ports(robot: Robot, space: Space) -> list[Port]:
     ]
 
 
-def _gain_ports(robot: Robot, space: Space, kp: Sequence[float], kd: Sequence[float]) -> list[Port]:
+def _gain_ports(
+    robot: Robot,
+    space: Space,
+    kp: Sequence[float],
+    kd: Sequence[float],
+    torque_gains: bool,
+) -> list[Port]:
     signals = coordinate_signals if space == "joint" else task_signals
-    return [
-        Port(name, unit, "parameter", "tunable", f"{what} gain of {name[3:]}", value)
-        for prefix, unit, what, values in (
-            ("kp", "1/s2", "Position", kp),
-            ("kd", "1/s", "Velocity", kd),
-        )
-        for name, value in zip(signals(prefix, robot), values, strict=True)
-    ]
+    ports = []
+    for prefix, unit, per, what, values in (
+        ("kp", "1/s2", "", "Position", kp),
+        ("kd", "1/s", ".s", "Velocity", kd),
+    ):
+        units = [unit] * len(values)
+        if torque_gains:
+            units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
+        ports += [
+            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value)
+            for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
+        ]
+    return ports
 
 
 def _bound_ports(robot: Robot) -> list[Port]:

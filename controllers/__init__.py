@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .lyapunov import LyapunovController
     from .motors import SpringMotors
     from .nonlinear_systems import to_nlsys
+    from .reactive_qp import ReactiveQPController
     from .stiffness import Stiffness, task_stiffness
     from .torque_position import TorquePositionController
     from .workspace import Workspace, joint_grid
@@ -46,6 +47,7 @@ _HOMES = {
     "METHODS": "distributions",
     "Motion": "inverse_dynamics",
     "MotionForces": "inverse_dynamics",
+    "ReactiveQPController": "reactive_qp",
     "SpringMotors": "motors",
     "Stiffness": "stiffness",
     "TorquePositionController": "torque_position",
@@ -90,6 +92,7 @@ __all__ = [
     "MotionForces",
     "OperationalSpaceController",
     "Posture",
+    "ReactiveQPController",
     "Reference",
     "SequenceReference",
     "SplineReference",

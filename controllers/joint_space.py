@@ -9,6 +9,8 @@ Where no force fits, the error of the acceleration is made as small as the bound
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +19,9 @@ from . import qp
 from .dynamics import Dynamics, bias_torque
 from .force_distribution import ForceDistribution, ForceSolution
 from .vectors import check_sizes, gain_vector, named_vector
+
+if TYPE_CHECKING:
+    from .nonlinear_systems import Systems
 
 FloatArray = NDArray[np.float64]
 
@@ -92,6 +97,17 @@ class JointSpaceController:
             InputError: The state has another length or is not finite.
         """
         self.distribution.set_state(state)
+
+    def to_nlsys(self, period: float, *, delay: int = 0) -> Systems:
+        """Robot, controller and their loop as systems of python-control.
+
+        Args:
+            period: T, in [s].
+            delay: Ticks from reading a state until its forces take effect: 0 or 1.
+        """
+        from .nonlinear_systems import to_nlsys
+
+        return to_nlsys(self, period=period, delay=delay)
 
     def required_torque(
         self,

@@ -6,12 +6,19 @@ import time
 
 import numpy as np
 
+import controllers
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.control_types import TYPES
 from cardsflow_fmu.experiment import Experiment
 from cardsflow_fmu.ports import Port, controller_ports
 from cardsflow_fmu.timing import whole_steps
-from controllers import ControlLoop, ForceSolution, JointSpaceController
-from controllers.operational_space import OperationalSpaceController, Posture
+from controllers import (
+    ControlLoop,
+    ForceSolution,
+    JointSpaceController,
+    OperationalSpaceController,
+    Posture,
+)
 from sim_dart import DartDynamics
 
 from .experiment_model import ExperimentModel
@@ -31,7 +38,7 @@ class ControllerModel(ExperimentModel):
         values: Memory for the variables.
     """
 
-    description = "Computed-torque controller"
+    description = "Controller of muscle forces"
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
@@ -66,7 +73,12 @@ class ControllerModel(ExperimentModel):
         """The table of variables for an experiment."""
         settings = experiment.controller
         return controller_ports(
-            experiment.robot, settings.space, settings.kp, settings.kd, settings.period
+            experiment.robot,
+            settings.space,
+            settings.kp,
+            settings.kd,
+            settings.period,
+            torque_gains=settings.torque_gains,
         )
 
     def initialize(self, t: float = 0.0) -> None:
@@ -123,17 +135,15 @@ def control_law(experiment: Experiment, dynamics: DartDynamics) -> Law:
         dynamics: The robot as the controller knows it.
     """
     settings = experiment.controller
-    tasks = settings.tasks
+    tasks, law = settings.tasks, getattr(controllers, TYPES[settings.type].law)
+    made: Law
     if tasks is None:
-        return JointSpaceController(
-            dynamics,
-            settings.kp,
-            settings.kd,
-            weights=settings.weights,
-            solver=settings.solver,
+        made = law(
+            dynamics, settings.kp, settings.kd, weights=settings.weights, solver=settings.solver
         )
+        return made
     posture = tasks.posture
-    return OperationalSpaceController(
+    made = law(
         dynamics,
         settings.kp,
         settings.kd,
@@ -147,6 +157,7 @@ def control_law(experiment: Experiment, dynamics: DartDynamics) -> Law:
         limit_bandwidth=tasks.limit_bandwidth,
         solver=settings.solver,
     )
+    return made
 
 
 def _report(solution: ForceSolution, seconds: float) -> tuple[int, float, bool]:

@@ -151,7 +151,7 @@ BAD = {
         '"joint" ',
         "controller.type: .*did you mean 'joint_space'",
     ),
-    "unknown solver": ('"daqp"  ', '"dapq"  ', "controller.solver: .*did you mean 'daqp'"),
+    "unknown solver": ('"dual_newton"', '"dapq"', "controller.solver: .*did you mean 'daqp'"),
     "unknown cable set": (
         'cable_set = "basic"',
         'cable_set = "basics"',

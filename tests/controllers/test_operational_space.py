@@ -6,7 +6,7 @@ import qpsolvers
 from arms import PointMass, TwoLinkArm
 
 from addin_sdfusion.robot import InputError, SimulationError
-from controllers import OperationalSpaceController, Posture
+from controllers import OperationalSpaceController, Posture, ReactiveQPController
 
 ZERO = np.zeros(2)
 
@@ -337,3 +337,21 @@ def test_vectors_of_wrong_length_are_refused_by_name(changes, message) -> None:
         vectors[place] = vector
     with pytest.raises(InputError, match=message):
         controller.solve(*vectors)
+
+
+def test_with_the_task_as_cost_there_is_always_a_solution() -> None:
+    """The least of 1/2 a² + alpha/2 (10 - a)² is at a = 10 alpha / (1 + alpha)."""
+    mass = PointMass()
+    controller = ReactiveQPController(
+        mass, 1.0, 1.0, task_weights=100.0, posture=Posture(kd=0.0), force_weights=1e-12
+    )
+    wanted = np.array([10.0, 0.0])
+    solution = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, wanted)
+    assert solution.qdd[0] == pytest.approx(1000.0 / 101.0, abs=1e-6)
+    assert solution.status == "solved"
+    mass.f_max = np.full(6, 15.0)
+    weak = ReactiveQPController(mass, 1.0, 1.0)
+    solution = weak.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, wanted)
+    assert solution.status == "solved"
+    assert solution.qdd[0] == pytest.approx(7.0, abs=1e-6)
+    assert solution.slack[0] == pytest.approx(3.0, abs=1e-6)

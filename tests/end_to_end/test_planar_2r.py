@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import simulate_fmu
+from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 from robots import PLANAR_2R
 
@@ -259,3 +259,26 @@ def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: floa
         assert summary["slack"]["first_at_s"] == pytest.approx(ticks[0] * period)
         assert max(part["max"] for part in summary["slack"]["per_signal"].values()) > 1.0
     assert np.abs(result.columns(["q.joint_1", "q.joint_2"])[-1] - [-0.5, 0.5]).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("type_", "kp", "kd", "largest"),
+    [
+        ("force_position", 2000.0, 90.0, 1e-3),
+        ("lyapunov", [480.0, 50.0], [21.0, 2.2], 1e-3),
+        ("torque_position", [480.0, 50.0], [21.0, 2.2], 0.03),
+    ],
+)
+def test_other_controllers_of_joints_run_as_fmus(
+    type_: str, kp: object, kd: object, largest: float, tmp_path: Path
+) -> None:
+    settings = {"controller.type": type_, "controller.kp": kp, "controller.kd": kd}
+    result = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    assert result.summary["tracking"]["max"] < largest
+    experiment = Experiment.load(PLANAR_2R, settings | {"run.duration": 0.1})
+    fmu, direct = simulate(experiment), simulate(experiment, through="direct")
+    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
+    file = build(experiment, tmp_path)["controller"]
+    assert validate_fmu(str(file)) == []
+    kp_port = next(v for v in read_model_description(file).modelVariables if v.name == "kp.joint_1")
+    assert kp_port.unit == ("1/s2" if type_ == "force_position" else "N.m/rad")

@@ -144,6 +144,19 @@ def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None
         assert (tmp_path / name).stat().st_size > 1000
 
 
+def test_with_the_task_as_cost_the_flower_is_drawn_a_little_less_exactly() -> None:
+    result = flower(("controller.type", "reactive_qp"))
+    assert 0.04 < rms(errors(result)) < 0.2
+    assert result.summary["infeasible_ticks"] == 0
+
+
+def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
+    result = flower(("controller.period", 0.001))
+    assert result.summary["ticks"] == 30_000
+    assert result.summary["infeasible_ticks"] == 0
+    assert rms(errors(result)) < 0.06
+
+
 def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
     """What the paper prints leaves the self-motion undamped; why a posture is the default."""
     literal = flower(("controller.posture", False), ("controller.limit_bandwidth", False))
