@@ -58,6 +58,19 @@ class Inertia:
             (self.ixz, self.iyz, self.izz),
         )
 
+    def scaled(self, factor: float) -> Inertia:
+        """The inertia of the same body with another density.
+
+        Args:
+            factor: The new density over the old one.
+        """
+        return Inertia(
+            factor * self.mass,
+            self.com,
+            *(factor * entry for entry in (self.ixx, self.iyy, self.izz)),
+            *(factor * entry for entry in (self.ixy, self.ixz, self.iyz)),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
