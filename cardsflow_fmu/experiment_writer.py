@@ -31,9 +31,9 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         "robot": {
             "path": str(experiment.robot_path),
             "cable_set": robot.cable_set,
-            "operational_space": robot.task_set,
             "gravity": list(robot.gravity),
-        },
+        }
+        | ({"operational_space": robot.task_set} if robot.task_set else {}),
         "muscles": {
             muscle.name: {"f_min": muscle.f_min}
             | ({"f_max": muscle.f_max} if math.isfinite(muscle.f_max) else {})
