@@ -59,7 +59,9 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
 
 def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Finding]:
     """Links that weigh nothing."""
-    problem = "weighs nothing: it has no solid body with a material; add one, or another to it"
+    problem = (
+        "weighs nothing: it has no solid body with a material; add one to its component or group"
+    )
     return [
         warning(Subject("link", name), "link-without-mass", problem)
         for name in names
@@ -75,7 +77,10 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
         yield warning(Subject("point", name), "broken-point", problem)
     names = in_name_order({p.name for p in snapshot.points if _is_com(p)})
     if names:
-        problem = f"{_listed(names)} have no effect: link frames are at the joints; delete them"
+        problem = (
+            "points that say where a centre of mass is have no effect, Fusion tells it; delete "
+            f"{_listed(names)}"
+        )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)
     yield from _ambiguous(snapshot, table, links)
 

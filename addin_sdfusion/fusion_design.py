@@ -7,8 +7,8 @@ units. Nothing is ever edited. What cannot be read becomes a finding; the rest i
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import adsk.core
 import adsk.fusion
@@ -40,6 +40,8 @@ from .snapshot import (
     PointSnapshot,
     SurfaceSnapshot,
 )
+
+Item = TypeVar("Item")
 
 _VERSION = r" v\d+$"  # the root component is named after the document's version
 
@@ -96,13 +98,18 @@ class _Reading:
         notes, design = self._notes, self._design
         attributes = notes.attempt(self._subject, "attributes", own_attributes, design) or {}
         settings = self._settings(attributes)
-        places = find_places(design.rootComponent, notes)
+        root = notes.attempt(self._subject, "root component", lambda: design.rootComponent)
+        places = [] if root is None else find_places(root, notes)
         by_path = {place.path: place for place in places}
         self._whole = sum(1 + count_bodies(place) for place in places)
         mesher = Mesher(settings.quality, notes) if meshes else None
         occurrences, bodies = self._parts(places, mesher)
         keys = Keys(places)
-        points = [point for place in places for point in read_points(place, keys, notes)]
+        points = [
+            point
+            for place in places
+            for point in self._all("points", place, read_points(place, keys, notes))
+        ]
         return DesignSnapshot(
             name=self._name(),
             settings=settings,
@@ -127,7 +134,8 @@ class _Reading:
             self._tick(place.path or self._name())
             if place.occurrence is not None:
                 occurrences.append(self._occurrence(place))
-            found = read_bodies(place, mesher, self._masses, self._notes, self._tick)
+            read = read_bodies(place, mesher, self._masses, self._notes, self._tick)
+            found = self._all("bodies", place, read)
             bodies += sorted(found, key=lambda body: (natural_key(body.name), body.kind))
         return occurrences, bodies
 
@@ -154,7 +162,7 @@ class _Reading:
     ) -> tuple[JointSnapshot, ...]:
         found: list[tuple[str, JointSnapshot]] = []
         for place in places:
-            joints = read_joints(place, by_path, self._notes)
+            joints = self._all("joints", place, read_joints(place, by_path, self._notes))
             ordered = sorted(joints, key=lambda joint: (natural_key(joint.name), joint.as_built))
             found += [(place.path, joint) for joint in ordered]
         named = with_unique_names(found, "joint", self._notes)
@@ -165,19 +173,27 @@ class _Reading:
     ) -> tuple[GroupSnapshot, ...]:
         found: list[tuple[str, GroupSnapshot]] = []
         for place in places:
-            groups = read_groups(place, by_path, self._notes)
+            groups = self._all("groups", place, read_groups(place, by_path, self._notes))
             ordered = sorted(groups, key=lambda group: natural_key(group.name))
             found += [(place.path, group) for group in ordered]
         named = with_unique_names(found, "group", self._notes)
         return tuple(sorted(named, key=lambda group: natural_key(group.name)))
 
     def _surfaces(self, places: Sequence[Place], keys: Keys) -> tuple[SurfaceSnapshot, ...]:
+        subject, told = Subject("design", "wrap surfaces"), list[SurfaceSnapshot]()
         found = read_surfaces(self._design, places, keys, self._notes)
+        self._notes.attempt(subject, "faces", told.extend, found)
 
         def key(surface: SurfaceSnapshot) -> Any:
             return natural_key(surface.occurrence), natural_key(surface.entity)
 
-        return tuple(sorted(found, key=key))
+        return tuple(sorted(told, key=key))
+
+    def _all(self, what: str, place: Place, found: Iterator[Item]) -> list[Item]:
+        """What is found in a place, up to what nobody has thought of."""
+        read: list[Item] = []
+        self._notes.attempt(place.subject, what, read.extend, found)
+        return read
 
     def _settings(self, attributes: Mapping[str, str]) -> ExportSettings:
         text = attributes.get(SETTINGS)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from .fusion_notes import if_told
 from .fusion_places import Place
 
 
@@ -40,4 +41,6 @@ class Keys:
 
 
 def _identity(place: Place) -> tuple[str, str]:
-    return str(place.component.id), str(place.component.name)
+    component = place.component
+    told = if_told(lambda: (str(component.id), str(component.name)))
+    return told or ("", place.path)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from operator import eq
 from typing import Any, NamedTuple
 
 import adsk.core
@@ -17,11 +19,21 @@ from .fusion_units import direction, length, position
 from .muscle_attributes import GROUP, WRAP
 from .robot.finding import Subject
 from .robot.placement import Vector3
-from .robot.pose import add, dot, subtract
+from .robot.pose import add, cross, dot, subtract
 from .snapshot import SurfaceSnapshot
 
 _AGAIN = "Pick the face again in Define muscles"
 _STROKE = 0.001  # [cm], how far the pieces of a curved edge may be from it
+
+
+@dataclass(frozen=True)
+class _Body:
+    """A native body, its component, and its wrap faces with their attributes."""
+
+    native: Any
+    name: str
+    component: Any
+    faces: list[tuple[Any, dict[str, str]]]
 
 
 class _Extent(NamedTuple):
@@ -45,10 +57,10 @@ def read_surfaces(
     subject = Subject("design", "wrap surfaces")
     told = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
     faces = [face for attribute in told or () for face in _faces(attribute, notes)]
-    for body, held in _by_body(faces, subject, notes):
+    for body in _by_body(faces, subject, notes):
         for place in places:
-            if place.component == body.parentComponent:
-                yield from _in_place(place, body, held, keys, notes)
+            if notes.attempt(subject, "component", eq, place.component, body.component):
+                yield from _in_place(place, body, keys, notes)
 
 
 def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
@@ -70,54 +82,38 @@ def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
     yield face.nativeObject or face
 
 
-def _by_body(
-    faces: Iterable[Any], subject: Subject, notes: Notes
-) -> list[tuple[Any, list[tuple[Any, dict[str, str]]]]]:
-    """Faces and their attributes by native body; API objects cannot be hashed."""
-    found: list[tuple[Any, list[tuple[Any, dict[str, str]]]]] = []
+def _by_body(faces: Iterable[Any], subject: Subject, notes: Notes) -> list[_Body]:
+    """Faces by native body; API objects cannot be hashed."""
+    found: list[_Body] = []
     for face in faces:
-        told = notes.attempt(subject, "body", _body_and_attributes, face)
+        told = notes.attempt(subject, "body", _body_of, face)
         if told is None:
             continue
-        body, held = told
-        known = next((faces for other, faces in found if other == body), None)
+        known = next((body for body in found if body.native == told.native), None)
         if known is None:
-            found.append((body, known := []))
-        known.append((face, held))
+            found.append(told)
+        else:
+            known.faces.extend(told.faces)
     return found
 
 
-def _body_and_attributes(face: Any) -> tuple[Any, dict[str, str]]:
-    return face.body.nativeObject or face.body, own_attributes(face)
+def _body_of(face: Any) -> _Body:
+    body = face.body.nativeObject or face.body
+    return _Body(body, str(body.name), body.parentComponent, [(face, own_attributes(face))])
 
 
-def _in_place(
-    place: Place,
-    body: Any,
-    faces: list[tuple[Any, dict[str, str]]],
-    keys: Keys,
-    notes: Notes,
-) -> Iterator[SurfaceSnapshot]:
+def _in_place(place: Place, body: _Body, keys: Keys, notes: Notes) -> Iterator[SurfaceSnapshot]:
     """The wrap surfaces of one body in one place."""
     read = []
-    for face, held in faces:
-        subject = Subject("wrap_surface", place.named(f"{body.name}"))
+    for face, held in body.faces:
+        subject = Subject("wrap_surface", place.named(body.name))
         told = notes.attempt(subject, "face", _surface, place, face, held, todo=_AGAIN)
         if told is not None:
             read.append(told)
     read.sort(key=lambda pair: pair[0])
     for number, (_, surface) in enumerate(read):
         key = keys.key(place, f"{body.name}/face", number)
-        yield SurfaceSnapshot(
-            surface.occurrence,
-            surface.shape,
-            surface.radius,
-            surface.centre,
-            surface.axis,
-            surface.length,
-            key,
-            surface.attributes,
-        )
+        yield replace(surface, entity=key)
 
 
 def _surface(
@@ -169,8 +165,7 @@ def _edge_extent(edge: Any, origin: Vector3, axis: Vector3) -> _Extent:
     circle = adsk.core.Circle3D.cast(curve)
     if circle is not None:
         middle = dot(subtract(position(circle.center), origin), axis)
-        slope = dot(direction(circle.normal), axis)
-        reach = length(circle.radius) * math.sqrt(max(0.0, 1.0 - slope * slope))
+        reach = length(circle.radius) * math.hypot(*cross(direction(circle.normal), axis))
         return _Extent(middle - reach, middle + reach)
     line = adsk.core.Line3D.cast(curve)
     if line is not None:

@@ -51,6 +51,7 @@ class _Weighing:
             self._bodies.setdefault(body.occurrence, []).append(body)
         self._whole: dict[str, bool] = {}
         self._findings: list[Finding] = []
+        self._told = {(finding.code, finding.subject) for finding in snapshot.findings}
         masses = [*(o.mass for o in snapshot.occurrences), *(b.mass for b in snapshot.bodies)]
         self._sign = common_sign(m for m in masses if m is not None and is_usable(m))
 
@@ -127,10 +128,10 @@ class _Weighing:
             self._findings.append(warning(subject, f"{body.kind}-body", problem))
             return False
         has_mass = body.mass is not None and is_usable(body.mass)
-        if not has_mass and not is_weighed:
+        if not has_mass and not is_weighed and ("no-mass", subject) not in self._told:
             material = f" of {body.material!r}" if body.material else ", having no material"
             problem = f"has no mass{material}; give it a physical material"
-            self._findings.append(warning(subject, "body-without-mass", problem))
+            self._findings.append(warning(subject, "no-mass", problem))
         return has_mass
 
     def _note_split(self, path: str, mass: MassSnapshot) -> None:

@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from .links import PREFIX
 from .robot.check import check
-from .robot.finding import Finding
+from .robot.finding import Finding, Subject
 from .robot.model import Robot
 
 _FOLLOWS = {
     "unknown-link": ("too-few-via-points", "no-moment-arm"),
     "duplicate-wrap": ("duplicate-wrap-surface",),
     "missing-name": ("bad-name",),
+    "joint-apart": ("joint-sides-apart",),
+    "ball-axes-uncertain": ("ball-joint-turned",),
     "link-without-mass": (
         "no-mass-along-axis",
         "no-inertia-about-axis",
         "zero-inertia-about-axis",
     ),
 }
-"""What a check says of an object only because of a defect that is told already."""
+"""What is said of an object only because of a defect that is told already."""
 _OF_JOINTS = ("duplicate-joint", "bad-name")
 _OF_COORDINATES = ("duplicate-coordinate", "bad-name")
 _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
@@ -42,8 +45,9 @@ def with_check(
     found = list(findings)
     for finding in massless:
         found.append(replace(finding, severity="error") if finding.subject in stuck else finding)
-    told = {(finding.code, finding.subject) for finding in found}
-    told |= {(code, f.subject) for f in found for code in _FOLLOWS.get(f.code, ())}
+    follows = {(code, _bare(f.subject)) for f in found for code in _FOLLOWS.get(f.code, ())}
+    found = [finding for finding in found if (finding.code, finding.subject) not in follows]
+    told = {(finding.code, finding.subject) for finding in found} | follows
     misnamed = [
         f.subject.name for f in checked if f.code in _OF_JOINTS and f.subject.kind == "joint"
     ]
@@ -52,6 +56,11 @@ def with_check(
         for finding in checked
         if (finding.code, finding.subject) not in told and not _of_a_joint(finding, misnamed)
     ]
+
+
+def _bare(subject: Subject) -> Subject:
+    """The object as the robot calls it: the reader says what Fusion calls it."""
+    return Subject(subject.kind, subject.name.removeprefix(PREFIX))
 
 
 def _of_a_joint(finding: Finding, misnamed: Sequence[str]) -> bool:

@@ -122,11 +122,14 @@ class _Muscles:
         return tidy(moved(self._T_link_world[link], position))
 
     def _unknown_link(self, subject: Subject, what: str, link: str) -> None:
+        alike = [name for name in self._links if name.casefold() == link.casefold()]
         if link in self._suppressed:
-            why = f"the rigid group of link {link!r} is suppressed; unsuppress it"
+            why = f"the rigid group of link {link!r} is suppressed; unsuppress it."
+        elif alike:
+            why = f"no link {link!r}; upper and lower case count, did you mean {alike[0]!r}?"
         else:
-            why = unknown("link", link, [*self._links, WORLD])
-        problem = f"{what} cannot be exported: {why}, or choose another link in Define muscles"
+            why = f"{unknown('link', link, [*self._links, WORLD])}."
+        problem = f"{what} cannot be exported: {why} Choose its link in Define muscles"
         self._findings.append(error(subject, "unknown-link", problem))
 
     def _wraps(self, known: Collection[str]) -> dict[str, list[tuple[WrapRow, int]]]:

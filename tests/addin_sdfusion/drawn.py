@@ -49,7 +49,7 @@ def drawn_joints(design: Any) -> dict[tuple[str, str], Any]:
 
 
 def random_design(order: random.Random, *, joints: bool = True) -> Any:
-    """Components within components at random poses, some in several places, with all kinds of joints.
+    """Components within components at random poses, some in several places, with joints.
 
     Joints are named apart from each other, unless their component is in several places.
     """
@@ -80,7 +80,9 @@ def _draw_joints(build: Builder, paths: list[Path], order: random.Random) -> Non
             continue
         used.add(id(one[-1]))
         inside = one[:-1]
-        others = [p for p in paths if p[: len(inside)] == inside and p != one and p[-1] is not one[-1]]
+        others = [
+            p for p in paths if p[: len(inside)] == inside and p != one and p[-1] is not one[-1]
+        ]
         two = order.choice([inside, *[p for p in others if p[: len(one)] != one]])
         kind = order.choice(list(FREEDOMS))
         count = len(FREEDOMS[kind])

@@ -200,6 +200,13 @@ def test_rigid_groups_hold_components_together() -> None:
     assert codes(made) == []
 
 
+def test_what_carries_links_is_in_the_order_of_its_names() -> None:
+    made = build_robot(
+        design(*CHAIN[:1], groups=(GroupSnapshot("a group", ("a:1", "c:1")),), links=NAMES[:3])
+    )
+    assert [name for name, _, _ in tree(made)] == ["world_a", "a group", "ab"]
+
+
 def test_a_joint_that_holds_a_grounded_link_to_the_ground_is_told() -> None:
     made = build_robot(design(*CHAIN, revolute("ground", "a:1", ""), grounded="a"))
     assert codes(made) == ["joint-to-ground"]

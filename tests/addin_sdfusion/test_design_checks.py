@@ -176,7 +176,7 @@ CASES = {
         replace(ARM, bodies=NO_MASS),
         [
             ("error", "link-without-mass", "lower"),
-            ("warning", "body-without-mass", "lower:1/Body1"),
+            ("warning", "no-mass", "lower:1/Body1"),
         ],
     ),
     # Joints
@@ -425,6 +425,6 @@ def test_all_defects_are_told_at_once() -> None:
         "unknown-link",
         "too-few-via-points",
         "link-without-mass",
-        "body-without-mass",
+        "no-mass",
         "body-in-no-link",
     }

@@ -164,6 +164,15 @@ def test_the_same_link_in_two_branches_of_another_is_weighed_once_each() -> None
     assert made.robot.link("y").inertia.mass == pytest.approx(2.0)
 
 
+def test_a_link_of_the_root_and_a_component_weighs_both() -> None:
+    bodies = [
+        body("", box((0.1, 0.1, 0.1)), "Plate"),
+        body("arm:1", box((0.1, 0.1, 0.1), mass=2.0)),
+    ]
+    snapshot = replace(one_link(bodies), groups=(group("arm", "", "arm:1"),))
+    assert only_inertia(snapshot)[0].mass == pytest.approx(3.0)
+
+
 def test_parts_of_a_microgram_keep_their_digits() -> None:
     drawn = box((1e-4, 2e-4, 3e-4), (0.01, 0.02, 0.0), 1e-9)
     inertia, findings = only_inertia(one_link([body("arm:1", drawn)]))
@@ -191,10 +200,10 @@ def test_surface_and_mesh_bodies_weigh_nothing_and_are_told(kind: str) -> None:
 def test_a_solid_without_material_is_told() -> None:
     bare = body("arm:1", name="Bare", mass=None, material="")
     _, findings = only_inertia(one_link([body("arm:1"), bare]))
-    assert codes(findings) == ["body-without-mass"]
+    assert codes(findings) == ["no-mass"]
     broken = replace(mass_of([box((1, 1, 1))]), mass=float("nan"))
     _, findings = only_inertia(one_link([body("arm:1"), body("arm:1", name="N", mass=broken)]))
-    assert codes(findings) == ["body-without-mass"]
+    assert codes(findings) == ["no-mass"]
 
 
 def test_bodies_of_links_are_those_of_their_components() -> None:
