@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .design_checks import (
+from .building.design_checks import (
     body_findings,
     design_notes,
     massless_links,
@@ -14,23 +14,23 @@ from .design_checks import (
     snapshot_findings,
     up_hint,
 )
-from .design_joints import Edge, Edges, find_edges, grounded_links
-from .link_frames import Frames, place_links
-from .link_masses import Masses, weigh
-from .links import PREFIX, Links, find_links, is_link_group
-from .mass_properties import link_inertia
-from .muscle_table import MuscleTable, read_table
+from .building.design_joints import Edge, Edges, find_edges, grounded_links
+from .building.link_frames import Frames, place_links
+from .building.link_masses import Masses, weigh
+from .building.links import PREFIX, Links, find_links, is_link_group
+from .building.mass_properties import link_inertia
+from .building.rigid_motion import pose
+from .building.robot_findings import with_check
+from .building.robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
+from .building.tree import Tree, find_tree
+from .building.upright import upright
+from .muscles.muscle_table import MuscleTable, read_table
 from .report import in_order
-from .rigid_motion import pose
 from .robot.checks.report import error, warning
 from .robot.finding import Finding, Subject
 from .robot.model import Link, Robot
 from .robot.placement import Pose
-from .robot_findings import with_check
-from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
 from .snapshot import BodySnapshot, DesignSnapshot
-from .tree import Tree, find_tree
-from .upright import upright
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,10 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from .experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
-from .link_meshes import link_meshes
+from .exporting.experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
+from .exporting.link_meshes import link_meshes
+from .exporting.robot_folder import EXPERIMENT, Replacement, replacing
+from .exporting.safe_names import safe_name, safe_names
 from .progress import Progress, no_progress
 from .report import condensed, in_order, report_json, report_text
 from .robot.caspr import losses as caspr_losses
@@ -34,8 +36,6 @@ from .robot.osim import osim_losses, write_osim
 from .robot.placement import IDENTITY, Pose
 from .robot.pose import inverse
 from .robot.sdf import sdf_losses, write_sdf
-from .robot_folder import EXPERIMENT, Replacement, replacing
-from .safe_names import safe_name, safe_names
 from .settings import ExportSettings
 from .snapshot import BodySnapshot, DesignSnapshot
 

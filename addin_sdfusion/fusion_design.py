@@ -13,19 +13,19 @@ from typing import Any, TypeVar
 import adsk.core
 import adsk.fusion
 
-from .fusion_bodies import count_bodies, read_bodies
-from .fusion_groups import read_groups
-from .fusion_joints import read_joints
-from .fusion_keys import Keys
-from .fusion_mass import read_mass
-from .fusion_meshes import Mesher
-from .fusion_names import with_unique_names
-from .fusion_notes import Log, Notes, if_told
-from .fusion_places import Place, find_places, name_of
-from .fusion_points import own_attributes, read_points
-from .fusion_surfaces import read_surfaces
-from .muscle_attributes import SETTINGS, read_settings
-from .point_names import natural_key
+from .fusion.bodies import count_bodies, read_bodies
+from .fusion.groups import read_groups
+from .fusion.joints import read_joints
+from .fusion.keys import Keys
+from .fusion.mass import read_mass
+from .fusion.meshes import Mesher
+from .fusion.names import with_unique_names
+from .fusion.notes import Log, Notes, if_told
+from .fusion.places import Place, find_places, name_of
+from .fusion.points import own_attributes, read_points
+from .fusion.surfaces import read_surfaces
+from .muscles.muscle_attributes import SETTINGS, read_settings
+from .muscles.point_names import natural_key
 from .progress import Progress, no_progress
 from .robot.errors import InputError
 from .robot.finding import Subject

@@ -8,8 +8,8 @@ from typing import Any
 
 from ..build_robot import link_of
 from ..fusion_design import read_design
-from ..muscle_rows import MuscleTable
-from ..muscle_table import read_table
+from ..muscles.muscle_rows import MuscleTable
+from ..muscles.muscle_table import read_table
 from ..robot.finding import Finding
 from ..snapshot import DesignSnapshot
 

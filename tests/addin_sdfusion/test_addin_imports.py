@@ -125,4 +125,6 @@ def test_adsk_is_imported_at_the_edge_only() -> None:
     for file in ADDIN.rglob("*.py"):
         name = file.relative_to(ADDIN).as_posix()
         if _imports(file)[0]:
-            assert name == "addin_sdfusion.py" or name.startswith(("commands/", "fusion_")), name
+            assert name == "addin_sdfusion.py" or name.startswith(
+                ("commands/", "fusion/", "fusion_design")
+            ), name

@@ -192,7 +192,7 @@ def test_retired_members_are_absent(cls: str, member: str) -> None:
 
 def sources() -> list[Path]:
     """The add-in's sources that know the API."""
-    edge = [ADDIN / "addin_sdfusion.py", *ADDIN.glob("fusion_*.py")]
+    edge = [ADDIN / "addin_sdfusion.py", *ADDIN.glob("fusion/*.py"), ADDIN / "fusion_design.py"]
     return sorted(f for f in (*edge, *(ADDIN / "commands").rglob("*.py")) if f.is_file())
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from addin_sdfusion.convex_hull import Hull, convex_hull
+from addin_sdfusion.exporting.convex_hull import Hull, convex_hull
 
 
 def points_of(rows):

@@ -14,14 +14,14 @@ from hypothesis import given, settings
 from robots import chain, planar_2r
 from strategies import robots
 
-from addin_sdfusion.experiment_text import (
+from addin_sdfusion.export import export_built
+from addin_sdfusion.exporting.experiment_text import (
     DURATION,
     can_run,
     experiment_findings,
     experiment_text,
     gentle_motion,
 )
-from addin_sdfusion.export import export_built
 from addin_sdfusion.robot import Robot, RobotError
 from addin_sdfusion.settings import ExportSettings
 from cardsflow_fmu import Experiment, run

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addin_sdfusion.point_names import (
+from addin_sdfusion.muscles.point_names import (
     PointName,
     is_point_name,
     marker_name,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from addin_sdfusion.exporting.stl import HEADER, stl_bytes
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.stl import HEADER, stl_bytes
 
 
 def written(mesh):

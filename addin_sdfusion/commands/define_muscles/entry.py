@@ -9,9 +9,9 @@ from typing import Any
 
 import adsk.core
 
-from ...mirror import Plane
-from ...muscle_csv import csv_text, imported, read_csv
-from ...muscle_edits import renumbered
+from ...muscles.mirror import Plane
+from ...muscles.muscle_csv import csv_text, imported, read_csv
+from ...muscles.muscle_edits import renumbered
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
 from ...robot.muscle import CableModel

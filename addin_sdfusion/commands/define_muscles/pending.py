@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ...muscle_edits import renumbered
-from ...muscle_rows import MarkerRow, MuscleTable, TaskRow, WrapRow, WrapUse
-from ...point_names import natural_key
+from ...muscles.muscle_edits import renumbered
+from ...muscles.muscle_rows import MarkerRow, MuscleTable, TaskRow, WrapRow, WrapUse
+from ...muscles.point_names import natural_key
 from ...robot.model import WORLD
 from ...robot.placement import Vector3
 

@@ -8,8 +8,8 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
-from ...mirror import Plane
-from ...muscle_rows import WrapRow
+from ...muscles.mirror import Plane
+from ...muscles.muscle_rows import WrapRow
 from ...robot.errors import InputError
 from ...robot.placement import Vector3
 from .pending import HANDLE, Pick

@@ -7,7 +7,7 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
-from ...muscle_rows import MuscleTable
+from ...muscles.muscle_rows import MuscleTable
 from ...robot.placement import Vector3
 from .picks import CM
 

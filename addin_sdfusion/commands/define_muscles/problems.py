@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ...muscle_attributes import COLOR
-from ...muscle_rows import MuscleTable
+from ...muscles.muscle_attributes import COLOR
+from ...muscles.muscle_rows import MuscleTable
 from ...robot.errors import UnknownNameError
 from ...robot.model import WORLD
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from ...mirror import Plane, mirror_muscle, other_side
-from ...muscle_edits import (
+from ...muscles.mirror import Plane, mirror_muscle, other_side
+from ...muscles.muscle_edits import (
     delete_muscle,
     delete_point,
     duplicate_point,
@@ -19,7 +19,7 @@ from ...muscle_edits import (
     set_link,
     with_muscle,
 )
-from ...muscle_rows import (
+from ...muscles.muscle_rows import (
     MuscleRow,
     MuscleTable,
     ViaPointRow,

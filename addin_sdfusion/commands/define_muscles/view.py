@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...muscle_rows import TaskRow
+from ...muscles.muscle_rows import TaskRow
 from ...robot.model import WORLD
 from ..inputs import Cell, Inputs
 from .dialog import MARKER, MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, SIDES, TASK

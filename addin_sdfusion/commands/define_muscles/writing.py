@@ -14,7 +14,7 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
-from ...muscle_attributes import (
+from ...muscles.muscle_attributes import (
     GROUP,
     MUSCLES,
     POINT,
@@ -24,8 +24,8 @@ from ...muscle_attributes import (
     point_text,
     wrap_text,
 )
-from ...muscle_rows import MuscleTable
-from ...point_names import (
+from ...muscles.muscle_rows import MuscleTable
+from ...muscles.point_names import (
     natural_key,
     parse_point_name,
 )

@@ -12,8 +12,8 @@ import adsk.core
 from ...build_robot import BuiltRobot, build_robot
 from ...export import export_robot
 from ...fusion_design import read_design
-from ...muscle_attributes import GROUP, SETTINGS, settings_text
-from ...point_names import natural_key
+from ...muscles.muscle_attributes import GROUP, SETTINGS, settings_text
+from ...muscles.point_names import natural_key
 from ...progress import Cancelled
 from ...robot.errors import InputError, RobotError
 from ...robot.finding import Finding
