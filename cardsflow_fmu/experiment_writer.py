@@ -141,7 +141,7 @@ def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
 def _disturbance(disturbance: DisturbanceSettings, frames: Sequence[str]) -> dict[str, Any]:
     forces = zip(frames, disturbance.forces, strict=True)
     return {
-        "force": {name: list(force) for name, force in forces if any(force)},
+        "force": {name: list(force) for name, force in forces},
         "begin": disturbance.begin,
         "known": disturbance.known,
     } | ({"end": disturbance.end} if math.isfinite(disturbance.end) else {})

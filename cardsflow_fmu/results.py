@@ -253,7 +253,7 @@ def _tracking_lines(summary: Mapping[str, Any]) -> list[str]:
     unit = tracking["unit"]
     lines = [f"tracking    RMS {tracking['rms']:.3g}, max {tracking['max']:.3g} {unit}"]
     lines += [
-        f"  {name:<10}RMS {error['rms']:.3g}, max {error['max']:.3g} {error['unit']}"
+        f"  {name:<9} RMS {error['rms']:.3g}, max {error['max']:.3g} {error['unit']}"
         for name, error in tracking["per_signal"].items()
     ]
     return lines
@@ -267,7 +267,7 @@ def _force_lines(summary: Mapping[str, Any]) -> list[str]:
     for name, muscle in forces["per_muscle"].items():
         upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
         lines.append(
-            f"  {name:<10}{muscle['min']:.4g} to {muscle['max']:.4g} N, "
+            f"  {name:<9} {muscle['min']:.4g} to {muscle['max']:.4g} N, "
             f"bounds {muscle['f_min']:.4g} to {upper}"
         )
     return lines
@@ -279,7 +279,7 @@ def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
     if slack["first_at_s"] is not None:
         lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
         lines += [
-            f"  {name.removeprefix('slack.'):<10}up to {missing['max']:.3g} {missing['unit']}"
+            f"  {name.removeprefix('slack.'):<9} up to {missing['max']:.3g} {missing['unit']}"
             for name, missing in slack["per_signal"].items()
         ]
     return lines

@@ -220,3 +220,13 @@ def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> 
     experiment = Experiment.load(tmp_path / "arm", changes)
     fmu, direct = simulate(experiment), simulate(experiment, through="direct")
     np.testing.assert_array_equal(fmu.rows, direct.rows)
+
+
+def test_an_approach_begins_at_rest_whatever_the_velocity_of_what_it_leads_to() -> None:
+    points = [{"time": t, "q": [0.1 + t, 0.2], "qd": [1.0, 0.0]} for t in (0.0, 1.0)]
+    reference = {"spline": "cubic", "points": points}
+    assert Experiment.load(PLANAR_2R, {"reference": reference}).start.qd == (1.0, 0.0)
+    approach = {"duration": 1.0, "start": [0.0, 0.2]}
+    start = Experiment.load(PLANAR_2R, {"reference": reference | {"approach": approach}}).start
+    assert start.q == (0.0, 0.2)
+    assert start.qd == (0.0, 0.0)

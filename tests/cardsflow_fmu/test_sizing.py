@@ -138,3 +138,37 @@ def test_a_reference_out_of_reach_is_told_with_its_time() -> None:
         reference_motion(replace(experiment, reference=reference), 5)
     with pytest.raises(InputError, match="at least 5 points"):
         reference_motion(experiment, 3)
+
+
+def test_the_simulated_robot_and_its_loads_are_sized() -> None:
+    """50 N at the hand, a while, and a heavier arm: the torques are those of inverse dynamics."""
+    slow = {"controller.period": 1.0}
+    settings = {
+        "disturbance": {"force": {"hand": [0, 0, -50]}, "begin": 10.0, "end": 20.0},
+        "plant.mass_scale": 1.1,
+    }
+    experiment = Experiment.load(LEFT_ARM, slow | settings)
+    motion = reference_motion(experiment)
+    dynamics = DartDynamics(experiment.plant_robot)
+    w_e = np.array([-dynamics.task_jacobian(q).T @ [0.0, 0.0, -50.0] for q in motion.q])
+    w_e[(motion.times < 10.0) | (motion.times >= 20.0)] = 0.0
+    terms = motion_terms(dynamics, replace(motion, w_e=w_e))
+    peaks = size_muscles(terms).forces.peaks()
+    np.testing.assert_allclose([row["peak"] for row in size(experiment)["muscles"]], peaks)
+    assert peaks.max() > 1.2 * max(
+        row["peak"] for row in size(Experiment.load(LEFT_ARM))["muscles"]
+    )
+
+
+def test_long_periods_leave_points_enough() -> None:
+    experiment = Experiment.load(PLANAR_2R, {"controller.period": 4.0})
+    assert len(reference_motion(experiment).times) == 5
+
+
+def test_a_muscle_that_only_brakes_drives_with_no_power() -> None:
+    """On a way in one direction the cables that lengthen never pull with power."""
+    points = [{"time": t, "q": [0.3 * t, 0.0], "qd": [0.3, 0.0]} for t in (0.0, 1.0)]
+    settings = SLOW | {"reference": {"spline": "cubic", "points": points}}
+    rows = size(Experiment.load(PLANAR_2R, settings))["muscles"]
+    assert all(row["peak_power"] >= 0 and row["peak_braking_power"] >= 0 for row in rows)
+    assert any(row["peak_power"] == 0 and row["peak_braking_power"] > 0 for row in rows)
