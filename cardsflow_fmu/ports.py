@@ -263,10 +263,17 @@ def controller_ports(
         Port(
             "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
         ),
+        *_limit_ports(space),
         *_gain_ports(robot, space, kp, kd, torque_gains),
         *_bound_ports(robot),
         Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
     ]
+
+
+def _limit_ports(space: Space) -> list[Port]:
+    what = "No force within the bounds keeps the joint limits"
+    dropped = Port("limits_dropped", "", "output", "discrete", what, boolean=True)
+    return [] if space == "joint" else [dropped]
 
 
 def slack_signals(robot: Robot, space: Space) -> dict[str, str]:

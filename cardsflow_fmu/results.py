@@ -194,7 +194,9 @@ def _slack(
     signals = slack_signals(experiment.robot, experiment.controller.space)
     missing = {name: np.abs(columns[name][ticks][infeasible]) for name in signals}
     times = columns["time"][ticks][infeasible]
+    dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
     return {
+        "limits_dropped_ticks": int(np.count_nonzero(dropped[ticks])),
         "first_at_s": float(times[0]) if times.size else None,
         "last_at_s": float(times[-1]) if times.size else None,
         "per_signal": {
@@ -282,6 +284,8 @@ def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
             f"  {name.removeprefix('slack.'):<9} up to {missing['max']:.3g} {missing['unit']}"
             for name, missing in slack["per_signal"].items()
         ]
+    if slack["limits_dropped_ticks"]:
+        lines.append(f"  joint limits could not be kept at {slack['limits_dropped_ticks']} ticks")
     return lines
 
 

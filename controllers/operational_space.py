@@ -14,7 +14,6 @@ way; of one with an infinite weight s = 0. Tasks of a later priority never distu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -24,8 +23,9 @@ from addin_sdfusion.robot import InputError, SimulationError
 
 from . import least_error
 from .dynamics import TaskDynamics, bias_torque
-from .force_distribution import ForceSolution
-from .qp import DEFAULT_SOLVER, BoxProblem, BoxSolver, row_softness
+from .operational_solution import DAMPED, OperationalSpaceSolution, Posture
+from .priority_level import PriorityLevel
+from .qp import DEFAULT_SOLVER, BoxProblem, row_softness
 from .vectors import (
     check_sizes,
     finite_vector,
@@ -42,36 +42,6 @@ FORCE_WEIGHT = 1e-6
 
 LIMIT_BANDWIDTH = 20.0
 """Default of w, in [rad/s]: how late and how hard joint limits are kept."""
-
-
-@dataclass(frozen=True)
-class Posture:
-    """What the robot does with the freedom that the tasks leave: qdd_p = kp (q0 - q) - kd qd.
-
-    Attributes:
-        kd: Damping, a number or shape (n,), in [1/s].
-        kp: Stiffness, a number or shape (n,), in [1/s²].
-        q0: The preferred posture, shape (n,), in [rad] or [m]; needed where kp is not 0.
-    """
-
-    kd: ArrayLike = 10.0
-    kp: ArrayLike = 0.0
-    q0: ArrayLike | None = None
-
-
-@dataclass(frozen=True)
-class OperationalSpaceSolution(ForceSolution):
-    """Muscle forces and accelerations; slack is counted in task accelerations.
-
-    Attributes:
-        slack: Task acceleration that is missing, shape (k,), in [m/s²] or [rad/s²].
-        coordinate_names: Names of the k task coordinates.
-        qdd: Acceleration that the forces make by the controller's model, shape (n,).
-        limits_dropped: Whether no forces could keep the joint limits' bounds on qdd.
-    """
-
-    qdd: FloatArray
-    limits_dropped: bool
 
 
 class _Terms(NamedTuple):
@@ -118,7 +88,7 @@ class OperationalSpaceController:
         kp: ArrayLike,
         kd: ArrayLike,
         *,
-        posture: Posture | None = Posture(),
+        posture: Posture | None = DAMPED,
         task_weights: ArrayLike = np.inf,
         priorities: ArrayLike | None = None,
         acceleration_weights: ArrayLike = 1.0,
@@ -307,7 +277,7 @@ class OperationalSpaceController:
 
     def _solve_level(
         self,
-        level: _Level,
+        level: PriorityLevel,
         terms: _Terms,
         target: FloatArray,
         limits: tuple[FloatArray, FloatArray] | None,
@@ -330,7 +300,7 @@ class OperationalSpaceController:
 
     def _least_error(
         self,
-        level: _Level,
+        level: PriorityLevel,
         problem: BoxProblem,
         terms: _Terms,
         target: FloatArray,
@@ -367,7 +337,7 @@ class OperationalSpaceController:
 
     def _problem(
         self,
-        level: _Level,
+        level: PriorityLevel,
         terms: _Terms,
         target: FloatArray,
         limits: tuple[FloatArray, FloatArray] | None,
@@ -422,45 +392,8 @@ class OperationalSpaceController:
             raise InputError(f"priorities must be {self._k} numbers from 1 on, for {names}")
         H = np.concatenate([self._H_q, self._H_f + self._H_r])
         self._levels = [
-            _Level(rank, ranks, self._W, H, self._n, solver) for rank in np.unique(ranks)
+            PriorityLevel(rank, ranks, self._W, H, self._n, solver) for rank in np.unique(ranks)
         ]
-
-
-class _Level:
-    """The QP of the tasks down to a priority: fixed parts, memory and solver.
-
-    Attributes:
-        tasks: Indices of the tasks of this priority.
-        before: Indices of all tasks before.
-        known: Indices of the ones before and of these, in the order of the rows.
-        is_weighted: Whether all of its tasks have finite weights, and so may always give way.
-    """
-
-    def __init__(
-        self,
-        rank: float,
-        ranks: FloatArray,
-        W: FloatArray,
-        H: FloatArray,
-        n: int,
-        solver: str,
-    ) -> None:
-        self.tasks = np.flatnonzero(ranks == rank)
-        self.before = np.flatnonzero(ranks < rank)
-        self.known = np.concatenate([self.before, self.tasks])
-        self.rows = n + len(self.known)
-        weighted = np.flatnonzero(np.isfinite(W[self.tasks]))
-        self.is_weighted = len(weighted) == len(self.tasks)
-        size = len(H) + len(weighted)
-        self.H = np.concatenate([H, W[self.tasks][weighted]])
-        self.A = np.zeros((self.rows, size))
-        self.A[n + len(self.before) + weighted, len(H) + np.arange(len(weighted))] = 1.0
-        self.b = np.zeros(self.rows)
-        self.g = np.zeros(size)
-        self.lb, self.ub = np.full(size, -np.inf), np.full(size, np.inf)
-        self.soft_rows = np.full(self.rows, np.inf)
-        self.soft_rows[n + len(self.before) :] = 1.0
-        self.solver = BoxSolver(size, self.rows, solver)
 
 
 def _bandwidth(w: float | None) -> float | None:

@@ -17,6 +17,7 @@ from controllers import (
     ForceSolution,
     JointSpaceController,
     OperationalSpaceController,
+    OperationalSpaceSolution,
     Posture,
 )
 from sim_dart import DartDynamics
@@ -162,6 +163,9 @@ def control_law(experiment: Experiment, dynamics: DartDynamics) -> Law:
     return made
 
 
-def _report(solution: ForceSolution, seconds: float) -> tuple[int, float, bool]:
-    """Number of muscles at a bound, time, infeasible."""
-    return solution.count_at_bounds, seconds, solution.status == "soft"
+def _report(solution: ForceSolution, seconds: float) -> tuple[float, ...]:
+    """Number of muscles at a bound, time, infeasible; whether joint limits had to be dropped."""
+    report = solution.count_at_bounds, seconds, solution.status == "soft"
+    if isinstance(solution, OperationalSpaceSolution):
+        return *report, solution.limits_dropped
+    return report
