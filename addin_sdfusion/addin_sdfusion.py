@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import traceback
 from typing import Any
 
@@ -34,6 +35,8 @@ def _each(what: str, failed: str) -> None:
 
 
 def _tell(text: str) -> None:
-    application = adsk.core.Application.get()
-    application.log(f"CARDSFlow: {traceback.format_exc()}")
-    application.userInterface.messageBox(text, "CARDSFlow")
+    trace = traceback.format_exc()
+    with contextlib.suppress(Exception):  # the message must come all the same
+        adsk.core.Application.get().log(f"CARDSFlow: {trace}")
+    with contextlib.suppress(Exception):  # Fusion itself cannot be talked to
+        adsk.core.Application.get().userInterface.messageBox(text, "CARDSFlow")

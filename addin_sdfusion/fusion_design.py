@@ -1,7 +1,8 @@
 """Reads the open Fusion design: everything that the add-in does with a design starts here.
 
-Only this file and the `fusion_*` files beside it read the design, and only they know Fusion's
-units. Nothing is ever edited. What cannot be read becomes a finding; the rest is read all the same.
+Only this file and those in `fusion/` read the whole of it, in Fusion's units; the commands look at
+what the user clicks, and write. Nothing is edited here. What cannot be read becomes a finding; the
+rest is read all the same.
 """
 
 from __future__ import annotations

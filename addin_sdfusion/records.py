@@ -11,7 +11,7 @@ import typing
 import zlib
 from array import array
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -22,13 +22,12 @@ if TYPE_CHECKING:
     Samples = array[Any]
 else:  # Python 3.11 has no array[...]
     Samples = array
-"""Many numbers in a row: `d` for floats, `i` for indices."""
+"""Many numbers in a row; a field says `Annotated[Samples, "d"]` for floats, "i" for indices."""
 
 Record = TypeVar("Record")
 
 _INFINITIES = {"inf": math.inf, "-inf": -math.inf}
-_TYPECODES = ("d", "i")
-_LARGEST = 2**30  # bytes, unpacked: a file that claims more is damaged or malicious
+_LARGEST = 2**30  # bytes of a record, unpacked: one that claims more is damaged or malicious
 
 
 def to_plain(value: Any) -> Any:
@@ -66,6 +65,17 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
     Raises:
         InputError: A key is unknown or missing, or a value of the wrong kind.
     """
+    return _record(cls, plain, where, _Budget(_LARGEST))
+
+
+@dataclass
+class _Budget:
+    """How many bytes a record may still unpack to."""
+
+    left: int
+
+
+def _record(cls: type[Record], plain: Any, where: str, budget: _Budget) -> Record:
     if not isinstance(plain, dict):
         raise InputError(f"must hold an object, not {type(plain).__name__}", key=where)
     hints = _hints(typing.cast(type, cls))
@@ -75,7 +85,8 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
     missing = [f.name for f in fields(cls) if _required(f) and f.name not in plain]  # type: ignore[arg-type]
     if missing:
         raise InputError(f"key {missing[0]!r} is missing", key=where)
-    return cls(**{key: _value(hints[key], item, f"{where}.{key}") for key, item in plain.items()})
+    items = plain.items()
+    return cls(**{key: _value(hints[key], item, f"{where}.{key}", budget) for key, item in items})
 
 
 def _default(f: Any) -> Any:
@@ -90,36 +101,36 @@ def _required(f: Any) -> bool:
 
 @cache
 def _hints(cls: type) -> dict[str, Any]:
-    return typing.get_type_hints(cls)
+    return typing.get_type_hints(cls, include_extras=True)
 
 
-def _value(hint: Any, plain: Any, where: str) -> Any:
+def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
     """The value of a field of that type."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
-    if hint is Samples:
-        return _unpack(plain, where)
+    if origin is typing.Annotated:
+        return _unpack(arguments[1], plain, where, budget)
     if origin is types.UnionType or origin is typing.Union:
         if plain is None and type(None) in arguments:
             return None
         (hint,) = (a for a in arguments if a is not type(None))
-        return _value(hint, plain, where)
+        return _value(hint, plain, where, budget)
     if origin is typing.Literal:
         if plain not in arguments or isinstance(plain, (list, dict)):
             known = ", ".join(map(str, arguments))
             raise InputError(f"must be one of {known}, not {plain!r}", key=where)
         return plain
     if origin is tuple:
-        return _tuple(arguments, plain, where)
+        return _tuple(arguments, plain, where, budget)
     if isinstance(hint, type) and hasattr(hint, "_fields"):  # a NamedTuple
-        return hint(*_tuple(tuple(_hints(hint).values()), plain, where))
+        return hint(*_tuple(tuple(_hints(hint).values()), plain, where, budget))
     if is_dataclass(hint):
-        return from_plain(typing.cast(type, hint), plain, where)
+        return _record(typing.cast(type, hint), plain, where, budget)
     if origin is not None and issubclass(origin, Mapping):
         return _mapping(plain, where)
     return _scalar(hint, plain, where)
 
 
-def _tuple(kinds: tuple[Any, ...], plain: Any, where: str) -> tuple[Any, ...]:
+def _tuple(kinds: tuple[Any, ...], plain: Any, where: str, budget: _Budget) -> tuple[Any, ...]:
     if not isinstance(plain, list):
         raise InputError(f"must hold a list, not {type(plain).__name__}", key=where)
     if len(kinds) == 2 and kinds[1] is Ellipsis:
@@ -127,7 +138,7 @@ def _tuple(kinds: tuple[Any, ...], plain: Any, where: str) -> tuple[Any, ...]:
     if len(kinds) != len(plain):
         raise InputError(f"must hold {len(kinds)} values, not {len(plain)}", key=where)
     return tuple(
-        _value(kind, item, f"{where}[{i}]")
+        _value(kind, item, f"{where}[{i}]", budget)
         for i, (kind, item) in enumerate(zip(kinds, plain, strict=True))
     )
 
@@ -163,23 +174,25 @@ def _pack(samples: array[Any]) -> dict[str, str]:
     return {"type": samples.typecode, "zlib": data}
 
 
-def _inflated(packed: bytes) -> bytes:
+def _inflated(packed: bytes, budget: _Budget) -> bytes:
     stream = zlib.decompressobj()
-    data = stream.decompress(packed, _LARGEST)
-    if not stream.eof:
+    data = stream.decompress(packed, max(budget.left, 1))  # 0 would be without a limit
+    if not stream.eof or len(data) > budget.left:
         raise ValueError("truncated, or too many")
+    budget.left -= len(data)
     return data
 
 
-def _unpack(plain: Any, where: str) -> array[Any]:
+def _unpack(typecode: str, plain: Any, where: str, budget: _Budget) -> array[Any]:
     if not isinstance(plain, dict) or plain.keys() != {"type", "zlib"}:
         raise InputError("must hold packed numbers", key=where)
-    if plain["type"] not in _TYPECODES or not isinstance(plain["zlib"], str):
-        raise InputError("must hold packed floats (d) or indices (i)", key=where)
-    samples = array(plain["type"])
+    if plain["type"] != typecode or not isinstance(plain["zlib"], str):
+        what = "floats (d)" if typecode == "d" else "indices (i)"
+        raise InputError(f"must hold packed {what}", key=where)
+    samples = array(typecode)
     try:
         packed = base64.b64decode(plain["zlib"], validate=True)
-        samples.frombytes(_inflated(packed))
+        samples.frombytes(_inflated(packed, budget))
     except (ValueError, binascii.Error, zlib.error) as error:
         raise InputError(f"packed numbers cannot be read: {error}", key=where) from None
     if sys.byteorder == "big":

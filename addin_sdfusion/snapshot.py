@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from .records import Samples, from_plain, to_plain
 from .robot.errors import InputError
@@ -42,7 +42,7 @@ class MassSnapshot:
         mass: In [kg].
         com: Centre of mass, in [m].
         moments: xx, yy, zz, xy, yz, xz about the root frame's origin and axes, in [kg·m²]. The
-            sign of the products is not documented: see `mass_properties`.
+            sign of the products is not documented: see `building.mass_properties`.
         principal: Principal moments about the centre of mass, in [kg·m²], in any order.
     """
 
@@ -61,8 +61,8 @@ class MeshSnapshot:
         triangles: Three indices of nodes for every triangle, counter-clockwise seen from outside.
     """
 
-    nodes: Samples
-    triangles: Samples
+    nodes: Annotated[Samples, "d"]
+    triangles: Annotated[Samples, "i"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from ..robot.placement import Pose, Vector3
-from ..robot.pose import Matrix3, add, multiply, rotate, rpy, subtract, transpose
+from ..robot.pose import Matrix3, add, axis_rotation, multiply, rotate, rpy, subtract, transpose
 from ..snapshot import MotionSnapshot
 
 
@@ -52,23 +51,6 @@ def about(point: Vector3, T: RigidMotion) -> RigidMotion:
     return RigidMotion(T.R, add(T.p, subtract(point, rotate(T.R, point))))
 
 
-def turned(axis: Vector3, angle: float) -> Matrix3:
-    """The rotation about an axis: exactly none for the angle 0.
-
-    Args:
-        axis: Unit vector.
-        angle: In [rad].
-    """
-    x, y, z = axis
-    c, s = math.cos(angle), math.sin(angle)
-    d = 1.0 - c
-    return (
-        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
-        (d * y * x + s * z, c + d * y * y, d * y * z - s * x),
-        (d * z * x - s * y, d * z * y + s * x, c + d * z * z),
-    )
-
-
 def joint_motion(motions: Iterable[MotionSnapshot]) -> RigidMotion:
     """Where a joint at the origin stands: m_1 · m_2 · ... of its motions.
 
@@ -78,7 +60,7 @@ def joint_motion(motions: Iterable[MotionSnapshot]) -> RigidMotion:
     T = AT_REST
     for motion in motions:
         if motion.kind == "rotation":
-            step = RigidMotion(turned(motion.axis, motion.value), AT_REST.p)
+            step = RigidMotion(axis_rotation(motion.axis, motion.value), AT_REST.p)
         else:
             x, y, z = motion.axis
             step = RigidMotion(AT_REST.R, (motion.value * x, motion.value * y, motion.value * z))

@@ -1,4 +1,4 @@
-"""The findings of `check` beside those of the design: each defect is told once."""
+"""The findings of `check` and errors of SDF beside those of the design, each told once."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from ..robot.check import check
 from ..robot.finding import Finding, Subject
 from ..robot.model import Robot
+from ..robot.sdf import sdf_losses
 from .links import PREFIX
 
 _FOLLOWS = {
@@ -45,6 +46,9 @@ def with_check(
     found = list(findings)
     for finding in massless:
         found.append(replace(finding, severity="error") if finding.subject in stuck else finding)
+    if not any(finding.is_error for finding in (*found, *checked)):
+        # What has errors already may not be fit to be asked for those of a file format.
+        checked += [finding for finding in sdf_losses(robot) if finding.is_error]
     follows = {(code, _bare(f.subject)) for f in found for code in _FOLLOWS.get(f.code, ())}
     found = [finding for finding in found if (finding.code, finding.subject) not in follows]
     told = {(finding.code, finding.subject) for finding in found} | follows

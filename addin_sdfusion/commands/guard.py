@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -39,7 +40,11 @@ def log(text: str) -> None:
 
 def told(error: Exception, doing: str) -> str:
     """What the user is told of an exception; its trace goes to the log."""
-    log(f"CARDSFlow: {doing}\n{''.join(traceback.format_exception(error))}")
+    trace = "".join(traceback.format_exception(error))
+    try:
+        log(f"CARDSFlow: {doing}\n{trace}")
+    except Exception:  # the message must come all the same
+        print(trace, file=sys.stderr)
     if isinstance(error, CardsflowError):
         return str(error)
     return (

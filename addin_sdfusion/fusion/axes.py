@@ -7,12 +7,11 @@ the joint's geometry; where these contradict each other the vector was not in th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..robot.placement import Vector3
-from ..robot.pose import Matrix3, add, cross, dot, multiply, rotate, subtract, transpose
+from ..robot.pose import Matrix3, axis_rotation, cross, dot, multiply, rotate, subtract, transpose
 from ..snapshot import MotionSnapshot
 from .joint_frames import JointFrames
 from .motions import CUSTOM, Freedom, reversed_axis
@@ -133,18 +132,7 @@ def _product(motions: Motions) -> Matrix3:
 
 def _turn(motion: MotionSnapshot) -> Matrix3:
     """The rotation by a motion's value about its axis."""
-    x, y, z = ROOT_FRAME.R
-    return transpose((_turned(motion, x), _turned(motion, y), _turned(motion, z)))
-
-
-def _turned(motion: MotionSnapshot, v: Vector3) -> Vector3:
-    c, s = math.cos(motion.value), math.sin(motion.value)
-    across, along = cross(motion.axis, v), dot(motion.axis, v) * (1.0 - c)
-    return add(_scaled(c, v), add(_scaled(s, across), _scaled(along, motion.axis)))
-
-
-def _scaled(s: float, v: Vector3) -> Vector3:
-    return s * v[0], s * v[1], s * v[2]
+    return axis_rotation(motion.axis, motion.value)
 
 
 def _same(A: Matrix3, B: Matrix3) -> bool:

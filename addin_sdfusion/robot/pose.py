@@ -31,6 +31,23 @@ def rotation(rpy: Vector3) -> Matrix3:
     )
 
 
+def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
+    """The rotation matrix about an axis: exactly none for the angle 0.
+
+    Args:
+        axis: Unit vector.
+        angle: In [rad].
+    """
+    x, y, z = axis
+    c, s = math.cos(angle), math.sin(angle)
+    d = 1.0 - c
+    return (
+        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
+        (d * y * x + s * z, c + d * y * y, d * y * z - s * x),
+        (d * z * x - s * y, d * z * y + s * x, c + d * z * z),
+    )
+
+
 def rpy(R: Matrix3) -> Vector3:
     """Roll, pitch and yaw of a rotation matrix, in [rad]; pitch lies within ±π/2.
 

@@ -14,7 +14,6 @@ import trimesh
 from drawn import tensor
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
-from fake_fusion.curves import bounding_box
 from fake_fusion.maths import rotation, translation
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -28,18 +27,6 @@ API = CLASSES["adsk.fusion"]
 STEEL = 7850.0
 SIZES = st.floats(0.1, 50.0)
 SEEDS = st.integers(0, 2**32)
-
-
-@pytest.fixture
-def boxed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Bodies tell the boxes about them, in their context."""
-
-    def box(body: Any) -> Any:
-        nodes, _ = body._data.shape.mesh(720)
-        return bounding_box(nodes @ body._T[:3, :3].T + body._T[:3, 3])
-
-    for name in ("BRepBody", "MeshBody"):
-        monkeypatch.setattr(API[name], "boundingBox", property(box), raising=False)
 
 
 def one_body(snapshot: DesignSnapshot) -> BodySnapshot:
@@ -180,7 +167,6 @@ def test_calculation_that_fails_is_no_mass(fusion: Any, monkeypatch: pytest.Monk
     assert codes(read_design(build.done(), meshes=False)) == ["not-read"]
 
 
-@pytest.mark.usefixtures("boxed")
 def test_mass_in_the_frame_of_its_component_is_told(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -224,7 +210,6 @@ def test_kinds_materials_and_visibility(fusion: Any) -> None:
 # Meshes ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.usefixtures("boxed")
 @pytest.mark.parametrize("frame", ["context", "component"])
 def test_mesh_and_mass_agree(fusion: Any, frame: Any) -> None:
     """The volume integral of the mesh is what Fusion tells of the body; in whichever frame."""
@@ -250,7 +235,6 @@ def test_mesh_and_mass_agree(fusion: Any, frame: Any) -> None:
         assert mesh.moment_inertia == pytest.approx(I, abs=exact * np.trace(I))
 
 
-@pytest.mark.usefixtures("boxed")
 def test_mesh_of_a_native_body_that_is_told_in_the_root(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -185,6 +185,8 @@ CHANGES: list[tuple[tuple[Any, ...], Any, str]] = [
     (("bodies", 0, "mesh"), 3, "design.bodies[0].mesh"),
     (("bodies", 0, "mesh", "nodes"), [1.0], "design.bodies[0].mesh.nodes"),
     (("bodies", 0, "mesh", "nodes", "type"), "q", "design.bodies[0].mesh.nodes"),
+    (("bodies", 0, "mesh", "nodes", "type"), "i", "design.bodies[0].mesh.nodes"),
+    (("bodies", 0, "mesh", "triangles", "type"), "d", "design.bodies[0].mesh.triangles"),
     (("bodies", 0, "mesh", "nodes", "zlib"), 5, "design.bodies[0].mesh.nodes"),
     (("attributes",), {"muscles": 7}, "design.attributes"),
     (("settings",), {"quality": "superb"}, "design.settings.quality"),
@@ -259,6 +261,23 @@ def test_bombs_are_refused(
     content["design"]["bodies"][0]["mesh"]["nodes"]["zlib"] = packed(zlib.compress(bytes(2**24)))
     error = refused(tmp_path, content)
     assert error.key == "design.bodies[0].mesh.nodes"
+    assert "too many" in error.what
+
+
+def test_many_small_bombs_are_one(
+    tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a file unpacks to is limited as a whole."""
+    monkeypatch.setattr(records, "_LARGEST", 2**16)
+    content = plain(snapshot)
+    body = content["design"]["bodies"][0]
+    body["mesh"]["nodes"]["zlib"] = packed(zlib.compress(bytes(2**14)))
+    content["design"]["bodies"] = [body] * 3
+    (tmp_path / "s.json").write_text(json.dumps(content))
+    assert len(read_snapshot(tmp_path / "s.json").bodies) == 3
+    content["design"]["bodies"] = [body] * 5
+    error = refused(tmp_path, content)
+    assert error.key.startswith("design.bodies[")
     assert "too many" in error.what
 
 

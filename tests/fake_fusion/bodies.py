@@ -9,7 +9,7 @@ import numpy as np
 
 from .base import Base, api, new
 from .collections_ import Items, listing, named
-from .curves import curve_of, surface_of
+from .curves import bounding_box, curve_of, surface_of
 from .data import BodyData, TopologyData
 from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
 from .maths import point
@@ -30,6 +30,11 @@ class _Body(Placed, WithName, WithBulb, WithVisibility, Deletable):
         from .component import material
 
         return material(self._data.material)
+
+    @property
+    def boundingBox(self) -> Any:
+        """The exact box along the axes of the context."""
+        return bounding_box(self._data.shape.bounds(self._T))
 
 
 @api("adsk.fusion")
@@ -248,8 +253,6 @@ class BRepFace(_Topology):
 
     @property
     def boundingBox(self) -> Any:
-        from .curves import bounding_box
-
         return bounding_box(self._placed(_on_face(self._data.geometry))[None, :])
 
 

@@ -126,6 +126,27 @@ class Shape:
         """Vertices, edges and faces in the shape's own frame."""
         raise NotImplementedError
 
+    def own_reach(self, axes: np.ndarray) -> np.ndarray:
+        """How far it reaches from its frame's origin, which is its middle.
+
+        Args:
+            axes: Unit directions in the shape's own frame, shape (n, 3).
+
+        Returns:
+            Distances, shape (n,), in [cm].
+        """
+        raise NotImplementedError
+
+    def bounds(self, T: np.ndarray) -> np.ndarray:
+        """The lowest and the highest corner in a frame, shape (2, 3), in [cm]; exact.
+
+        Args:
+            T: The component's pose in that frame.
+        """
+        T = T @ self.T
+        reach = self.own_reach(T[:3, :3])  # rows are the frame's axes as the shape has them
+        return np.array([T[:3, 3] - reach, T[:3, 3] + reach])
+
     def mass(self, density: float | None = None) -> Mass:
         """Mass properties in the component's frame."""
         return self.own_mass(self.density if density is None else density).moved(self.T)
@@ -157,6 +178,9 @@ class Box(Shape):
         m = density * a * b * c
         moments = np.diag([b * b + c * c, a * a + c * c, a * a + b * b]) * m / 12.0
         return Mass(m, np.zeros(3), moments, a * b * c)
+
+    def own_reach(self, axes: np.ndarray) -> np.ndarray:
+        return np.abs(axes) @ np.array(self.size) / 2.0
 
     def own_mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
         return _corners(self.size), _BOX
@@ -192,6 +216,9 @@ class Cylinder(Shape):
         across = m * (3.0 * r * r + h * h) / 12.0
         return Mass(m, np.zeros(3), np.diag([across, across, m * r * r / 2.0]), volume)
 
+    def own_reach(self, axes: np.ndarray) -> np.ndarray:
+        return self.height / 2.0 * np.abs(axes[:, 2]) + self.radius * _across(axes)
+
     def own_mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
         angles = 2.0 * math.pi * np.arange(segments) / segments
         ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(segments)]) * self.radius
@@ -224,6 +251,9 @@ class Sphere(Shape):
         m = density * volume
         return Mass(m, np.zeros(3), np.eye(3) * 0.4 * m * self.radius**2, volume)
 
+    def own_reach(self, axes: np.ndarray) -> np.ndarray:
+        return np.full(len(axes), self.radius)
+
     def own_mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
         return _revolved(self.radius, segments)
 
@@ -245,6 +275,9 @@ class Torus(Shape):
         m = density * volume
         across, along = m * (0.5 * R * R + 0.625 * r * r), m * (R * R + 0.75 * r * r)
         return Mass(m, np.zeros(3), np.diag([across, across, along]), volume)
+
+    def own_reach(self, axes: np.ndarray) -> np.ndarray:
+        return self.major * _across(axes) + self.minor
 
     def own_mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
         u = 2.0 * math.pi * np.arange(segments) / segments
@@ -286,6 +319,11 @@ class Explicit(Box):
 def at(origin: Any = (0.0, 0.0, 0.0), z: Any = (0.0, 0.0, 1.0), x: Any = None) -> np.ndarray:
     """The pose of a shape: origin in [cm], third axis and (roughly) first axis."""
     return frame(origin, z, x)
+
+
+def _across(axes: np.ndarray) -> np.ndarray:
+    """The part of unit vectors that is square to z."""
+    return np.linalg.norm(axes[:, :2], axis=1)
 
 
 def _unit(v: np.ndarray) -> np.ndarray:

@@ -29,6 +29,12 @@ DIALOG = Dialog(
                     "Selects what the selected line is about, and looks at it.",
                 ),
                 Input("again", "button", "Check again", "After the design has changed."),
+                Input(
+                    "save",
+                    "button",
+                    "Save snapshot",
+                    "A file with all that the add-in reads of the design, to attach to a report.",
+                ),
             ),
         ),
         Input("detail", "text", "Selected", "The whole text of the selected line.", rows=5),

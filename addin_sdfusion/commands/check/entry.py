@@ -1,14 +1,22 @@
-"""Check: reads the design and lists what is wrong; nothing is edited."""
+"""Check: reads the design, lists what is wrong, saves a snapshot; nothing is edited."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import adsk.core
+
 from ...build_robot import check_design
+from ...fusion_design import read_design
+from ...progress import Cancelled
+from ...robot.errors import InputError
 from ...robot.finding import Finding
+from ...snapshot import write_snapshot
 from ..command import Command, Window
 from ..guard import application
 from ..inputs import Cell, Inputs
+from ..progress_dialog import ProgressDialog
 from ..reading import Reading, read
 from .dialog import DIALOG
 from .locate import entities_of
@@ -36,6 +44,8 @@ class Check(Window):
             self._check()
         elif name == "show":
             self._select()
+        elif name == "save":
+            self._save()
         elif name == "findings" or self.inputs.cell(changed) is not None:
             self._hint = ""
         self._show_detail()
@@ -68,6 +78,29 @@ class Check(Window):
             finding = self.findings[row]
             lines.append(f"{finding.subject.kind} {finding.subject.name}: {finding.message}")
         self.inputs.set("detail", "\n".join(lines))
+
+    def _save(self) -> None:
+        """The design as a file, for a report of what went wrong."""
+        dialog = application().userInterface.createFileDialog()
+        dialog.title = "Save a snapshot of the design"
+        dialog.filter = "Snapshots (*.json)"
+        dialog.initialFilename = "design.json"
+        if dialog.showSave() != adsk.core.DialogResults.DialogOK:
+            return
+        file, shown = Path(dialog.filename), ProgressDialog(DIALOG.name)
+        try:
+            write_snapshot(read_design(self.design, progress=shown), file)
+        except Cancelled:
+            self._hint = "Nothing was saved."
+        except InputError as error:
+            self._hint = str(error)
+        else:
+            self._hint = (
+                f"{file} holds all that the add-in reads of the design, meshes included: attach it "
+                "to a report if you may give that away."
+            )
+        finally:
+            shown.hide()
 
     def _select(self) -> None:
         row = self.inputs.selected("findings")

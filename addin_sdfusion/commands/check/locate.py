@@ -45,12 +45,26 @@ def _occurrence(design: Any, reading: Reading, name: str) -> Iterator[Any]:
 
 
 def _joint(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    for joint in _joints(design):
+        if joint.name in (name, _PREFIX + name):
+            yield joint
+
+
+def _coordinate(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    """The joint of a coordinate: `shoulder`, or `shoulder_pitch` of several."""
+    found = list(_joint(design, reading, name))
+    if not found:
+        for joint in _joints(design):
+            if name.startswith(f"{joint.name.removeprefix(_PREFIX)}_"):
+                found.append(joint)
+    yield from found
+
+
+def _joints(design: Any) -> Iterator[Any]:
     for component, occurrence in _places(design):
         for joints in (component.joints, component.asBuiltJoints):
             for i in range(joints.count):
-                joint = joints.item(i)
-                if joint.name in (name, _PREFIX + name) or name.startswith(f"{joint.name}_"):
-                    yield _seen(joint, occurrence)
+                yield _seen(joints.item(i), occurrence)
 
 
 def _group(design: Any, reading: Reading, name: str) -> Iterator[Any]:
@@ -65,10 +79,10 @@ def _body(design: Any, reading: Reading, name: str) -> Iterator[Any]:
     path, _, own = name.rpartition("/")
     for component, occurrence in _places(design):
         if (occurrence.fullPathName if occurrence else "") == path:
-            for i in range(component.bRepBodies.count):
-                body = component.bRepBodies.item(i)
-                if body.name == own:
-                    yield _seen(body, occurrence)
+            for bodies in (component.bRepBodies, component.meshBodies):
+                for i in range(bodies.count):
+                    if bodies.item(i).name == own:
+                        yield _seen(bodies.item(i), occurrence)
 
 
 def _points(design: Any, wanted: set[tuple[str, str]]) -> Iterator[Any]:
@@ -88,16 +102,21 @@ def _point(design: Any, reading: Reading, name: str) -> Iterator[Any]:
 
 def _muscle(design: Any, reading: Reading, name: str) -> Iterator[Any]:
     keys = {(p.entity, p.occurrence) for p in reading.table.points_of(name.rpartition("/")[2])}
+    yield from _points_of(design, reading, keys)
+
+
+def _points_of(design: Any, reading: Reading, keys: set[tuple[str, str]]) -> Iterator[Any]:
+    """Construction points by entity and occurrence, as the snapshot calls them."""
     points = reading.snapshot.points
     wanted = {(p.occurrence, p.name) for p in points if (p.entity, p.occurrence) in keys}
     yield from _points(design, wanted)
 
 
 def _frame(design: Any, reading: Reading, name: str) -> Iterator[Any]:
-    keys = {t.entity for t in reading.table.tasks if t.name == name.rpartition("/")[2]}
-    keys |= {m.entity for m in reading.table.markers if m.name == name}
-    points = reading.snapshot.points
-    yield from _points(design, {(p.occurrence, p.name) for p in points if p.entity in keys})
+    own, table = name.rpartition("/")[2], reading.table
+    keys = {(t.entity, t.occurrence) for t in table.tasks if t.name == own}
+    keys |= {(m.entity, m.occurrence) for m in table.markers if m.name == name}
+    yield from _points_of(design, reading, keys)
 
 
 def _places(design: Any) -> Iterator[tuple[Any, Any]]:
@@ -116,7 +135,7 @@ _FINDERS = {
     "occurrence": _occurrence,
     "component": _occurrence,
     "joint": _joint,
-    "coordinate": _joint,
+    "coordinate": _coordinate,
     "group": _group,
     "body": _body,
     "point": _point,

@@ -19,7 +19,6 @@ class Entities:
     def __init__(self, design: Any, snapshot: DesignSnapshot) -> None:
         self.points: dict[str, Any] = {}
         self.faces: dict[str, Any] = {}
-        self._keys: dict[tuple[str, str], str] = {}
         root = design.rootComponent
         components: dict[str, Any] = {o.fullPathName: o.component for o in root.allOccurrences}
         components[""] = root
@@ -29,9 +28,7 @@ class Entities:
                 continue
             found = component.constructionPoints.itemByName(point.name)
             if found is not None:
-                key = point.entity or f"{point.occurrence}/{point.name}"
-                self.points[key] = found
-                self._keys[component.id, point.name] = key
+                self.points[point.entity or f"{point.occurrence}/{point.name}"] = found
         free = [a for a in design.findAttributes(GROUP, WRAP) if a.parent is not None]
         for surface in snapshot.surfaces:
             text = surface.attributes.get(WRAP)
@@ -42,19 +39,19 @@ class Entities:
 
     def point_key(self, point: Any) -> str:
         """What the snapshot calls a construction point, or a name for one that it has not."""
-        native = point.nativeObject or point
-        place = native.component.id, native.name
-        if place not in self._keys:
-            self._keys[place] = f"picked:{place[0]}/{place[1]}"
-            self.points[self._keys[place]] = native
-        return self._keys[place]
+        return _key(self.points, point, "point")
 
     def face_key(self, face: Any) -> str:
         """What the snapshot calls a face, or a name for one that it has not."""
-        native = face.nativeObject or face
-        for key, known in self.faces.items():
-            if known == native:
-                return key
-        key = f"picked:face {len(self.faces)}"
-        self.faces[key] = native
-        return key
+        return _key(self.faces, face, "face")
+
+
+def _key(known: dict[str, Any], entity: Any, kind: str) -> str:
+    """The key of an entity, compared as such: copies of a document have the same ids and names."""
+    native = entity.nativeObject or entity
+    for key, other in known.items():
+        if other == native:
+            return key
+    key = f"picked:{kind} {len(known)}"
+    known[key] = native
+    return key

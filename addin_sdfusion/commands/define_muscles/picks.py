@@ -8,14 +8,12 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
+from ...fusion.units import CM
 from ...muscles.mirror import Plane
 from ...muscles.muscle_rows import WrapRow
 from ...robot.errors import InputError
 from ...robot.placement import Vector3
 from .pending import HANDLE, Pick
-
-CM = 0.01
-"""Fusion's unit of length, in [m]."""
 
 
 class Picks:

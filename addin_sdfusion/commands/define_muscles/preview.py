@@ -7,9 +7,9 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
+from ...fusion.units import CM
 from ...muscles.muscle_rows import MuscleTable
 from ...robot.placement import Vector3
-from .picks import CM
 
 _THIN, _THICK = 2.0, 5.0  # pixels
 _TEXT = 0.6  # cm

@@ -14,6 +14,7 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
+from ...fusion.units import CM
 from ...muscles.muscle_attributes import (
     GROUP,
     MUSCLES,
@@ -32,7 +33,7 @@ from ...muscles.point_names import (
 from ...robot.errors import InputError
 from ...robot.model import WORLD
 from .edits import About, added, base_feature, delete, is_called, native
-from .picks import CM, Picks, is_center, problem_of
+from .picks import Picks, is_center, problem_of
 from .wanted import AnyRow, Wanted, as_made, original_name, rows_of, wanted_points
 
 TOLERANCE = 1e-6

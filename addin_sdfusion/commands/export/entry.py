@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
-import adsk
 import adsk.core
 
 from ...build_robot import BuiltRobot, build_robot
@@ -22,6 +22,7 @@ from ..check.entry import summary
 from ..command import Command, Window
 from ..guard import application, ask, message
 from ..inputs import Inputs
+from ..progress_dialog import ProgressDialog
 from ..reading import read
 from .dialog import COLLISIONS, DIALOG, FOUND, LINKS, QUALITIES, UP
 
@@ -82,7 +83,7 @@ class Export(Window):
         self._export()
 
     def _export(self) -> None:
-        shown = _Progress(DIALOG.name)
+        shown = ProgressDialog(DIALOG.name)
         try:
             meshes = self.settings.visual or self.settings.collision != "none"
             snapshot = read_design(self.design, meshes=meshes, progress=shown)
@@ -178,32 +179,6 @@ class Export(Window):
         return lines
 
 
-class _Progress:
-    """A progress dialog; called as `Progress` asks."""
-
-    def __init__(self, title: str) -> None:
-        self._title = title
-        self._dialog: Any = None
-
-    def __call__(self, done: int, whole: int, what: str) -> None:
-        whole = max(whole, 1)  # Fusion refuses a dialog without a range
-        if self._dialog is None:
-            self._dialog = application().userInterface.createProgressDialog()
-            self._dialog.isCancelButtonShown = True
-            self._dialog.show(self._title, what, 0, whole, 0)
-        self._dialog.maximumValue = whole
-        self._dialog.progressValue = min(max(done, 0), whole)
-        self._dialog.message = what or self._title
-        adsk.doEvents()
-        if self._dialog.wasCancelled:
-            raise Cancelled
-
-    def hide(self) -> None:
-        """Takes it away."""
-        if self._dialog is not None:
-            self._dialog.hide()
-
-
 def _word(words: Mapping[str, Value], value: str) -> str:
     return next(word for word, meaning in words.items() if meaning == value)
 
@@ -224,7 +199,8 @@ def _listed(texts: list[str]) -> str:
 
 
 def _quoted(folder: str) -> str:
-    return f'"{folder}"' if " " in folder else folder
+    """A folder as both the shells of Windows and others take it."""
+    return folder if re.fullmatch(r"[\w.:/\\-]+", folder) else f'"{folder}"'
 
 
 COMMAND = Command(DIALOG, Export)

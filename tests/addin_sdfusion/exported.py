@@ -1,0 +1,127 @@
+"""The user's path in one step: a design of the fake, read, exported to a folder, read back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import fake_fusion
+import numpy as np
+import trimesh
+from fake_fusion.maths import rotation, translation
+
+from addin_sdfusion.build_robot import check_design
+from addin_sdfusion.export import export_robot
+from addin_sdfusion.robot import Finding, Robot
+from addin_sdfusion.robot.model import WORLD
+from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.snapshot import DesignSnapshot
+from sim_dart.frames import inverse, transform
+
+with fake_fusion.modules():
+    from addin_sdfusion import addin_sdfusion
+    from addin_sdfusion.fusion_design import read_design
+
+EXPORT = "cardsflowExport"
+
+
+@dataclass(frozen=True)
+class Export:
+    """An exported design.
+
+    Attributes:
+        folder: Its folder.
+        robot: The robot that is read back from there.
+        findings: What the export told.
+    """
+
+    folder: Path
+    robot: Robot
+    findings: tuple[Finding, ...]
+
+    @property
+    def codes(self) -> set[str]:
+        """Codes of the findings."""
+        return {finding.code for finding in self.findings}
+
+    @property
+    def sdf(self) -> str:
+        """The text of model.sdf."""
+        return (self.folder / "model.sdf").read_text(encoding="utf-8")
+
+    def standing(self, role: str = "visual") -> dict[str, Any]:
+        """The links' meshes in the world, in the robot's initial pose."""
+        poses = initial_poses(self.robot)
+        found = {}
+        for link in self.robot.links:
+            uris = [mesh.uri for mesh in link.meshes if mesh.role == role]
+            parts = [trimesh.load(self.folder.parent / uri[len("model://") :]) for uri in uris]
+            if parts:
+                found[link.name] = trimesh.util.concatenate(parts)
+                found[link.name].apply_transform(poses[link.name])
+        return found
+
+    def contents(self) -> dict[str, bytes]:
+        """The bytes of every file."""
+        files = sorted(file for file in self.folder.rglob("*") if file.is_file())
+        return {file.relative_to(self.folder).as_posix(): file.read_bytes() for file in files}
+
+
+def snapshot_of(design: Any, **settings: Any) -> DesignSnapshot:
+    """What the add-in reads of a design, with other settings."""
+    snapshot = read_design(design)
+    return replace(snapshot, settings=replace(snapshot.settings, **settings))
+
+
+def export(design: Any, folder: Path, **settings: Any) -> Export:
+    """A design exported and read back."""
+    findings = export_robot(snapshot_of(design, **settings), folder).findings
+    return Export(folder, read_robot(folder), findings)
+
+
+def findings_of(design: Any) -> list[Finding]:
+    """What Check tells of a design."""
+    return check_design(read_design(design))
+
+
+def codes_of(design: Any) -> set[str]:
+    """Codes of what Check tells of a design."""
+    return {finding.code for finding in findings_of(design)}
+
+
+def initial_poses(robot: Robot) -> dict[str, np.ndarray]:
+    """Poses of the links in the world at the robot's initial coordinates."""
+    poses = {WORLD: np.eye(4)}
+    for joint in robot.joints:
+        T = poses[joint.parent] @ transform(joint.T_parent_joint)
+        for motion in joint.motions:
+            value = joint.coordinates[motion.coordinate].initial
+            if motion.kind == "rotation":
+                T = T @ rotation(value, motion.axis)
+            else:
+                T = T @ translation(value * np.array(motion.axis))
+        poses[joint.child] = T @ inverse(transform(joint.T_child_joint))
+    return poses
+
+
+@contextmanager
+def running() -> Iterator[None]:
+    """The add-in, running in the fake Fusion."""
+    with fake_fusion.modules():
+        addin_sdfusion.run(None)
+        try:
+            yield
+        finally:
+            addin_sdfusion.stop(None)
+
+
+def press_export(fusion: Any, folder: Path) -> Any:
+    """Export by the command: choose the folder, press OK."""
+    command = fusion.run_command(EXPORT)
+    fusion.world.folder_answers.append(str(folder))
+    command.press("browse")
+    command.ok()
+    return command

@@ -1,0 +1,212 @@
+"""What the commands show and store where components are several times there, or hard to tell."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from exported import Export, export, press_export, running
+from fake_fusion import Builder, designs
+from fake_fusion.base import CLASSES
+from fake_fusion.maths import translation
+
+from addin_sdfusion.robot import Finding, Subject
+from cardsflow_fmu.addin import export_snapshot
+
+DEFINE, CHECK, EXPORT = "cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport"
+
+
+@pytest.fixture(autouse=True)
+def addin(fusion: Any) -> Iterator[None]:
+    """The add-in, running in a new Fusion."""
+    with running():
+        yield
+
+
+def shown(fusion: Any, kind: str, name: str) -> list[Any]:
+    """What Check selects for a finding about that."""
+    from addin_sdfusion.commands.check.locate import entities_of
+    from addin_sdfusion.commands.reading import read
+
+    design = fusion.design
+    return entities_of(design, read(design, masses=False), Subject(kind, name))
+
+
+def two_copies() -> Any:
+    """Two components with a point of the user's of the same name, 9 cm apart; a joint."""
+    build = Builder("copies")
+    paths = [build.place(n, translation((9.0 * k, 0, 0))) for k, n in enumerate(("one", "two"))]
+    for k, path in enumerate(paths):
+        build.box(path, (1.0, 1.0, 1.0))
+        build.point(path, (0.0, 0.0, 1.0), "mine")
+        build.rigid_group(f"EXPORT_{'ab'[k]}", [path])
+    build.joint("EXPORT_j", "cylindrical", paths[1], paths[0], axis=(0.0, 1.0, 0.0))
+    return build.done()
+
+
+@pytest.mark.parametrize("same", ["the same", None])
+def test_points_of_copies_with_one_id_are_two(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch, same: str | None
+) -> None:
+    """Copies of a document share the ids of their components; old ones may have none."""
+
+    def told(_: Any) -> str:
+        if same is None:
+            raise RuntimeError("2 : InternalValidationError")
+        return same
+
+    monkeypatch.setattr(CLASSES["adsk.fusion"]["Component"], "id", property(told))
+    two_copies()
+    command = fusion.run_command(DEFINE)
+    for occurrence in fusion.design.rootComponent.occurrences:
+        point = occurrence.component.constructionPoints.itemByName("mine")
+        command.pick("pick", point.createForAssemblyContext(occurrence))
+    assert len(command.table("points")) == 3
+    command.ok()
+    assert command.failed == ""
+    names = []
+    for occurrence in fusion.design.rootComponent.occurrences:
+        point = occurrence.component.constructionPoints.item(0)
+        said = json.loads(point.attributes.itemByName("CARDSFlow", "point").value)
+        names.append((point.name, said["link"], said["number"]))
+    assert names == [("VP_motor0_EXPORT_a_0", "a", 0), ("VP_motor0_EXPORT_b_1", "b", 1)]
+
+
+def test_a_coordinate_is_shown_by_its_joint(fusion: Any) -> None:
+    two_copies()
+    assert [e.name for e in shown(fusion, "coordinate", "j_slide")] == ["EXPORT_j"]
+    assert [e.name for e in shown(fusion, "joint", "j")] == ["EXPORT_j"]
+    assert shown(fusion, "joint", "j_2") == []
+
+
+def test_a_mesh_body_is_shown(fusion: Any) -> None:
+    designs.surface_and_mesh_bodies()
+    (body,) = shown(fusion, "body", "lower:1/scan")
+    assert body.name == "scan"
+    assert body.assemblyContext.fullPathName == "lower:1"
+
+
+def test_the_task_point_of_one_place_is_shown_there(fusion: Any) -> None:
+    """Its component is in two places."""
+    build = Builder("hands")
+    base = build.place("base", grounded=True)
+    build.box(base, (1.0, 1.0, 1.0))
+    left = build.place("hand", translation((-5.0, 0.0, 0.0)))
+    build.box(left, (1.0, 1.0, 1.0))
+    right = build.place(left[-1].component, translation((5.0, 0.0, 0.0)))
+    build.point(left, (0.0, 0.0, 1.0), "EE_right")
+    for name, path in (("base", base), ("left", left), ("right", right)):
+        build.rigid_group(f"EXPORT_{name}", [path])
+    build.done()
+    (point,) = shown(fusion, "task_frame", "right")
+    assert point.assemblyContext.fullPathName == "hand:2"
+
+
+@pytest.mark.parametrize("name", ["a::b", "__x__"])
+def test_what_sdf_refuses_is_told_before_the_export(fusion: Any, tmp_path: Path, name: str) -> None:
+    """Check said that nothing was wrong, and then Export refused."""
+    build = Builder("reserved")
+    paths = designs.chain(build, ("base", name))
+    build.point(paths[0], (1.0, 0.0, 5.0), "EE_base")
+    build.done()
+    command = fusion.run_command(CHECK)
+    rows = command.table("findings")[1:]
+    assert ["error", f"link {name}"] in [row[:2] for row in rows]
+    command.cancel()
+    command = fusion.run_command(EXPORT)
+    fusion.world.folder_answers.append(str(tmp_path / "robot"))
+    command.press("browse")
+    assert not command.is_valid()
+    command.cancel()
+
+
+def test_without_a_log_there_is_a_message_all_the_same(
+    fusion: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from addin_sdfusion.commands.export import entry
+
+    def fail(*_: Any, **__: Any) -> Any:
+        raise OSError("the disk is full")
+
+    designs.two_link_arm()
+    monkeypatch.setattr(entry, "export_robot", fail)
+    monkeypatch.setattr(CLASSES["adsk.core"]["Application"], "log", fail)
+    assert "the disk is full" in press_export(fusion, tmp_path / "robot").failed
+
+
+def test_the_shell_takes_the_line_after_an_export(fusion: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    folder = tmp_path / "Bob's(new)"
+    press_export(fusion, folder)
+    assert f'cardsflow run "{folder}"' in fusion.messages[-1]
+
+
+def test_every_step_of_an_export_can_be_cancelled(fusion: Any, tmp_path: Path) -> None:
+    """Nothing of it stays, wherever that is."""
+    designs.component_twice()
+    steps = 0
+    while True:
+        fusion.world.cancel_progress_after = steps
+        press_export(fusion, tmp_path / "robot")
+        if "cancelled" not in fusion.messages[-1]:
+            break
+        assert list(tmp_path.iterdir()) == []
+        steps += 1
+    assert steps > 10
+    assert (tmp_path / "robot/model.sdf").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["robot"]
+
+
+def test_check_saves_a_snapshot_that_exports_the_same(fusion: Any, tmp_path: Path) -> None:
+    """Nothing wrote the file that `cardsflow addin export-snapshot` reads."""
+    design = designs.two_link_arm()
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(CHECK)
+    file = tmp_path / "report" / "arm.json"
+    command.press("save")  # and cancel the file dialog
+    fusion.world.file_answers.append(str(file))
+    command.press("save")
+    assert str(file) in command["detail"].text
+    assert all(record.hidden for record in fusion.world.progress)
+    for wrong, said in ((tmp_path, "cannot be written"), (file, "Nothing was saved")):
+        fusion.world.file_answers.append(str(wrong))
+        fusion.world.cancel_progress_after = 0 if wrong == file else None
+        command.press("save")
+        assert said in command["detail"].text
+    command.cancel()
+    assert fusion.full_fingerprint() == before
+    assert fusion.messages == []
+    export_snapshot(file, tmp_path / "a/arm")
+    made = export(design, tmp_path / "b/arm")
+    assert Export(tmp_path / "a/arm", made.robot, ()).contents() == made.contents()
+
+
+def test_define_muscles_needs_no_masses_and_no_meshes(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both take Fusion a while."""
+
+    def slow(*_: Any) -> Any:
+        raise AssertionError
+
+    designs.two_link_arm()
+    for cls in ("BRepBody", "Occurrence", "Component"):
+        monkeypatch.setattr(CLASSES["adsk.fusion"][cls], "getPhysicalProperties", slow)
+    for cls in ("TriangleMeshCalculator",):
+        monkeypatch.setattr(CLASSES["adsk.fusion"][cls], "calculate", slow)
+    command = fusion.run_command(DEFINE)
+    assert len(command.table("points")) > 1
+    command.cancel()
+    assert fusion.messages == []
+
+
+def test_findings_of_sdf_are_not_told_twice(fusion: Any) -> None:
+    from addin_sdfusion.build_robot import check_design
+    from addin_sdfusion.fusion_design import read_design
+
+    found: list[Finding] = check_design(read_design(designs.name_clash(), meshes=False))
+    codes = [f.code for f in found if f.is_error]
+    assert codes == ["name-clash"]
