@@ -134,7 +134,7 @@ class MotionSnapshot:
 
     Attributes:
         kind: `rotation` or `translation`, of `one` relative to `two`.
-        axis: Unit vector.
+        axis: Unit vector, as `two` has it: not carried by the joint's motions before it.
         value: Where it stands, in [rad] or [m].
         lower, upper: Limits, in [rad] or [m]; None where not enabled.
         role: What the CAD system calls it where a joint has several: `pitch`, `yaw`, `roll`,

@@ -77,6 +77,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_check(commands, common)
     _add_info(commands, common)
     _add_convert(commands, common)
+    _add_size(commands, common)
+    _add_addin(commands, common)
     return parser
 
 
@@ -156,6 +158,22 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=_build)
 
 
+def _add_size(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = _add_command(
+        commands,
+        common,
+        "size",
+        "Say how strong each muscle must be for an experiment's motion, and what is in the way.",
+        "cardsflow size examples/planar_2r --margin 0.5",
+    )
+    _add_experiment(parser)
+    parser.add_argument(
+        "--margin", type=float, default=0.2, help="part of the peak to add to it; 0.2"
+    )
+    parser.add_argument("--json", action="store_true", help="print it as JSON")
+    parser.set_defaults(command=_size)
+
+
 def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
     parser = _add_command(
         commands,
@@ -206,6 +224,48 @@ def _add_convert(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=_convert)
 
 
+def _add_addin(commands: Any, common: argparse.ArgumentParser) -> None:
+    text = "The add-in for Fusion: export without Fusion, install it, pack it."
+    group = commands.add_parser("addin", help=text, description=text)
+    actions = group.add_subparsers(metavar="ACTION", required=True)
+    parser = _add_command(
+        actions,
+        common,
+        "export-snapshot",
+        "Export a design from its snapshot, as the add-in does inside Fusion.",
+        "cardsflow addin export-snapshot arm.json -o arm --set collision=none",
+    )
+    parser.add_argument("snapshot", type=Path, help="the JSON file that the add-in has saved")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the robot's folder")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting of the export, such as up_axis=y; may be repeated",
+    )
+    parser.add_argument("--json", action="store_true", help="print files and findings as JSON")
+    parser.set_defaults(command=_export_snapshot)
+    parser = _add_command(
+        actions,
+        common,
+        "install",
+        "Copy the add-in to where Fusion looks for it, in place of an earlier copy.",
+        "cardsflow addin install",
+    )
+    parser.add_argument("--folder", type=Path, help="Fusion's folder of add-ins, if it is another")
+    parser.set_defaults(command=_install_addin)
+    parser = _add_command(
+        actions,
+        common,
+        "zip",
+        "Pack the add-in's folder, to be unpacked among Fusion's add-ins.",
+        "cardsflow addin zip -o addin_sdfusion.zip",
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the archive")
+    parser.set_defaults(command=_zip_addin)
+
+
 def _settings(words: Sequence[str]) -> dict[str, Any]:
     """`KEY=VALUE` words as settings; a value is TOML, or else a text."""
     settings: dict[str, Any] = {}
@@ -234,6 +294,8 @@ def _run(options: argparse.Namespace) -> int:
     from .simulation import RunError, Through, run
 
     experiment = _experiment(options)
+    for warning in experiment.warnings():
+        print(f"cardsflow: warning: {warning}", file=sys.stderr)
     through: Through = "direct" if options.direct else "fmu"
     try:
         with _progress_bar(experiment.run.steps) as progress:
@@ -300,6 +362,15 @@ def _build(options: argparse.Namespace) -> int:
     return GOOD
 
 
+def _size(options: argparse.Namespace) -> int:
+    from .sizing import size
+    from .sizing_report import describe_sizes
+
+    sizes = size(_experiment(options), margin=options.margin)
+    print(json.dumps(sizes, indent=1) if options.json else describe_sizes(sizes))
+    return FAILED if sizes["impossible_points"] else GOOD
+
+
 def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
@@ -339,6 +410,39 @@ def _convert(options: argparse.Namespace) -> int:
         print(finding, file=sys.stderr)
     for path in conversion.files:
         print(path)
+    return GOOD
+
+
+def _export_snapshot(options: argparse.Namespace) -> int:
+    from .addin import export_snapshot
+
+    try:
+        exported = export_snapshot(options.snapshot, options.output, _settings(options.set))
+        findings, files = exported.findings, exported.files
+    except RobotError as error:
+        findings, files = error.findings, ()
+    if options.json:
+        rows = [finding.as_dict() for finding in findings]
+        print(json.dumps({"files": [str(file) for file in files], "findings": rows}, indent=1))
+    else:
+        for finding in findings:
+            print(finding, file=sys.stderr)
+        for file in files:
+            print(file)
+    return FAILED if any(finding.is_error for finding in findings) else GOOD
+
+
+def _install_addin(options: argparse.Namespace) -> int:
+    from .addin import install
+
+    print(install(options.folder))
+    return GOOD
+
+
+def _zip_addin(options: argparse.Namespace) -> int:
+    from .addin import zip_addin
+
+    print(zip_addin(options.output))
     return GOOD
 
 

@@ -199,7 +199,9 @@ def _plant(table: Table, robot: Robot, run: RunSettings) -> PlantSettings:
 
 
 def _disturbance(table: Table, robot: Robot) -> DisturbanceSettings | None:
-    """Forces from outside; None if the table is absent."""
+    """Forces from outside; None if the table is absent or empty."""
+    if table.is_empty:
+        return None
     frames = [frame.name for frame in robot.task_frames if not frame.is_orientation]
     given = table.table("force")
     forces = {}
@@ -215,7 +217,7 @@ def _disturbance(table: Table, robot: Robot) -> DisturbanceSettings | None:
     if end <= begin:
         raise table.error("end", f"must be after begin, {begin!r} s")
     if not forces:
-        return None
+        raise table.error("force", f"missing: forces on {', '.join(frames) or 'task points'}")
     rows = tuple(cast(Force, forces.get(name, (0.0, 0.0, 0.0))) for name in frames)
     return DisturbanceSettings(rows, begin, end, known)
 

@@ -32,9 +32,9 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         "robot": {
             "path": str(experiment.robot_path),
             "cable_set": robot.cable_set,
-            "operational_space": robot.task_set,
             "gravity": list(robot.gravity),
-        },
+        }
+        | ({"operational_space": robot.task_set} if robot.task_set else {}),
         "muscles": {
             muscle.name: {"f_min": muscle.f_min}
             | ({"f_max": muscle.f_max} if math.isfinite(muscle.f_max) else {})
@@ -148,7 +148,7 @@ def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
 def _disturbance(disturbance: DisturbanceSettings, frames: Sequence[str]) -> dict[str, Any]:
     forces = zip(frames, disturbance.forces, strict=True)
     return {
-        "force": {name: list(force) for name, force in forces if any(force)},
+        "force": {name: list(force) for name, force in forces},
         "begin": disturbance.begin,
         "known": disturbance.known,
     } | ({"end": disturbance.end} if math.isfinite(disturbance.end) else {})

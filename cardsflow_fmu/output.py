@@ -20,6 +20,8 @@ _OWN = (
     _SUMMARY,
     "tracking.png",
     "tracking.svg",
+    "path.png",
+    "path.svg",
     "plant.fmu",
     "controller.fmu",
     "reference.fmu",

@@ -275,11 +275,18 @@ def controller_ports(
         Port(
             "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
         ),
+        *_limit_ports(space),
         *_gain_ports(robot, space, kp, kd, torque_gains),
         *_bound_ports(robot),
         Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
         WORKER_TIMEOUT,
     ]
+
+
+def _limit_ports(space: Space) -> list[Port]:
+    what = "No force within the bounds keeps the joint limits"
+    dropped = Port("limits_dropped", "", "output", "discrete", what, boolean=True)
+    return [] if space == "joint" else [dropped]
 
 
 def slack_signals(robot: Robot, space: Space) -> dict[str, str]:

@@ -23,7 +23,7 @@ _SPLINES = ("linear", "cubic", "quintic", "parabolic_blend", "samples")
 _WITH_RATES = ("cubic", "quintic", "samples")
 _WITH_ACCELERATIONS = ("quintic", "samples")
 _RIGHT_ANGLE = 1e-9
-_REACHED = 1e-6  # in [m] or [rad]: a start nearer than this to the reference begins on it
+_REACHABLE = 1e-3  # in [m] or [rad]: nearer than this to the robot's reach, a reference is in it
 
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -82,12 +82,14 @@ def read_reference(
     duration = approach.positive("duration")
     if "start" in approach:
         begin = approach.numbers("start", len(rows.names))
-        start = _start(start_table, robot, curve, begin)
+        start = _start(start_table, robot, curve, begin, at_rest=True)
     else:
         start = _start(start_table, robot, curve, None)
         begin = start.q if space == "joint" else _task_position(robot, start.q)
     approach.value("start", None)
     approach.close()
+    if space == "operational":
+        _require_reach(table, robot, first, start.q)
     return start, ReferenceSettings(space, curve, ApproachSettings(duration, begin))
 
 
@@ -185,6 +187,10 @@ def _inline_trajectory(table: Table, robot: Robot) -> Trajectory:
     times = [point.time for point in read]
     if times[0] != 0 or any(b <= a for a, b in pairwise(times)):
         raise table.error("points", f"times must begin at 0 and increase: {times}")
+    for k, (before, point) in enumerate(pairwise(read), 1):
+        if 2.0 * point.blend_time >= point.time - before.time:
+            what = f"{point.blend_time!r} s is not below half the way to the point"
+            raise table.error(f"points[{k}].blend_time", what)
     return Trajectory(name, spline, read, time_step=times[-1], space=space)
 
 
@@ -194,12 +200,13 @@ def _point(table: Table, index: int, row: Any, spline: Spline, rows: _Rows) -> T
         raise table.error(f"points[{index}]", f"must be a table, not {row!r}")
     point = Table(row, table.file, path)
     rates, accelerations = spline in _WITH_RATES, spline in _WITH_ACCELERATIONS
+    blends = spline == "parabolic_blend" and index > 0
     result = TrajectoryPoint(
         time=point.number("time"),
         q=rows.read(point),
         qd=rows.read(point, "d", 0.0) if rates else (),
         qdd=rows.read(point, "dd", 0.0) if accelerations else (),
-        blend_time=point.number("blend_time", 0.0) if spline == "parabolic_blend" else 0.0,
+        blend_time=point.positive("blend_time") if blends else 0.0,
     )
     point.close()
     return result
@@ -210,6 +217,8 @@ def _start(
     robot: Robot,
     curve: Trajectory | FlowerSettings,
     begin: tuple[float, ...] | None,
+    *,
+    at_rest: bool = False,
 ) -> StartSettings:
     """The state at the start; where the experiment is silent, that of the reference.
 
@@ -218,6 +227,7 @@ def _start(
         robot: The robot.
         curve: What is followed.
         begin: Where the reference begins, q or y; None if an approach leads there from anywhere.
+        at_rest: Whether it begins at rest, as an approach does.
     """
     names = [c.name for c in robot.coordinates]
     initial = tuple(c.initial for c in robot.coordinates)
@@ -226,7 +236,7 @@ def _start(
     if in_joints and begin is not None:
         first = cast(Trajectory, curve).points[0]
         q = table.by_name("q", "coordinate", names, begin)
-        qd = table.by_name("qd", "coordinate", names, first.qd or rest)
+        qd = table.by_name("qd", "coordinate", names, rest if at_rest else first.qd or rest)
     else:
         q = _start_by_task(table, robot, begin, initial)
         qd = table.by_name("qd", "coordinate", names, rest)
@@ -266,6 +276,17 @@ def _inverse_kinematics(
     except InputError as error:
         raise table.error("y" if "y" in table else "q", error.what) from None
     return tuple(found.q.tolist())
+
+
+def _require_reach(table: Table, robot: Robot, y: tuple[float, ...], q: tuple[float, ...]) -> None:
+    """That an approach leads somewhere."""
+    from controllers.kinematics import inverse_kinematics
+    from sim_dart import DartDynamics
+
+    try:
+        inverse_kinematics(DartDynamics(robot), np.array(y), np.array(q), tolerance=_REACHABLE)
+    except InputError as error:
+        raise InputError(error.what, file=table.file, key=table.path) from None
 
 
 def _task_position(robot: Robot, q: tuple[float, ...]) -> tuple[float, ...]:

@@ -49,8 +49,8 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
 
     Args:
         experiment: The experiment.
-        points: How many points, at least 5; one a controller period when None, at most
-            `MOST_POINTS`.
+        points: How many points, at least 5; one a controller period when None, but at least 5 and
+            at most `MOST_POINTS`.
 
     Raises:
         InputError: A point is out of the robot's reach, or there are too few points.
@@ -60,7 +60,8 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     reference = make_reference(experiment)
     duration = min(experiment.run.duration, reference.duration)
     if points is None:
-        points = min(MOST_POINTS, math.floor(duration / experiment.controller.period) + 1)
+        periods = math.floor(duration / experiment.controller.period)
+        points = min(max(periods + 1, FEWEST_POINTS), MOST_POINTS)
     if points < FEWEST_POINTS:
         raise InputError(f"a motion needs at least {FEWEST_POINTS} points, not {points}")
     times = np.linspace(0.0, duration, points)
@@ -96,6 +97,8 @@ def size(
 ) -> dict[str, Any]:
     """How strong the muscles must be for an experiment's motion, as plain data in SI units.
 
+    The robot is the one that is simulated; its loads from outside count.
+
     Args:
         experiment: The experiment.
         margin: What to add to the peaks, as a part of them.
@@ -104,7 +107,19 @@ def size(
     Raises:
         InputError: The margin is wrong, or the reference is out of the robot's reach.
     """
-    return size_robot(experiment.robot, reference_motion(experiment), margin=margin, method=method)
+    motion = _loaded(experiment, reference_motion(experiment))
+    return size_robot(experiment.plant_robot, motion, margin=margin, method=method)
+
+
+def _loaded(experiment: Experiment, motion: Motion) -> Motion:
+    """The motion with w_e = -J_p'F of the forces on task points."""
+    disturbance = experiment.disturbance
+    if disturbance is None:
+        return motion
+    dynamics, forces = DartDynamics(experiment.robot), np.ravel(disturbance.forces)
+    acts = (disturbance.begin <= motion.times) & (motion.times < disturbance.end)
+    w_e = np.array([-dynamics.point_jacobian(q).T @ forces for q in motion.q])
+    return replace(motion, w_e=np.where(acts[:, None], w_e, 0.0))
 
 
 def size_robot(
@@ -210,8 +225,8 @@ def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
         "needed_f_max": sizes.needed,
         "share_at_f_min": at_min,
         "share_at_f_max": at_max,
-        "peak_power": power.max(axis=0),
-        "peak_braking_power": -power.min(axis=0),
+        "peak_power": np.maximum(power.max(axis=0), 0.0),
+        "peak_braking_power": np.maximum(-power.min(axis=0), 0.0),
     }
     return [
         {

@@ -193,7 +193,9 @@ def _slack(
     """What was missing at infeasible ticks: the largest by signal, how often, and when first."""
     missing = {n: np.abs(columns[n][ticks][infeasible]) for n in signals if n in columns}
     times = columns["time"][ticks][infeasible]
+    dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
     return {
+        "limits_dropped_ticks": int(np.count_nonzero(dropped[ticks])),
         "first_at_s": float(times[0]) if times.size else None,
         "last_at_s": float(times[-1]) if times.size else None,
         "per_signal": {

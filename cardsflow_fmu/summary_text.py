@@ -38,7 +38,7 @@ def _tracking_lines(summary: Mapping[str, Any]) -> list[str]:
     unit = tracking["unit"]
     lines = [f"tracking    RMS {tracking['rms']:.3g}, max {tracking['max']:.3g} {unit}"]
     lines += [
-        f"  {name:<10}RMS {error['rms']:.3g}, max {error['max']:.3g} {error['unit']}"
+        f"  {name:<9} RMS {error['rms']:.3g}, max {error['max']:.3g} {error['unit']}"
         for name, error in tracking["per_signal"].items()
     ]
     return lines
@@ -50,7 +50,7 @@ def _force_lines(summary: Mapping[str, Any]) -> list[str]:
         return []
     lines = [f"forces      {forces['min']:.4g} to {forces['max']:.4g} N"]
     for name, muscle in forces["per_muscle"].items():
-        line = f"  {name:<10}{muscle['min']:.4g} to {muscle['max']:.4g} N"
+        line = f"  {name:<9} {muscle['min']:.4g} to {muscle['max']:.4g} N"
         if muscle["f_min"] is not None:
             upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
             line += f", bounds {muscle['f_min']:.4g} to {upper}"
@@ -66,7 +66,9 @@ def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
     if slack["first_at_s"] is not None:
         lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
         lines += [
-            f"  {name.removeprefix('slack.'):<10}up to {missing['max']:.3g} {missing['unit']}"
+            f"  {name.removeprefix('slack.'):<9} up to {missing['max']:.3g} {missing['unit']}"
             for name, missing in slack["per_signal"].items()
         ]
+    if slack["limits_dropped_ticks"]:
+        lines.append(f"  joint limits could not be kept at {slack['limits_dropped_ticks']} ticks")
     return lines

@@ -31,6 +31,11 @@ class Table:
         self.file = file
         self.path = path
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is given, or the table is absent."""
+        return not self._data
+
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
@@ -141,7 +146,7 @@ class Table:
         except InputError as error:
             raise InputError(error.what, file=self.file, key=blame or self.key(key)) from None
         if steps > MOST_STEPS:
-            raise self.error(key, f"{steps} steps are more than a run can hold (10 million)")
+            raise self.error(key, f"{steps:g} steps are more than a run can hold (10 million)")
 
     def by_name(
         self,

@@ -13,7 +13,8 @@ from .dynamics import Dynamics, TaskDynamics
 from .flower import ApproachReference, FlowerReference, Reference, SequenceReference
 from .force_distribution import ForceDistribution, ForceSolution
 from .joint_space import JointSpaceController
-from .operational_space import OperationalSpaceController, Posture
+from .operational_solution import OperationalSpaceSolution, Posture
+from .operational_space import OperationalSpaceController
 from .references import JointReference, SplineReference
 
 if TYPE_CHECKING:
@@ -91,6 +92,7 @@ __all__ = [
     "Motion",
     "MotionForces",
     "OperationalSpaceController",
+    "OperationalSpaceSolution",
     "Posture",
     "ReactiveQPController",
     "Reference",

@@ -18,7 +18,7 @@ from addin_sdfusion.robot import InputError
 
 from .dynamics import Dynamics, bias_torque
 from .force_distribution import ForceSolution
-from .vectors import gain_vector
+from .vectors import check_sizes, gain_vector, is_finite
 
 FloatArray = NDArray[np.float64]
 
@@ -88,19 +88,31 @@ class ControlLoop:
         delay: int = 0,
         predict: bool = True,
     ) -> None:
-        if not (math.isfinite(period) and period > 0):
-            raise InputError(f"period must be a positive time in s, not {period!r}")
-        if not (math.isfinite(observer) and observer >= 0):
+        if not (is_finite(observer) and observer >= 0):
             raise InputError(f"observer must be a bandwidth in rad/s or 0, not {observer!r}")
         if delay not in (0, 1):
             raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
         self.law = law
-        self._period, self._delay, self._predict = period, delay, predict and delay == 1
+        self._observer, self._delay, self._predict = observer, delay, predict and delay == 1
         self._ki = gain_vector("ki", ki, names)
-        self._gain = 1.0 - math.exp(-observer * period)
+        self.set_period(period)
         n, m = len(law.dynamics.coordinate_names), len(law.dynamics.muscle_names)
         self._n, self._m, self._r = n, m, len(names)
         self.reset(law.dynamics.f_min)
+
+    def set_period(self, period: float) -> None:
+        """Change the period.
+
+        Args:
+            period: T, in [s].
+
+        Raises:
+            InputError: It is not positive and finite.
+        """
+        if not (is_finite(period) and period > 0):
+            raise InputError(f"period must be a positive time in s, not {period!r}")
+        self._period = period
+        self._gain = 1.0 - math.exp(-self._observer * period)
 
     def reset(self, forces: FloatArray) -> None:
         """Forget everything.
@@ -129,8 +141,12 @@ class ControlLoop:
             The solution computed at this tick; it takes effect `delay` ticks later.
 
         Raises:
+            InputError: A vector has another size.
             SimulationError: The state or the reference is not finite.
         """
+        check_sizes(self.law.dynamics.coordinate_names, q=q, qd=qd, w_e=w_e)
+        if np.shape(reference) != (3, self._r):
+            raise InputError(f"the reference has shape {np.shape(reference)}, not (3, {self._r})")
         known = np.zeros(self._n) if w_e is None else w_e
         if self._gain:
             self._observe(q, qd, known)

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import InputError
 
 from .references import JointReference
-from .vectors import finite_vector
+from .vectors import finite_vector, float_array, is_finite
 
 FloatArray = NDArray[np.float64]
 
@@ -69,12 +69,12 @@ class FlowerReference:
         petals: int = 5,
     ) -> None:
         self._c = finite_vector("centre", centre, np.size(centre))
-        self._e = np.array(axes, dtype=np.float64)
+        self._e = float_array("axes", axes)
         if self._e.shape != (2, len(self._c)):
             raise InputError(f"axes must be 2 vectors as long as the centre, not {axes!r}")
         if not np.allclose(self._e @ self._e.T, np.eye(2), rtol=0.0, atol=1e-9):
             raise InputError(f"axes must be orthonormal, not {axes!r}")
-        if petals != int(petals) or petals < 1:
+        if not is_finite(petals) or petals != int(petals) or petals < 1:
             raise InputError(f"petals must be a whole number from 1 on, not {petals!r}")
         self._R = _positive("radius", radius)
         self._k = int(petals)
@@ -187,6 +187,6 @@ def _quintic(t: float, duration: float) -> tuple[float, float, float]:
 
 
 def _positive(name: str, value: float) -> float:
-    if not (math.isfinite(value) and value > 0):
+    if not (is_finite(value) and value > 0):
         raise InputError(f"{name} must be positive and finite, not {value!r}")
     return float(value)

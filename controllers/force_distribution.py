@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import InputError, SimulationError
 
 from . import dual_newton, qp
+from .vectors import float_array, is_finite
 
 FloatArray = NDArray[np.float64]
 _Answer = tuple[FloatArray, FloatArray, float]  # forces, slack, largest |slack|
@@ -115,7 +116,7 @@ class ForceDistribution:
         muscle_names: m names for reports; numbered when None.
 
     Raises:
-        InputError: A bound or weight is wrong; the message names the muscle.
+        InputError: A bound, weight or tolerance is wrong; the message names it.
         UnknownNameError: The back end is not installed.
     """
 
@@ -131,8 +132,12 @@ class ForceDistribution:
         muscle_names: Sequence[str] | None = None,
     ) -> None:
         m = np.size(f_min)
-        self.weights: FloatArray = np.array(np.ones(m) if weights is None else weights, dtype=float)
+        self.weights: FloatArray = float_array(
+            "weights", np.ones(m) if weights is None else weights
+        )
         self.solver = qp.require_solver(solver)
+        if not (is_finite(tolerance) and tolerance > 0):
+            raise InputError(f"tolerance must be positive and finite, not {tolerance!r}")
         self.tolerance = tolerance
         self.coordinate_names = None if coordinate_names is None else tuple(coordinate_names)
         numbered = tuple(f"muscle {k + 1}" for k in range(m))
@@ -156,7 +161,7 @@ class ForceDistribution:
         Raises:
             InputError: A bound is wrong; the message names the muscle.
         """
-        low, high = np.array(f_min, dtype=np.float64), np.array(f_max, dtype=np.float64)
+        low, high = float_array("f_min", f_min), float_array("f_max", f_max)
         self._check_bounds(low, high)
         self.f_min: FloatArray = low
         self.f_max: FloatArray = high
@@ -221,7 +226,7 @@ class ForceDistribution:
         Raises:
             InputError: It has another shape, or is not finite.
         """
-        values = np.asarray(state, dtype=np.float64)
+        values = float_array("the state", state)
         if values.ndim != 1 or values.size % 2 or not np.isfinite(values).all():
             raise InputError(f"a force distribution's state is 2n finite numbers, not {state!r}")
         if not values.size:

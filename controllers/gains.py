@@ -15,14 +15,16 @@ Only `lqr` imports python-control: it takes a second.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
+
+from .vectors import float_array, is_finite
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +42,9 @@ class Gains(NamedTuple):
     kp: float
     kd: float
     k_held: float = 0.0
+
+
+_STIFF = 1e12  # Kp/Kd² above which the cubic's root is its limit, 2/3 Kd/Kp, to all digits
 
 
 @dataclass(frozen=True)
@@ -105,15 +110,26 @@ def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 
         if delay:
             raise InputError("delay counts ticks: it needs a period")
         A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
-        K, _, _ = control.lqr(A, B, Q, r_weight)
-        return Gains(*map(float, K[0]))
+        return _solved(control.lqr, A, B, Q, r_weight)
     _check_positive(period=period)
     A, B = _double_integrator(period)
     if delay:
         A = np.block([[A, B], [np.zeros((1, 3))]])
         B = np.array([[0.0], [0.0], [1.0]])
         Q = np.diag([*np.diag(Q), 0.0])
-    K, _, _ = control.dlqr(A, B, Q, r_weight)
+    return _solved(control.dlqr, A, B, Q, r_weight)
+
+
+def _solved(
+    riccati: Callable[..., Any], A: FloatArray, B: FloatArray, Q: FloatArray, r: float
+) -> Gains:
+    """The gains by a function of python-control."""
+    try:
+        with np.errstate(all="ignore"):
+            K, _, _ = riccati(A, B, Q, r)
+    except (np.linalg.LinAlgError, ValueError):
+        weights = np.diag(Q)[:2].tolist()
+        raise InputError(f"no gains found for weights {weights} beside r_weight {r!r}") from None
     return Gains(*map(float, K[0]))
 
 
@@ -197,7 +213,9 @@ def largest_stable_period(kp: float, kd: float, delay: int = 0) -> float:
     if delay == 0:
         return min(2.0 / kd, 2.0 * kd / kp if kp else math.inf)
     # In x = Kd T and k = Kp/Kd²: 1 - (1 + 3k/2) x + k x² - k²/4 x³, numbers near 1 for any gains.
-    k = kp / kd**2
+    k = kp / kd / kd
+    if k > _STIFF:
+        return 2.0 * kd / (3.0 * kp)
     roots = np.roots([-0.25 * k**2, k, -(1.0 + 1.5 * k), 1.0])
     real = roots.real[np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots))]
     return float(real[real > 0].min()) / kd
@@ -223,7 +241,11 @@ def sampling_warning(
         InputError: A gain, the period or the delay is wrong.
     """
     _check_positive(period=period)
-    rows = np.broadcast_arrays(np.atleast_1d(kp).astype(float), np.atleast_1d(kd).astype(float))
+    gains = [np.atleast_1d(float_array(name, gain)) for name, gain in (("kp", kp), ("kd", kd))]
+    try:
+        rows = np.broadcast_arrays(*gains)
+    except ValueError:
+        raise InputError(f"kp {kp!r} and kd {kd!r} must be equally long") from None
     pairs = [(float(p), float(d)) for p, d in zip(*rows, strict=True)]
     limits = {pair: largest_stable_period(*pair, delay) for pair in dict.fromkeys(pairs)}
     worst = min(range(len(pairs)), key=lambda k: limits[pairs[k]])
@@ -267,7 +289,7 @@ def _double_integrator(T: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _state_weights(q_weight: ArrayLike) -> FloatArray:
-    weights = np.atleast_1d(np.asarray(q_weight, dtype=np.float64))
+    weights = np.atleast_1d(float_array("q_weight", q_weight))
     if weights.shape == (1,):
         weights = np.array([weights[0], 0.0])
     if weights.shape != (2,) or not np.isfinite(weights).all() or (weights < 0).any():
@@ -279,7 +301,7 @@ def _state_weights(q_weight: ArrayLike) -> FloatArray:
 
 def _check_positive(**values: float) -> None:
     for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
+        if not (is_finite(value) and value > 0):
             raise InputError(f"{name} must be positive and finite, not {value!r}")
 
 
@@ -290,7 +312,7 @@ def _check_delay(delay: int) -> None:
 
 def _check_loop(kp: float, kd: float, period: float, delay: int) -> None:
     for name, value in (("kp", kp), ("kd", kd)):
-        if not (math.isfinite(value) and value >= 0):
+        if not (is_finite(value) and value >= 0):
             raise InputError(f"{name} must be finite and not negative, not {value!r}")
     _check_positive(period=period)
     _check_delay(delay)

@@ -16,6 +16,7 @@ from addin_sdfusion.robot import InputError
 
 from .distributions import DistributedForces, distribute, minimum_infinity_norm
 from .dynamics import Dynamics, bias_torque
+from .vectors import is_finite
 from .wrench_set import torque_margins
 
 FloatArray = NDArray[np.float64]
@@ -284,7 +285,7 @@ def size_muscles(
     Raises:
         InputError: The margin is wrong, or the method needs upper bounds.
     """
-    if not (np.isfinite(margin) and margin >= 0):
+    if not (is_finite(margin) and margin >= 0):
         raise InputError(f"margin must be finite and not negative: {margin}")
     lifted = terms.with_bounds(None, np.inf)
     unlimited = lifted.distribute(method, **options)

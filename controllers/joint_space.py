@@ -175,9 +175,9 @@ class JointSpaceController:
             InputError: A vector has another length than q.
             SimulationError: The state or the reference is not finite.
         """
-        check_sizes(
-            self.dynamics.coordinate_names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d, w_e=w_e
-        )
+        names = self.dynamics.coordinate_names
+        check_sizes(names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d)
+        check_sizes(names, w_e=w_e, correction=correction)
         tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
         M = self.dynamics.mass_matrix(q)
         return self.distribution.solve(self.dynamics.muscle_jacobian(q), tau, M)

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares, lsq_linear
 from addin_sdfusion.robot import InputError
 
 from .dynamics import TaskDynamics
-from .vectors import finite_vector
+from .vectors import finite_vector, is_finite
 
 FloatArray = NDArray[np.float64]
 
@@ -168,7 +168,7 @@ def inverse_kinematics(
         finite_vector("q_start", q_start, n),
     )
     preferred = first if posture is None else finite_vector("posture", posture, n)
-    if not (np.isfinite(tolerance) and tolerance > 0):
+    if not (is_finite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance must be finite and positive: {tolerance}")
     best: InverseKinematics | None = None
     for start in _starts(first, robot.q_min, robot.q_max, starts, seed):

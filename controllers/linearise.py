@@ -21,7 +21,7 @@ from scipy.linalg import expm
 from addin_sdfusion.robot import InputError, SimulationError
 
 from .dynamics import Dynamics, bias_torque
-from .vectors import finite_vector
+from .vectors import finite_vector, is_finite
 
 FloatArray = NDArray[np.float64]
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
@@ -63,7 +63,7 @@ class LinearRobot:
         Raises:
             InputError: The period is not positive and finite.
         """
-        if not (np.isfinite(period) and period > 0):
+        if not (is_finite(period) and period > 0):
             raise InputError(f"period must be a positive time in s, not {period!r}")
         size, m = self.B.shape
         block = np.zeros((size + m, size + m))

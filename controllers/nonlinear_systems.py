@@ -23,6 +23,7 @@ from addin_sdfusion.robot import InputError
 from .dynamics import Dynamics
 from .force_distribution import ForceSolution
 from .linearise import acceleration
+from .vectors import is_finite
 
 FloatArray = NDArray[np.float64]
 
@@ -158,7 +159,7 @@ def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps
             f"the controller knows {sizes[0][0]} coordinates and {sizes[0][1]} muscles,"
             f" the robot has {sizes[1][0]} and {sizes[1][1]}"
         )
-    if not (np.isfinite(period) and period > 0):
+    if not (is_finite(period) and period > 0):
         raise InputError(f"period must be a positive time in s, not {period!r}")
     if delay not in (0, 1):
         raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")

@@ -14,8 +14,6 @@ way; of one with an infinite weight s = 0. Tasks of a later priority never distu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -23,10 +21,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, SimulationError
 
+from . import least_error
 from .dynamics import TaskDynamics, bias_torque
-from .force_distribution import ForceSolution
-from .qp import DEFAULT_SOLVER, BoxProblem, BoxSolution, BoxSolver
-from .vectors import check_sizes, gain_vector, named_vector
+from .operational_solution import DAMPED, OperationalSpaceSolution, Posture
+from .priority_level import PriorityLevel
+from .qp import DEFAULT_SOLVER, BoxProblem, row_softness
+from .vectors import (
+    check_sizes,
+    finite_vector,
+    float_array,
+    gain_vector,
+    is_finite,
+    named_vector,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -35,36 +42,6 @@ FORCE_WEIGHT = 1e-6
 
 LIMIT_BANDWIDTH = 20.0
 """Default of w, in [rad/s]: how late and how hard joint limits are kept."""
-
-
-@dataclass(frozen=True)
-class Posture:
-    """What the robot does with the freedom that the tasks leave: qdd_p = kp (q0 - q) - kd qd.
-
-    Attributes:
-        kd: Damping, a number or shape (n,), in [1/s].
-        kp: Stiffness, a number or shape (n,), in [1/s²].
-        q0: The preferred posture, shape (n,), in [rad] or [m]; needed where kp is not 0.
-    """
-
-    kd: ArrayLike = 10.0
-    kp: ArrayLike = 0.0
-    q0: ArrayLike | None = None
-
-
-@dataclass(frozen=True)
-class OperationalSpaceSolution(ForceSolution):
-    """Muscle forces and accelerations; slack is counted in task accelerations.
-
-    Attributes:
-        slack: Task acceleration that is missing, shape (k,), in [m/s²] or [rad/s²].
-        coordinate_names: Names of the k task coordinates.
-        qdd: Acceleration that the forces make by the controller's model, shape (n,).
-        limits_dropped: Whether no forces could keep the joint limits' bounds on qdd.
-    """
-
-    qdd: FloatArray
-    limits_dropped: bool
 
 
 class _Terms(NamedTuple):
@@ -111,7 +88,7 @@ class OperationalSpaceController:
         kp: ArrayLike,
         kd: ArrayLike,
         *,
-        posture: Posture | None = Posture(),
+        posture: Posture | None = DAMPED,
         task_weights: ArrayLike = np.inf,
         priorities: ArrayLike | None = None,
         acceleration_weights: ArrayLike = 1.0,
@@ -190,7 +167,7 @@ class OperationalSpaceController:
             InputError: The state has another length or is not finite.
         """
         ends = np.cumsum([self._m, *(level.rows for level in self._levels)])
-        if state.shape != (ends[-1],) or not np.isfinite(state).all():
+        if np.shape(state) != (ends[-1],) or not np.isfinite(state).all():
             raise InputError(f"the controller's state is {ends[-1]} finite numbers")
         self._f_last[:] = state[: self._m]
         for level, part in zip(self._levels, np.split(state, ends[:-1])[1:], strict=True):
@@ -257,10 +234,10 @@ class OperationalSpaceController:
         posture, limits = self._posture(q, qd), self._limits(q, qd)
         target, soft, dropped = terms.wanted.copy(), False, False
         for level in self._levels:
-            solution, gave_way, limits = self._solve_level(level, terms, target, limits, posture)
+            x, gave_way, limits = self._solve_level(level, terms, target, limits, posture)
             soft, dropped = soft or gave_way, limits is None and self._w is not None
-            target[level.tasks] = terms.J[level.tasks] @ solution.x[: self._n]
-        return self._solution(solution.x, terms, soft, dropped)
+            target[level.tasks] = terms.J[level.tasks] @ x[: self._n]
+        return self._solution(x, terms, soft, dropped)
 
     def _terms(
         self,
@@ -300,25 +277,67 @@ class OperationalSpaceController:
 
     def _solve_level(
         self,
-        level: _Level,
+        level: PriorityLevel,
         terms: _Terms,
         target: FloatArray,
         limits: tuple[FloatArray, FloatArray] | None,
         posture: FloatArray,
-    ) -> tuple[BoxSolution, bool, tuple[FloatArray, FloatArray] | None]:
-        """A solution, whether tasks gave way in it, and the limits that it keeps."""
+    ) -> tuple[FloatArray, bool, tuple[FloatArray, FloatArray] | None]:
+        """[qdd, f, ...], whether tasks gave way in it, and the limits that it keeps."""
         for bounds in dict.fromkeys((limits is not None, False)):
             kept = limits if bounds else None
             for row_weights in (None, level.soft_rows):
                 problem = self._problem(level, terms, target, kept, posture, row_weights)
                 solution = level.solver.solve(problem)
+                gave_way = row_weights is not None
                 if solution.status == "solved":
-                    return solution, row_weights is not None, kept
+                    return solution.x, gave_way, kept
+                if gave_way or level.is_weighted or solution.status == "not converged":
+                    x = self._least_error(level, problem, terms, target, kept, posture)
+                    if x is not None:
+                        return x, gave_way, kept
         raise SimulationError("no forces within the bounds move the robot as it must: QP failed")
+
+    def _least_error(
+        self,
+        level: PriorityLevel,
+        problem: BoxProblem,
+        terms: _Terms,
+        target: FloatArray,
+        limits: tuple[FloatArray, FloatArray] | None,
+        posture: FloatArray,
+    ) -> FloatArray | None:
+        """[qdd, f] of a problem that the solver of its multipliers has failed on; None for none."""
+        n, m = self._n, self._m
+        weights = self._W[level.tasks]
+        if problem.row_weights is not None:
+            weights = np.minimum(weights, 1.0 / row_softness(problem)[-len(level.tasks) :])
+        giving = np.isfinite(weights)
+        kept = np.concatenate([level.before, level.tasks[~giving]])
+        tasks = level.tasks[giving]
+        return least_error.solve(
+            least_error.LeastError(
+                terms.M,
+                terms.h,
+                terms.L,
+                terms.J[tasks],
+                target[tasks],
+                weights[giving],
+                terms.J[kept],
+                target[kept],
+                self._H_q,
+                posture,
+                level.H[n : n + m],
+                problem.g[n : n + m],
+                self.f_min,
+                self.f_max,
+                limits,
+            )
+        )
 
     def _problem(
         self,
-        level: _Level,
+        level: PriorityLevel,
         terms: _Terms,
         target: FloatArray,
         limits: tuple[FloatArray, FloatArray] | None,
@@ -363,81 +382,21 @@ class OperationalSpaceController:
         self._posture_kd = gain_vector("posture kd", chosen.kd, names)
         if chosen.q0 is None and self._posture_kp.any():
             raise InputError("a posture with a stiffness kp needs its q0")
-        q0 = np.zeros(self._n) if chosen.q0 is None else np.asarray(chosen.q0, dtype=np.float64)
-        if q0.shape != (self._n,) or not np.isfinite(q0).all():
-            raise InputError(f"posture q0 must be {self._n} finite numbers, not {chosen.q0!r}")
-        self._q0 = q0
+        q0 = np.zeros(self._n) if chosen.q0 is None else chosen.q0
+        self._q0 = finite_vector("posture q0", q0, self._n)
 
     def _make_levels(self, priorities: ArrayLike | None, solver: str) -> None:
-        ranks = np.ones(self._k) if priorities is None else np.asarray(priorities)
+        ranks = np.ones(self._k) if priorities is None else float_array("priorities", priorities)
         if ranks.shape != (self._k,) or not (np.isfinite(ranks).all() and (ranks >= 1).all()):
             names = ", ".join(self.dynamics.task_names)
             raise InputError(f"priorities must be {self._k} numbers from 1 on, for {names}")
         H = np.concatenate([self._H_q, self._H_f + self._H_r])
         self._levels = [
-            _Level(rank, ranks, self._W, H, self._n, solver) for rank in np.unique(ranks)
+            PriorityLevel(rank, ranks, self._W, H, self._n, solver) for rank in np.unique(ranks)
         ]
 
 
-class _Level:
-    """The QP of the tasks down to a priority: fixed parts, memory and solver.
-
-    Attributes:
-        tasks: Indices of the tasks of this priority.
-        known: Indices of these and of all tasks before, in the order of the rows.
-    """
-
-    def __init__(
-        self,
-        rank: float,
-        ranks: FloatArray,
-        W: FloatArray,
-        H: FloatArray,
-        n: int,
-        solver: str,
-    ) -> None:
-        self.tasks = np.flatnonzero(ranks == rank)
-        before = np.flatnonzero(ranks < rank)
-        self.known = np.concatenate([before, self.tasks])
-        self.rows = n + len(self.known)
-        weighted = np.flatnonzero(np.isfinite(W[self.tasks]))
-        size = len(H) + len(weighted)
-        self.H = np.concatenate([H, W[self.tasks][weighted]])
-        self.A = np.zeros((self.rows, size))
-        self.A[n + len(before) + weighted, len(H) + np.arange(len(weighted))] = 1.0
-        self.b = np.zeros(self.rows)
-        self.g = np.zeros(size)
-        self.lb, self.ub = np.full(size, -np.inf), np.full(size, np.inf)
-        self.soft_rows = np.full(self.rows, np.inf)
-        self.soft_rows[n + len(before) :] = 1.0
-        self.solver = BoxSolver(size, self.rows, solver)
-
-
 def _bandwidth(w: float | None) -> float | None:
-    if w is not None and not (np.isfinite(w) and w > 0):
+    if w is not None and not (is_finite(w) and w > 0):
         raise InputError(f"limit_bandwidth must be positive, in rad/s, or None: {w!r}")
     return w
-
-
-def by_frame(
-    what: str, values: Mapping[str, float], dynamics: TaskDynamics, default: float
-) -> FloatArray:
-    """A value for every task coordinate, shape (k,), from values by frame or by `frame.axis`.
-
-    Args:
-        what: What is given, for the message.
-        values: By the name of a task frame, or of one of its axes.
-        dynamics: Whose tasks.
-        default: For tasks that are not named.
-
-    Raises:
-        InputError: A name is neither a task frame nor a task coordinate.
-    """
-    names = dynamics.task_names
-    frames = [name.rpartition(".")[0] for name in names]
-    for name in values:
-        if name not in names and name not in frames:
-            raise InputError(f"{what}: no task {name!r} (known: {', '.join(names)})")
-    return np.array(
-        [values.get(name, values.get(f, default)) for name, f in zip(names, frames, strict=True)]
-    )

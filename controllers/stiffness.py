@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import InputError, SimulationError
 
 from .dynamics import Dynamics, TaskDynamics
-from .vectors import finite_vector, named_vector
+from .vectors import finite_vector, is_finite, named_vector
 
 FloatArray = NDArray[np.float64]
 
@@ -161,7 +161,7 @@ def stiffness(
     q_ = finite_vector("q", q, len(dynamics.coordinate_names))
     f = finite_vector("forces", forces, len(dynamics.muscle_names))
     k = named_vector("muscle_stiffness", muscle_stiffness, dynamics.muscle_names)
-    if not (np.isfinite(step) and step > 0):
+    if not (is_finite(step) and step > 0):
         raise InputError(f"step must be finite and positive: {step}")
     K_g = _jacobian(lambda x: dynamics.muscle_jacobian(x).T @ f, q_, step)
     K_l = _jacobian(dynamics.gravity, q_, step)

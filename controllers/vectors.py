@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +12,31 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import InputError
 
 FloatArray = NDArray[np.float64]
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is a number, and neither infinite nor NaN.
+
+    Args:
+        value: Anything.
+    """
+    return isinstance(value, Real) and math.isfinite(value)
+
+
+def float_array(what: str, values: ArrayLike) -> FloatArray:
+    """A copy of the values as floats, of whatever shape they have.
+
+    Args:
+        what: What they are, for the message.
+        values: The values.
+
+    Raises:
+        InputError: They are no numbers.
+    """
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be numbers, not {values!r}") from None
 
 
 def finite_vector(what: str, values: ArrayLike, size: int) -> FloatArray:

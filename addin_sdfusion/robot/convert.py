@@ -107,11 +107,25 @@ def convert(robot: Robot, format_: str, folder: str | Path) -> Conversion:
     """
     if format_ not in FORMATS:
         raise UnknownNameError("format", format_, FORMATS)
-    chosen = FORMATS[format_]
-    prepared = chosen.prepare(robot)
+    return convert_to(FORMATS[format_], robot, folder)
+
+
+def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
+    """As `convert`, in a format that need not be one of `FORMATS`.
+
+    Args:
+        format_: The format.
+        robot: The robot.
+        folder: Where to; made if it does not exist.
+
+    Raises:
+        RobotError: The robot has errors, or the format cannot hold it at all.
+        InputError: The folder cannot be written.
+    """
+    prepared = format_.prepare(robot)
     findings = [
         *_merged_links(robot, prepared),
         *_turned_orientations(robot, prepared),
-        *chosen.losses(prepared),
+        *format_.losses(prepared),
     ]
-    return Conversion(chosen.write(prepared, Path(folder)), findings)
+    return Conversion(format_.write(prepared, Path(folder)), findings)

@@ -17,6 +17,7 @@ from controllers import (
     ForceSolution,
     JointSpaceController,
     OperationalSpaceController,
+    OperationalSpaceSolution,
     Posture,
 )
 from sim_dart import DartDynamics
@@ -87,6 +88,7 @@ class ControllerModel(ExperimentModel):
     def initialize(self, t: float = 0.0) -> None:
         """Take over gains and bounds; until the first tick, every muscle holds its f_min."""
         self._apply_parameters()
+        self._loop.set_period(float(self._period[0]))
         self._law.reset()
         self._loop.reset(self._f_min)
         self._forces[:] = self._f_min
@@ -94,8 +96,9 @@ class ControllerModel(ExperimentModel):
         self._report[:] = 0.0
 
     def step(self, t: float, h: float) -> None:
-        """A tick with the inputs at t; the same forces hold through a step of several periods."""
-        whole_steps(h, float(self._period[0]), "the controller's period")
+        """A tick with the inputs at t; a step of several periods is a tick of a longer one."""
+        period = float(self._period[0])
+        self._loop.set_period(whole_steps(h, period, "the controller's period") * period)
         if not np.array_equal(self._applied, self.parameters):
             self._apply_parameters()
         begin = time.perf_counter()
@@ -163,6 +166,9 @@ def control_law(experiment: Experiment, dynamics: DartDynamics) -> Law:
     return made
 
 
-def _report(solution: ForceSolution, seconds: float) -> tuple[int, float, bool]:
-    """Number of muscles at a bound, time, infeasible."""
-    return solution.count_at_bounds, seconds, solution.status == "soft"
+def _report(solution: ForceSolution, seconds: float) -> tuple[float, ...]:
+    """Number of muscles at a bound, time, infeasible; whether joint limits had to be dropped."""
+    report = solution.count_at_bounds, seconds, solution.status == "soft"
+    if isinstance(solution, OperationalSpaceSolution):
+        return *report, solution.limits_dropped
+    return report

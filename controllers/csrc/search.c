@@ -67,5 +67,6 @@ double search_peak(dual_newton *s, double ridge, int *is_far)
         s->heap[0] = s->heap[--count];
     }
     *is_far = !count;
-    return t + slope / larger(bend, floor);
+    const double left = larger(bend, floor);
+    return left > 0 ? t + slope / left : t; /* a direction of nothing leads nowhere */
 }

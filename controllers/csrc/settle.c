@@ -23,13 +23,14 @@ static int stays(const dual_newton *s)
     return 1;
 }
 
-/* The worst row's rest, relative to its terms. */
+/* The worst row's rest, relative to its terms; infinite where one is not a number. */
 static double relative_rest(const dual_newton *s)
 {
     double largest = 0, worst = 0;
     for (size_t j = 0; j < s->m; j++) largest = larger(largest, s->size[j]);
     for (size_t j = 0; j < s->m; j++) {
         const double rest = fabs(s->rest[j]) - NOISE * largest;
+        if (isnan(rest)) return INFINITY;
         if (rest > worst * s->size[j]) worst = rest / s->size[j];
     }
     return worst;
@@ -69,7 +70,8 @@ static double refine(dual_newton *s)
     return relative_rest(s);
 }
 
-/* Largest violation of the dual conditions by end_x and lam, relative to the terms. */
+/* Largest violation of the dual conditions by end_x and lam, relative to the terms; infinite where one
+   is not a number.                                                                                    */
 static double dual_violation(const dual_newton *s, const double *lam)
 {
     double worst = 0;
@@ -82,6 +84,7 @@ static double dual_violation(const dual_newton *s, const double *lam)
             size += fabs(term);
         }
         const double off = fabs(clip(v, s->low[i], s->high[i]) - x);
+        if (isnan(off)) return INFINITY;
         if (off > worst * size) worst = off / size;
     }
     return worst;
@@ -121,8 +124,9 @@ int settle(dual_newton *s)
     if (is_left && !is_optimal(s)) return 0;
     if (is_left) memset(s->d, 0, s->m * sizeof(double));
     if (!is_verified(s, refine(s))) {
-        if (!is_left) return 0;
-        /* Variables that touch their bounds, but do not lean on them, may be off in the equations. */
+        /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so
+           may be all where the equations are ill-conditioned: the iterate itself may be better.       */
+        if (!is_left && !is_optimal(s)) return 0;
         memcpy(s->end_x, s->sx, s->n * sizeof(double));
         memcpy(s->end_lam, s->lam, s->m * sizeof(double));
         dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
 
-from ..vectors import named_vector
+from ..vectors import is_finite, named_vector
 from .feasibility import solve_linear
 from .poses import DistributedForces, Poses, finish, gather, require_finite_bounds
 from .quadratic import solve_poses
@@ -98,7 +98,7 @@ def optimally_safe(
     Raises:
         InputError: A size or a number is wrong, or a muscle has no upper bound.
     """
-    if not (np.isfinite(alpha) and alpha >= 0):
+    if not (is_finite(alpha) and alpha >= 0):
         raise InputError(f"alpha must be finite and not negative: {alpha}")
     poses = gather(L, tau, f_min, f_max)
     require_finite_bounds(poses, "optimally_safe")

@@ -1,13 +1,16 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
-from robots import PLANAR_2R
+from robots import PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation import simulate
 
 
 @pytest.fixture
@@ -204,3 +207,26 @@ def test_a_setting_may_be_changed_by_its_key() -> None:
     )
     assert experiment.controller.period == 0.01
     assert experiment.robot.muscle("cable_1").f_max == 50.0
+
+
+def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> None:
+    robot = replace(planar_2r(), task_sets=(), task_set="")
+    write_sdf(robot, tmp_path / "arm")
+    text = (PLANAR_2R / "experiment.toml").read_text()
+    text = text.replace("robot/planar_2r_bodies.xml", "model.sdf")
+    trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
+    changes = {"reference.file": str(trajectories), "run.duration": 0.01}
+    (tmp_path / "arm/experiment.toml").write_text(text)
+    experiment = Experiment.load(tmp_path / "arm", changes)
+    fmu, direct = simulate(experiment), simulate(experiment, through="direct")
+    np.testing.assert_array_equal(fmu.rows, direct.rows)
+
+
+def test_an_approach_begins_at_rest_whatever_the_velocity_of_what_it_leads_to() -> None:
+    points = [{"time": t, "q": [0.1 + t, 0.2], "qd": [1.0, 0.0]} for t in (0.0, 1.0)]
+    reference = {"spline": "cubic", "points": points}
+    assert Experiment.load(PLANAR_2R, {"reference": reference}).start.qd == (1.0, 0.0)
+    approach = {"duration": 1.0, "start": [0.0, 0.2]}
+    start = Experiment.load(PLANAR_2R, {"reference": reference | {"approach": approach}}).start
+    assert start.q == (0.0, 0.2)
+    assert start.qd == (0.0, 0.0)

@@ -24,7 +24,7 @@ def test_results_are_replaced_as_a_whole_and_other_files_left_alone(tmp_path: Pa
     (tmp_path / "notes.txt").write_text("mine")
     summary = json.dumps({"versions": {"cardsflow": "1"}})
     with OutputFolder(tmp_path) as folder:
-        folder.write({"summary.json": summary, "plant.fmu": b"old", "tracking.png": b"old"})
+        folder.write({"summary.json": summary, "plant.fmu": b"old", "path.svg": b"old"})
     with OutputFolder(tmp_path) as folder:
         folder.write({"summary.json": summary, "results.csv": "new"})
     names = sorted(p.name for p in tmp_path.iterdir())

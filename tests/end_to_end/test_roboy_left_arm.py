@@ -11,6 +11,7 @@ from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.simulation import simulate
 
 ROBOY_LEFT_ARM = EXAMPLES / "roboy_left_arm"
@@ -211,6 +212,9 @@ def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
         ({"reference.approach.duration": 0.0}, "reference.approach.duration: must be above 0"),
         ({"disturbance.force": {"foot": [0, 0, 1]}}, "disturbance.force.foot: no task frame"),
         ({"disturbance": {"begin": 2.0, "end": 1.0}}, "disturbance.end: must be after begin"),
+        ({"disturbance.known": True}, "disturbance.force: missing: forces on hand"),
+        ({"reference.flower.radius": 3.0}, "reference: no configuration reaches hand.x 3.45"),
+        ({"controller.period": 1e300}, "controller.period: 1e+303 steps are more than"),
         ({"plant.mass_scale": 0.0}, "plant.mass_scale: must be above 0"),
     ],
 )
@@ -218,3 +222,55 @@ def test_bad_settings_are_refused_before_the_first_step(settings: dict, message:
     with pytest.raises(InputError) as error:
         Experiment.load(ROBOY_LEFT_ARM, settings)
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("blend", "message"),
+    [
+        ({}, "reference.points[1].blend_time: missing"),
+        ({"blend_time": 0.0}, "reference.points[1].blend_time: must be above 0"),
+        ({"blend_time": 0.5}, "reference.points[1].blend_time: 0.5 s is not below half the way"),
+    ],
+)
+def test_a_blend_that_does_not_fit_is_refused(blend: dict[str, float], message: str) -> None:
+    points = [{"time": 0, "y": [0.5, -0.45, 0.4]}, {"time": 1, "y": [0.5, -0.45, 0.5]} | blend]
+    reference = {"spline": "parabolic_blend", "points": points}
+    with pytest.raises(InputError) as error:
+        Experiment.load(ROBOY_LEFT_ARM, {"reference": reference})
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_disturbance_of_nothing_travels_in_the_fmus_too(known: bool) -> None:
+    settings = {"run.duration": 0.01, "disturbance.force": {"hand": [0, 0, 0]}}
+    experiment = Experiment.load(ROBOY_LEFT_ARM, settings | {"disturbance.known": known})
+    rows = [simulate(experiment, through=way).rows for way in ("fmu", "direct")]
+    np.testing.assert_array_equal(*rows)
+
+
+def test_the_controller_ticks_with_the_period_that_it_is_given() -> None:
+    """Set as a parameter, or by steps of several: the clock of observer and integral follows."""
+    settings = {"controller.observer": 30.0, "controller.ki": 100.0, "controller.delay": 1}
+    wanted = Experiment.load(ROBOY_LEFT_ARM, settings | {"controller.period": 0.01})
+    other = Experiment.load(ROBOY_LEFT_ARM, settings)
+    rows = []
+    for experiment, period in ((wanted, None), (other, 0.01), (other, None)):
+        model = ControllerModel(experiment)
+        names = [port.name for port in model.ports]
+        if period is not None:
+            model.values[names.index("period")] = period
+        model.initialize()
+        model.inputs[: len(experiment.start.q)] = experiment.start.q
+        for k in range(5):
+            model.inputs[4] = 0.01 * k
+            model.step(0.01 * k, 0.01)
+        rows.append(np.delete(model.outputs.copy(), names.index("solve_time") - len(model.inputs)))
+    np.testing.assert_array_equal(rows[1], rows[0])
+    np.testing.assert_array_equal(rows[2], rows[0])
+
+
+def test_a_period_of_nothing_is_refused() -> None:
+    model = ControllerModel(Experiment.load(ROBOY_LEFT_ARM))
+    model.values[[port.name for port in model.ports].index("period")] = 0.0
+    with pytest.raises(InputError, match="period must be a positive time"):
+        model.initialize()

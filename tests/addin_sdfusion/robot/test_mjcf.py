@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from every_joint import every_joint
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from robots import chain, planar_2r, random_robot
 from strategies import robots
 
@@ -101,9 +101,15 @@ def test_mujoco_reads_the_published_robots_with_equal_dynamics_and_paths(shared,
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
+def next_to_origin(muscle):
+    """Whether MuJoCo takes one of its points, a site within 1e-6 of its body's origin, for it."""
+    return any(0.0 < math.hypot(*point.position) < 1e-5 for point in muscle.via_points)
+
+
 @settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
 @given(robots())
 def test_any_sound_robot_is_written(robot):
+    assume(not any(map(next_to_origin, robot.muscles)))
     with tempfile.TemporaryDirectory() as folder:
         assert_equal_terms(robot, folder, 1)
 

@@ -1,0 +1,1 @@
+"""From the snapshot of a design to a robot, step by step; `build_robot` takes them."""

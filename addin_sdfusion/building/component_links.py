@@ -1,0 +1,85 @@
+"""Components as links: which of them, and what the links are called."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from ..robot.chain import Names
+from ..robot.checks.report import error, unknown
+from ..robot.finding import Finding, Subject
+from ..snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot
+
+ROOT_LINK = "base"
+"""The link of the bodies that are in the root component itself. Not the design's name: Fusion puts
+the version at its end, and what is stored of a link must stay true."""
+
+_PREFIX = "EXPORT_"
+_FIRST = ":1"
+
+
+def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
+    """The links of a design whose links are components.
+
+    Args:
+        snapshot: The design.
+
+    Returns:
+        The link of each path that is one itself, and what is wrong.
+    """
+    occurrences = {occurrence.path: occurrence for occurrence in snapshot.occurrences}
+    chosen, findings = _chosen(snapshot, occurrences)
+    named = _names(chosen, occurrences)
+    for name, count in sorted(Counter(named.values()).items()):
+        if count > 1:
+            problem = f"{count} components give links of this name; rename all but one component"
+            findings.append(error(Subject("link", name), "duplicate-link", problem))
+    if any(body.occurrence == ROOT for body in snapshot.bodies):
+        named[ROOT] = Names(named.values()).give(ROOT_LINK)
+    if not named and not findings:
+        problem = "nothing to export: the design has neither components nor bodies"
+        findings.append(error(Subject("design", snapshot.name), "nothing-to-export", problem))
+    return named, findings
+
+
+def _chosen(
+    snapshot: DesignSnapshot, occurrences: Mapping[str, OccurrenceSnapshot]
+) -> tuple[list[str], list[Finding]]:
+    wanted = snapshot.settings.components
+    if not wanted:
+        return sorted(path for path, o in occurrences.items() if o.parent == ROOT), []
+    findings = []
+    for path in sorted(set(wanted) - occurrences.keys()):
+        problem = f"{unknown('component', path, sorted(occurrences))}; choose the links in Export"
+        findings.append(error(Subject("occurrence", path), "unknown-component", problem))
+    return sorted(occurrences.keys() & set(wanted)), findings
+
+
+def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot]) -> dict[str, str]:
+    """The components' names; with those above them where two would be the same."""
+    short = {path: _short(occurrences[path]) for path in chosen}
+    counts = Counter(short.values())
+    return {
+        path: name if counts[name] == 1 else _long(path, occurrences)
+        for path, name in short.items()
+    }
+
+
+def _short(occurrence: OccurrenceSnapshot) -> str:
+    """`finger` for `hand:1+finger:1`, `finger_2` for its twin `hand:1+finger:2`."""
+    leaf = occurrence.path.removeprefix(f"{occurrence.parent}+" if occurrence.parent else "")
+    number = leaf.rpartition(":")[2]
+    name = occurrence.component.removeprefix(_PREFIX)
+    if leaf.endswith(_FIRST) or not number.isdecimal():
+        return name
+    return f"{name}_{number}"
+
+
+def _long(path: str, occurrences: Mapping[str, OccurrenceSnapshot]) -> str:
+    names: list[str] = []
+    seen = set()
+    while path in occurrences and path not in seen:
+        seen.add(path)
+        names.insert(0, _short(occurrences[path]))
+        path = occurrences[path].parent
+    return "_".join(names)

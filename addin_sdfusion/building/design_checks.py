@@ -1,0 +1,195 @@
+"""What only the design knows: bodies that go nowhere, points in several places, names, kinds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from ..muscles.muscle_attributes import POINT, WRAP, read_point, read_wrap
+from ..muscles.muscle_table import MuscleTable
+from ..muscles.point_names import parse_point_name
+from ..robot.checks.report import error, warning
+from ..robot.errors import InputError
+from ..robot.finding import Finding, Subject
+from ..robot.model import Robot
+from ..snapshot import ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
+from .links import PREFIX, Links, in_name_order
+from .mass_properties import Part
+
+MOST = 10
+"""So many names are listed in a message."""
+_HIGHER = 2.0  # so much farther do the links reach along y than along z where y may be up
+
+
+def snapshot_findings(snapshot: DesignSnapshot) -> list[Finding]:
+    """Why a snapshot is none of a design: its occurrences are not below one another."""
+    known = {o.path for o in snapshot.occurrences}
+    counts = Counter(o.path for o in snapshot.occurrences)
+    bad = {path for path, count in counts.items() if count > 1 or path == ROOT}
+    for o in snapshot.occurrences:
+        if o.parent != ROOT and not (o.parent in known and o.path.startswith(f"{o.parent}+")):
+            bad.add(o.path)
+    problem = "its path is not one below that of its parent, or there twice; read the design again"
+    return [error(Subject("occurrence", path), "bad-occurrence", problem) for path in sorted(bad)]
+
+
+def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
+    """Bodies in no link, and hidden ones."""
+    outside = {b.occurrence for b in snapshot.bodies if b.occurrence not in links.of_occurrence}
+    for path in sorted(outside):
+        names = sorted(body.name for body in snapshot.bodies if body.occurrence == path)
+        where = "the root component" if path == ROOT else "it"
+        what = (
+            f"a rigid group {PREFIX}<link>" if links.from_groups else "a component that is a link"
+        )
+        problem = f"bodies {_listed(names)} of {where} are not exported; put them into {what}"
+        subject = Subject("occurrence", path) if path else Subject("design", snapshot.name)
+        yield warning(subject, "body-in-no-link", problem)
+    hidden: dict[str, list[str]] = {}
+    for body in snapshot.bodies:
+        if not body.visible and body.kind == "solid" and body.occurrence in links.of_occurrence:
+            hidden.setdefault(links.of_occurrence[body.occurrence], []).append(body.name)
+    for link in in_name_order(hidden):
+        problem = (
+            f"hidden bodies count in its mass, but are not seen: {_listed(sorted(hidden[link]))}; "
+            "show or delete them"
+        )
+        yield warning(Subject("link", link), "hidden-body", problem)
+
+
+def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Finding]:
+    """Links that weigh nothing."""
+    problem = (
+        "weighs nothing: it has no solid body with a material; add one to its component or group"
+    )
+    return [
+        warning(Subject("link", name), "link-without-mass", problem)
+        for name in names
+        if parts[name].mass == 0.0
+    ]
+
+
+def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
+    """Points that are broken, have no effect, or could be in several places."""
+    used = {row.entity for rows in (table.points, table.tasks, table.markers) for row in rows}
+    for name in in_name_order({p.name for p in snapshot.points if p.problem and p.entity in used}):
+        problem = f"Fusion says: {_problem_of(snapshot, name)}; edit it so that it is where it was"
+        yield warning(Subject("point", name), "broken-point", problem)
+    names = in_name_order({p.name for p in snapshot.points if _is_com(p)})
+    if names:
+        problem = (
+            "points that say where a centre of mass is have no effect, Fusion tells it; delete "
+            f"{_listed(names)}"
+        )
+        yield warning(Subject("point", names[0]), "com-point-ignored", problem)
+    yield from _ambiguous(snapshot, table, links)
+
+
+def _problem_of(snapshot: DesignSnapshot, name: str) -> str:
+    return min(p.problem for p in snapshot.points if p.name == name and p.problem).strip()
+
+
+def _is_com(point: PointSnapshot) -> bool:
+    said = parse_point_name(point.name)
+    return said is not None and said.role == "com" and POINT not in point.attributes
+
+
+def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
+    """A component in several places has each of its points in all of them."""
+    rows = [row for each in (table.points, table.tasks, table.markers, table.wraps) for row in each]
+    link_said = {row.entity: row.link for row in rows if row.entity}
+    places: dict[str, list[PointSnapshot | SurfaceSnapshot]] = {}
+    everything: list[PointSnapshot | SurfaceSnapshot] = [*snapshot.points, *snapshot.surfaces]
+    for place in everything:
+        if place.entity in link_said:
+            places.setdefault(place.entity, []).append(place)
+    for entity, group in sorted(places.items()):
+        fitting = [p for p in group if links.of_occurrence.get(p.occurrence) == link_said[entity]]
+        if len(group) == 1 or len(fitting) == 1 or _said_occurrence(group[0]) in _paths(group):
+            continue
+        where = _listed(_paths(group))
+        problem = (
+            f"its component is in several places, {where}, and nothing says which is meant on link "
+            f"{link_said[entity]!r}; pick the point again in Define muscles"
+        )
+        yield error(_place_subject(group[0]), "ambiguous-point", problem)
+
+
+def _paths(group: Sequence[PointSnapshot | SurfaceSnapshot]) -> list[str]:
+    return sorted(place.occurrence for place in group)
+
+
+def _said_occurrence(place: PointSnapshot | SurfaceSnapshot) -> str | None:
+    """The occurrence that its attribute names; None if it names none."""
+    try:
+        if isinstance(place, SurfaceSnapshot):
+            return read_wrap(place.attributes.get(WRAP, "")).occurrence or None
+        return read_point(place.attributes.get(POINT, "")).occurrence or None
+    except InputError:
+        return None
+
+
+def _place_subject(place: PointSnapshot | SurfaceSnapshot) -> Subject:
+    if isinstance(place, PointSnapshot):
+        return Subject("point", place.name)
+    return Subject("wrap_surface", read_wrap(place.attributes[WRAP]).name)
+
+
+def name_findings(robot: Robot) -> Iterator[Finding]:
+    """Names that a file, or a file system, would take for one another."""
+    links = {link.name for link in robot.links}
+    if not robot.name:
+        problem = "has no name; type one in Export"
+        yield error(Subject("robot", ""), "missing-name", problem)
+    for name in in_name_order(links & {joint.name for joint in robot.joints}):
+        problem = f"link {name!r} has the same name, which no SDF file may have; rename one of them"
+        yield error(Subject("joint", name), "name-clash", problem)
+    for kind, names in (
+        ("link", links),
+        ("joint", {joint.name for joint in robot.joints}),
+        ("muscle", {muscle.name for muscle in robot.muscles}),
+    ):
+        alike: dict[str, list[str]] = {}
+        for name in in_name_order(names):
+            alike.setdefault(name.casefold(), []).append(name)
+        for same in alike.values():
+            if len(same) > 1:
+                problem = (
+                    f"differs from {_listed(same[1:])} in upper and lower case only; rename it"
+                )
+                yield warning(Subject(kind, same[0]), "names-differ-by-case", problem)
+
+
+def design_notes(snapshot: DesignSnapshot, robot: Robot | None) -> Iterator[Finding]:
+    """What the kind of the design, or the way it lies, suggests."""
+    subject = Subject("design", snapshot.name)
+    if snapshot.intent == "part" and robot is not None and not robot.coordinates:
+        problem = "is a part, so that nothing moves; make a hybrid or assembly design of its parts"
+        yield warning(subject, "part-design", problem)
+    if snapshot.intent == "assembly" and robot is not None and not robot.muscles:
+        problem = (
+            "is an assembly, which has no points of its own; open the component that a muscle "
+            "passes, and make its via points there"
+        )
+        yield warning(subject, "assembly-design", problem)
+
+
+def up_hint(snapshot: DesignSnapshot, parts: Mapping[str, Part], base: str) -> Iterator[Finding]:
+    """Whether the y axis may be up: all links lie above the base along y, and reach far."""
+    if snapshot.settings.up_axis != "z" or base not in parts:
+        return
+    weighing = [part.com for part in parts.values() if part.mass > 0.0]
+    if len(weighing) < 2 or parts[base].mass == 0.0:
+        return
+    across = [max(com[i] for com in weighing) - min(com[i] for com in weighing) for i in (1, 2)]
+    is_lowest = parts[base].com[1] <= min(com[1] for com in weighing)
+    if is_lowest and across[0] > _HIGHER * across[1]:
+        problem = (
+            "the z axis is taken as up, but all links lie above the base along y; if y is up in "
+            "this design, say so in Export"
+        )
+        yield warning(Subject("design", snapshot.name), "up-axis", problem)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names[:MOST])) + (", ..." if len(names) > MOST else "")

@@ -1,0 +1,197 @@
+"""The joints of a design that count: between two links, or a link and the world."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from ..muscles.point_names import natural_key
+from ..robot.checks.report import unknown, warning
+from ..robot.finding import Finding, Subject
+from ..robot.placement import Vector3
+from ..robot.pose import normalized
+from ..snapshot import ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot
+from .joint_checks import doubts, mistakes
+from .links import PREFIX, Links, in_name_order, is_link_group
+
+_OUTSIDE = object()
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A joint between two links.
+
+    Attributes:
+        name: Its name, as the robot has it.
+        one, two: The links; None for the world. `one` moves relative to `two`.
+        motions: In their order from `two` to `one`; none if it is rigid.
+        origin_one, origin_two: Where it is, in [m]; None where it does not matter.
+        symmetric: Whether it is no joint, but something else that keeps the two together, so that
+            neither is the child.
+    """
+
+    name: str
+    one: str | None
+    two: str | None
+    motions: tuple[MotionSnapshot, ...] = ()
+    origin_one: Vector3 | None = None
+    origin_two: Vector3 | None = None
+    symmetric: bool = False
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the two do not move against each other."""
+        return not self.motions
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Its links without the world."""
+        return tuple(end for end in (self.one, self.two) if end is not None)
+
+    def other(self, link: str) -> str | None:
+        """What is on its other side."""
+        return self.two if self.one == link else self.one
+
+
+class Edges(NamedTuple):
+    """What connects the links of a design.
+
+    Attributes:
+        joints: Joints, and rigid groups across links, by name.
+        held: Links that are grounded to the component of another link, where nothing else says.
+        findings: What is wrong with them.
+    """
+
+    joints: tuple[Edge, ...]
+    held: tuple[Edge, ...]
+    findings: tuple[Finding, ...]
+
+
+def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
+    """What connects the links of a design."""
+    findings: list[Finding] = []
+    edges = [*_from_joints(snapshot, links, findings), *_from_groups(snapshot, links)]
+    cut = {name.removeprefix(PREFIX) for name in snapshot.settings.cut_joints}
+    for name in in_name_order(cut):
+        subject = Subject("joint", name)
+        if any(edge.name == name for edge in edges):
+            problem = "is left out, as chosen in Export, so that the robot is a tree"
+            findings.append(warning(subject, "cut-joint", problem))
+        elif not any(joint.name.removeprefix(PREFIX) == name for joint in snapshot.joints):
+            names = in_name_order({joint.name.removeprefix(PREFIX) for joint in snapshot.joints})
+            problem = f"is to be cut: {unknown('joint', name, names)}; choose again in Export"
+            findings.append(warning(subject, "unknown-cut-joint", problem))
+    kept = sorted((edge for edge in edges if edge.name not in cut), key=edge_key)
+    return Edges(tuple(kept), tuple(_held(snapshot, links)), tuple(findings))
+
+
+def edge_key(edge: Edge) -> tuple[object, ...]:
+    """Orders edges by name, and those of one name by all that they say."""
+    rest = repr((edge.origin_one, edge.origin_two, edge.motions))
+    return natural_key(edge.name), edge.name, edge.one or "", edge.two or "", rest
+
+
+def grounded_links(snapshot: DesignSnapshot, links: Links) -> tuple[str, ...]:
+    """Links that are fixed to the root: grounded all the way up, or the root's own bodies."""
+    of = links.of_occurrence
+    return in_name_order({of[path] for path in (ROOT, *grounded_paths(snapshot)) if path in of})
+
+
+def grounded_paths(snapshot: DesignSnapshot) -> set[str]:
+    """Occurrences that are grounded, and whatever holds them as well, up to the root."""
+    grounded = {ROOT}
+    for o in sorted(snapshot.occurrences, key=lambda o: len(o.path)):  # what holds others first
+        if o.grounded and o.parent in grounded:
+            grounded.add(o.path)
+    return grounded - {ROOT}
+
+
+def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]) -> Iterator[Edge]:
+    grounded = {ROOT, *grounded_paths(snapshot)}
+    for joint in sorted(snapshot.joints, key=_joint_key):
+        name = joint.name.removeprefix(PREFIX)
+        subject = Subject("joint", name)
+        ends = [_link_at(path, links, grounded) for path in (joint.one, joint.two)]
+        one, two = (end if isinstance(end, str) else None for end in ends)
+        if one is two is None and None not in (joint.one, joint.two):
+            continue
+        if joint.suppressed:
+            problem = "is suppressed in the timeline and not exported; unsuppress or delete it"
+            if ends[0] != ends[1]:
+                findings.append(warning(subject, "suppressed-joint", problem))
+            continue
+        if ends[0] == ends[1] and None not in (joint.one, joint.two):
+            findings += _within(subject, joint, ends[0])
+            continue
+        if _OUTSIDE in ends and None not in (joint.one, joint.two):
+            findings.append(_outside(subject, joint, links, ends[0] is _OUTSIDE))
+            continue
+        if name in {cut.removeprefix(PREFIX) for cut in snapshot.settings.cut_joints}:
+            yield Edge(name, one, two)
+            continue
+        wrong = mistakes(subject, joint)
+        findings += wrong or doubts(subject, joint)
+        if not wrong:
+            motions = () if joint.kind == "rigid" else joint.motions
+            origins = joint.origin_one, joint.origin_two
+            yield Edge(name, one, two, _unit(motions), *origins)
+
+
+def _joint_key(joint: JointSnapshot) -> tuple[object, ...]:
+    return natural_key(joint.name), joint.name, repr(joint)
+
+
+def _link_at(path: str | None, links: Links, grounded: Collection[str]) -> object:
+    """The link of an occurrence; None for the world, `_OUTSIDE` where there is none.
+
+    What is grounded and no link is as good as the world.
+    """
+    if path is None:
+        return _OUTSIDE
+    return links.of_occurrence.get(path, None if path in grounded else _OUTSIDE)
+
+
+def _unit(motions: tuple[MotionSnapshot, ...]) -> tuple[MotionSnapshot, ...]:
+    return tuple(replace(motion, axis=normalized(motion.axis)) for motion in motions)
+
+
+def _within(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Finding]:
+    if joint.kind == "rigid":
+        return
+    problem = (
+        f"is inside link {link!r} and not exported, so it does not move; make its parts links of "
+        "their own, or the joint rigid"
+    )
+    yield warning(subject, "joint-within-link", problem)
+
+
+def _outside(subject: Subject, joint: JointSnapshot, links: Links, one: bool) -> Finding:
+    path = joint.one if one else joint.two
+    what = f"in no rigid group {PREFIX}<link>" if links.from_groups else "in no link"
+    problem = f"is left out: component {path!r} is {what}; put it into the link that it moves with"
+    return warning(subject, "joint-outside-links", problem)
+
+
+def _from_groups(snapshot: DesignSnapshot, links: Links) -> Iterator[Edge]:
+    """Rigid groups that are no links keep those of their members together."""
+    for group in snapshot.groups:
+        if group.suppressed or (links.from_groups and is_link_group(group)):
+            continue
+        of = links.of_occurrence
+        first, *others = in_name_order({of[p] for p in group.occurrences if p in of}) or ("",)
+        name = group.name.removeprefix(PREFIX)
+        for link in others:
+            called = name if len(others) == 1 else f"{name}_{link}"
+            yield Edge(called, link, first, symmetric=True)
+
+
+def _held(snapshot: DesignSnapshot, links: Links) -> list[Edge]:
+    of: Mapping[str, str] = links.of_occurrence
+    pairs = {
+        (of[o.path], of[o.parent])
+        for o in snapshot.occurrences
+        if o.grounded and o.path in of and o.parent in of and of[o.path] != of[o.parent]
+    }
+    edges = [Edge(f"{above}_{link}", link, above, symmetric=True) for link, above in pairs]
+    return sorted(edges, key=edge_key)

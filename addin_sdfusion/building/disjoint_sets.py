@@ -1,0 +1,38 @@
+"""Sets of names that grow together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class DisjointSets:
+    """At first every name is a set of its own.
+
+    Args:
+        names: All names.
+    """
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._above = {name: name for name in names}
+
+    def find(self, name: str) -> str:
+        """The name that stands for the set of a name."""
+        root = name
+        while self._above[root] != root:
+            root = self._above[root]
+        while self._above[name] != root:
+            self._above[name], name = root, self._above[name]
+        return root
+
+    def join(self, one: str, two: str) -> bool:
+        """Make one set of two; returns whether they were two."""
+        one, two = self.find(one), self.find(two)
+        self._above[max(one, two)] = min(one, two)
+        return one != two
+
+    def groups(self) -> list[list[str]]:
+        """The sets."""
+        found: dict[str, list[str]] = {}
+        for name in self._above:
+            found.setdefault(self.find(name), []).append(name)
+        return list(found.values())

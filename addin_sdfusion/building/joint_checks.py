@@ -1,0 +1,115 @@
+"""What is wrong, or doubtful, with a joint of the design by itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ..robot.checks.report import error, finite, warning
+from ..robot.finding import Finding, Subject
+from ..robot.pose import dot, subtract
+from ..snapshot import JointSnapshot, MotionSnapshot
+from .rigid_motion import joint_motion
+
+APART = 1e-5
+"""In [m]: two sides of a joint that are as close are in one place."""
+
+
+def mistakes(subject: Subject, joint: JointSnapshot) -> list[Finding]:
+    """The error for which a joint cannot be exported, if there is one.
+
+    Args:
+        subject: The joint, as the robot calls it.
+        joint: As the design has it.
+    """
+    if joint.problem:
+        problem = f"is broken: {joint.problem.strip()}; edit it until the design shows no error"
+        return [error(subject, "broken-joint", problem)]
+    if joint.kind == "inferred":
+        problem = (
+            "is of an inferred type, which tells no axes; edit it and choose one of rigid, "
+            "revolute, slider, cylindrical, pin-slot, planar and ball"
+        )
+        return [error(subject, "unsupported-joint", problem)]
+    if joint.one is None or joint.two is None:
+        problem = "does not say which components it connects; edit it and select both again"
+        return [error(subject, "joint-without-component", problem)]
+    if not finite(_numbers(joint)):
+        return [error(subject, "not-finite", "its origin, axis or value is not a finite number")]
+    if joint.kind == "rigid":
+        return []
+    if not joint.motions:
+        return [error(subject, "joint-without-motion", "tells no motion; delete and make it again")]
+    if any(not any(motion.axis) for motion in joint.motions):
+        return [
+            error(subject, "zero-axis", "has an axis without direction; edit it and choose one")
+        ]
+    turns = any(motion.kind == "rotation" for motion in joint.motions)
+    if turns and joint.origin_one is None and joint.origin_two is None:
+        problem = "does not say where it is; edit it and select its origins again"
+        return [error(subject, "joint-without-origin", problem)]
+    return []
+
+
+def doubts(subject: Subject, joint: JointSnapshot) -> Iterator[Finding]:
+    """What is doubtful about a joint that can be exported."""
+    if joint.kind == "rigid":
+        return
+    if joint.locked:
+        problem = "is locked in the design, but exported as movable; make it rigid if it is to stay"
+        yield warning(subject, "locked-joint", problem)
+    if joint.kind == "ball" and any(motion.value for motion in joint.motions):
+        problem = (
+            "the design stands where this ball joint is turned, and does not say in which order; "
+            "pitch, then yaw, then roll is taken. Move it to its home position before the export"
+        )
+        yield warning(subject, "ball-joint-turned", problem)
+    yield from _limits(subject, joint)
+    yield from _origins(subject, joint)
+
+
+def coordinate_name(joint: str, motion: MotionSnapshot, count: int) -> str:
+    """The name of the coordinate that drives a motion: the joint's, if it has no other.
+
+    Args:
+        joint: Name of the joint.
+        motion: One of its motions.
+        count: How many it has.
+    """
+    return joint if count == 1 else f"{joint}_{motion.role or motion.kind}"
+
+
+def _limits(subject: Subject, joint: JointSnapshot) -> Iterator[Finding]:
+    for motion in joint.motions:
+        if motion.lower is None or motion.lower != motion.upper:
+            continue
+        problem = (
+            f"both limits are {motion.lower:g}, so it cannot move; edit the limits of joint "
+            f"{subject.name!r}, or make it rigid"
+        )
+        called = coordinate_name(subject.name, motion, len(joint.motions))
+        yield warning(Subject("coordinate", called), "zero-limits", problem)
+
+
+def _origins(subject: Subject, joint: JointSnapshot) -> Iterator[Finding]:
+    """The two sides may be apart along what the joint leaves free, or offset along its axis."""
+    if joint.origin_one is None or joint.origin_two is None:
+        return
+    apart = subtract(subtract(joint.origin_one, joint.origin_two), joint_motion(joint.motions).p)
+    rotations = [motion.axis for motion in joint.motions if motion.kind == "rotation"]
+    along = dot(apart, rotations[0]) if len(rotations) == 1 else 0.0
+    distance = math.sqrt(max(dot(apart, apart) - along * along, 0.0))
+    if rotations and distance > APART:
+        problem = (
+            f"its two sides are {1e3 * distance:.3g} mm apart beside its axis; the axis is taken "
+            "where the moving side has it. Edit its offset if that is not meant"
+        )
+        yield warning(subject, "joint-sides-apart", problem)
+
+
+def _numbers(joint: JointSnapshot) -> Iterator[float]:
+    yield from joint.origin_one or ()
+    yield from joint.origin_two or ()
+    for motion in joint.motions:
+        yield from motion.axis
+        yield motion.value

@@ -1,0 +1,123 @@
+"""The frames of links, and the joints between them.
+
+With all coordinates at zero every link's frame is parallel to the world's, and its origin is that
+of the joint that carries it. The design may stand in any pose: each joint is moved back by what the
+joints before it are displaced.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..robot.joint import Coordinate, Joint, Motion
+from ..robot.model import WORLD
+from ..robot.placement import Pose, Vector3
+from ..robot.pose import add, normalized, rotate, subtract
+from ..snapshot import MotionSnapshot
+from .design_joints import Edge
+from .joint_checks import coordinate_name
+from .rigid_motion import AT_REST, RigidMotion, about, followed, joint_motion, moved, tidy, undone
+from .tree import Branch
+
+
+class Frames(NamedTuple):
+    """The joints of a robot and where its links are.
+
+    Attributes:
+        joints: Parents first.
+        T_world_link: Pose of every link at the design's pose.
+    """
+
+    joints: tuple[Joint, ...]
+    T_world_link: dict[str, RigidMotion]
+
+
+class _Placed(NamedTuple):
+    """A link.
+
+    Attributes:
+        displaced: What took it from the zero pose to where it stands.
+        origin: Of its frame at the zero pose, in [m].
+    """
+
+    displaced: RigidMotion
+    origin: Vector3
+
+
+def place_links(branches: Sequence[Branch]) -> Frames:
+    """Place the links of a tree.
+
+    Args:
+        branches: The tree, parents first.
+    """
+    placed: dict[str | None, _Placed] = {None: _Placed(AT_REST, AT_REST.p)}
+    joints = []
+    for branch in branches:
+        parent = placed[branch.parent]
+        joint, placed[branch.child] = _carried(branch, parent)
+        joints.append(joint)
+    poses = {
+        link: RigidMotion(at.displaced.R, moved(at.displaced, at.origin))
+        for link, at in placed.items()
+        if link is not None
+    }
+    return Frames(tuple(joints), poses)
+
+
+def _carried(branch: Branch, parent: _Placed) -> tuple[Joint, _Placed]:
+    edge = branch.edge
+    where = _origin(edge)
+    if where is None:
+        where = moved(parent.displaced, parent.origin)
+    motions = edge.motions
+    if branch.child != edge.one:
+        where, motions = _reversed(where, motions)
+    back = undone(parent.displaced)
+    origin = moved(back, where)
+    displaced = followed(parent.displaced, about(where, joint_motion(motions)))
+    axes = [tidy(normalized(rotate(back.R, motion.axis))) for motion in motions]
+    joint = Joint(
+        edge.name,
+        WORLD if branch.parent is None else branch.parent,
+        branch.child,
+        tuple(
+            Motion(m.kind, axis, k) for k, (m, axis) in enumerate(zip(motions, axes, strict=True))
+        ),
+        tuple(_coordinate(edge, motion) for motion in motions),
+        Pose(tidy(subtract(origin, parent.origin))),
+    )
+    return joint, _Placed(displaced, origin)
+
+
+def _origin(edge: Edge) -> Vector3 | None:
+    """Where the joint is on `two`: before it slides. What `one` says counts, as its axis turns."""
+    if edge.origin_one is not None:
+        return subtract(edge.origin_one, joint_motion(edge.motions).p)
+    return edge.origin_two
+
+
+def _reversed(
+    where: Vector3, motions: tuple[MotionSnapshot, ...]
+) -> tuple[Vector3, tuple[MotionSnapshot, ...]]:
+    """A joint as seen from `one`: the motions undone, the last one first."""
+    T = joint_motion(motions)
+    single = len(motions) == 1  # its axis is the same on both sides
+    axes = [motion.axis if single else rotate(T.R, motion.axis) for motion in motions]
+    turned = [
+        replace(motion, axis=subtract((0.0, 0.0, 0.0), axis))
+        for motion, axis in zip(motions, axes, strict=True)
+    ]
+    return add(where, T.p), tuple(reversed(turned))
+
+
+def _coordinate(edge: Edge, motion: MotionSnapshot) -> Coordinate:
+    return Coordinate(
+        coordinate_name(edge.name, motion, len(edge.motions)),
+        -math.inf if motion.lower is None else motion.lower,
+        math.inf if motion.upper is None else motion.upper,
+        motion.value + 0.0,
+        unit="rad" if motion.kind == "rotation" else "m",
+    )

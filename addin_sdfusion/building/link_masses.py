@@ -1,0 +1,152 @@
+"""What the links of a design weigh.
+
+Where everything below an occurrence belongs to the link, the occurrence's own mass counts: it is
+right also where the user has set it. Else the bodies are weighed one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from ..robot.checks.report import warning
+from ..robot.finding import Finding, Subject
+from ..snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
+from .links import Links
+from .mass_properties import MISMATCH, Part, common_sign, misses, part, rounding, told_sign, total
+from .mass_properties import usable as is_usable
+
+SPLIT = 1e-6
+"""Masses that differ by this share are not the same."""
+
+
+class Masses(NamedTuple):
+    """What the links weigh.
+
+    Attributes:
+        parts: Every link as one body, in the root's frame.
+        bodies: The bodies of every link.
+        findings: What is wrong with them.
+    """
+
+    parts: Mapping[str, Part]
+    bodies: Mapping[str, tuple[BodySnapshot, ...]]
+    findings: tuple[Finding, ...]
+
+
+def weigh(snapshot: DesignSnapshot, links: Links) -> Masses:
+    """What the links weigh."""
+    return _Weighing(snapshot, links).masses()
+
+
+class _Weighing:
+    def __init__(self, snapshot: DesignSnapshot, links: Links) -> None:
+        self._links = links
+        self._occurrences = {o.path: o for o in snapshot.occurrences}
+        self._children: dict[str, list[str]] = {}
+        for o in sorted(snapshot.occurrences, key=lambda o: o.path):
+            self._children.setdefault(o.parent, []).append(o.path)
+        self._bodies: dict[str, list[BodySnapshot]] = {}
+        for body in sorted(snapshot.bodies, key=_body_key):
+            self._bodies.setdefault(body.occurrence, []).append(body)
+        self._whole: dict[str, bool] = {}
+        self._findings: list[Finding] = []
+        self._told = {(finding.code, finding.subject) for finding in snapshot.findings}
+        masses = [*(o.mass for o in snapshot.occurrences), *(b.mass for b in snapshot.bodies)]
+        self._sign = common_sign(m for m in masses if m is not None and is_usable(m))
+
+    def masses(self) -> Masses:
+        parts: dict[str, list[Part]] = {name: [] for name in self._links.names}
+        bodies: dict[str, list[BodySnapshot]] = {name: [] for name in self._links.names}
+        for path, link in sorted(self._links.of_occurrence.items()):
+            bodies[link] += self._bodies.get(path, [])
+            if self._is_top(path, link):
+                parts[link] += self._below(path, link)
+        return Masses(
+            {link: total(each) for link, each in parts.items()},
+            {link: tuple(each) for link, each in bodies.items()},
+            tuple(self._findings),
+        )
+
+    def _is_top(self, path: str, link: str) -> bool:
+        """Whether what holds the occurrence is not of the link, so that nothing above counts it."""
+        if path == ROOT:
+            return True
+        above = self._occurrences[path].parent
+        return above == ROOT or self._links.of_occurrence.get(above) != link
+
+    def _below(self, path: str, link: str) -> Iterator[Part]:
+        """The parts of a link at an occurrence and below it."""
+        mass = None if path == ROOT else self._occurrences[path].mass
+        if path != ROOT and self._is_whole(path, link):
+            if mass is not None and is_usable(mass):
+                for body in self._bodies_below(path):
+                    self._note_body(body, is_weighed=True)
+                yield self._part(mass, Subject("occurrence", path))
+                return
+        elif mass is not None and is_usable(mass):
+            self._note_split(path, mass)
+        for body in self._bodies.get(path, []):
+            if self._note_body(body, is_weighed=False) and body.mass is not None:
+                yield self._part(body.mass, _subject(body))
+        for child in self._children.get(path, []) if path != ROOT else []:
+            if self._links.of_occurrence.get(child) == link:
+                yield from self._below(child, link)
+
+    def _is_whole(self, path: str, link: str) -> bool:
+        """Whether everything below an occurrence is of the same link as itself."""
+        if path not in self._whole:
+            self._whole[path] = all(
+                self._links.of_occurrence.get(child) == link and self._is_whole(child, link)
+                for child in self._children.get(path, [])
+            )
+        return self._whole[path]
+
+    def _bodies_below(self, path: str) -> list[BodySnapshot]:
+        found = list(self._bodies.get(path, []))
+        for child in self._children.get(path, []):
+            found += self._bodies_below(child)
+        return found
+
+    def _part(self, mass: MassSnapshot, subject: Subject) -> Part:
+        sign = told_sign(mass) or self._sign
+        missed = misses(mass, sign)
+        if missed > MISMATCH + rounding(mass):
+            problem = (
+                f"its moments of inertia do not fit its principal moments, by {missed:.1%} of the "
+                "largest; what Fusion says of it contradicts itself. Rebuild the body, or set the "
+                "inertia in the exported files"
+            )
+            self._findings.append(warning(subject, "inertia-mismatch", problem))
+        return part(mass, sign)
+
+    def _note_body(self, body: BodySnapshot, is_weighed: bool) -> bool:
+        """Note what has no mass; returns whether the body has."""
+        subject = _subject(body)
+        if body.kind != "solid":
+            problem = f"is a {body.kind} body, which has no mass; make a solid of it or delete it"
+            self._findings.append(warning(subject, f"{body.kind}-body", problem))
+            return False
+        has_mass = body.mass is not None and is_usable(body.mass)
+        if not has_mass and not is_weighed and ("no-mass", subject) not in self._told:
+            material = f" of {body.material!r}" if body.material else ", having no material"
+            problem = f"has no mass{material}; give it a physical material"
+            self._findings.append(warning(subject, "no-mass", problem))
+        return has_mass
+
+    def _note_split(self, path: str, mass: MassSnapshot) -> None:
+        bodies = [b.mass.mass for b in self._bodies_below(path) if b.mass and is_usable(b.mass)]
+        if abs(sum(bodies) - mass.mass) > SPLIT * mass.mass:
+            problem = (
+                f"weighs {mass.mass:g} kg, its bodies {sum(bodies):g} kg, and is divided between "
+                "links: the bodies count; set the mass of the components below it instead"
+            )
+            self._findings.append(warning(Subject("occurrence", path), "mass-not-divided", problem))
+
+
+def _subject(body: BodySnapshot) -> Subject:
+    return Subject("body", f"{body.occurrence}/{body.name}" if body.occurrence else body.name)
+
+
+def _body_key(body: BodySnapshot) -> tuple[str, ...]:
+    return body.occurrence, body.name, body.kind, repr(body.mass)

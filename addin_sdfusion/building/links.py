@@ -1,0 +1,162 @@
+"""Which parts of a design are links: rigid groups called `EXPORT_<link>`, or components."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ..muscles.point_names import natural_key
+from ..robot.checks.report import error, warning
+from ..robot.finding import Finding, Subject
+from ..robot.model import WORLD
+from ..snapshot import ROOT, DesignSnapshot, GroupSnapshot, OccurrenceSnapshot
+from .component_links import component_links
+
+PREFIX = "EXPORT_"
+_COPIED = re.compile(r" ?\([0-9]+\)$")
+
+
+@dataclass(frozen=True)
+class Links:
+    """The links of a design.
+
+    Attributes:
+        names: Their names, in order.
+        of_occurrence: The link of each occurrence's path that belongs to one; the root's where its
+            own bodies are one.
+        from_groups: Whether they are rigid groups; else components.
+        findings: What is wrong with them.
+    """
+
+    names: tuple[str, ...]
+    of_occurrence: Mapping[str, str]
+    from_groups: bool
+    findings: tuple[Finding, ...] = ()
+
+    def without(self, left_out: Iterable[str]) -> Links:
+        """The links but some."""
+        gone = set(left_out)
+        if not gone:
+            return self
+        kept = {path: link for path, link in self.of_occurrence.items() if link not in gone}
+        return replace(
+            self, names=tuple(n for n in self.names if n not in gone), of_occurrence=kept
+        )
+
+
+def in_name_order(names: Iterable[str]) -> tuple[str, ...]:
+    """Names in one order, whatever order they come in; numbers in them count as numbers."""
+    return tuple(sorted(names, key=lambda name: (natural_key(name), name)))
+
+
+def is_link_group(group: GroupSnapshot) -> bool:
+    """Whether a rigid group is a link by its name."""
+    return group.name.startswith(PREFIX)
+
+
+def uses_groups(snapshot: DesignSnapshot) -> bool:
+    """Whether the links of a design are rigid groups."""
+    if snapshot.settings.links != "auto":
+        return snapshot.settings.links == "rigid_groups"
+    return any(is_link_group(group) and not group.suppressed for group in snapshot.groups)
+
+
+def find_links(snapshot: DesignSnapshot) -> Links:
+    """The links of a design."""
+    by_groups = uses_groups(snapshot)
+    named, findings = (_from_groups if by_groups else component_links)(snapshot)
+    findings += _suppressed(snapshot.groups)
+    if WORLD in named.values():
+        problem = "the name is reserved for the fixed frame; rename the rigid group or component"
+        findings.append(error(Subject("link", WORLD), "reserved-name", problem))
+        named = {path: f"{link}_" if link == WORLD else link for path, link in named.items()}
+    of_occurrence = inherited(snapshot.occurrences, named)
+    return Links(in_name_order(set(named.values())), of_occurrence, by_groups, tuple(findings))
+
+
+def inherited(
+    occurrences: Sequence[OccurrenceSnapshot], named: Mapping[str, str]
+) -> dict[str, str]:
+    """The link of each occurrence: its own, else that of the nearest one above it.
+
+    What is in the root alone is not above everything: it hands nothing down.
+
+    Args:
+        occurrences: All of the design.
+        named: The links of some of them.
+    """
+    above = {occurrence.path: occurrence.parent for occurrence in occurrences}
+    found = dict(named)
+    for path in sorted(above):
+        chain: list[str] = []
+        at = path
+        while at != ROOT and at in above and at not in found and at not in chain:
+            chain.append(at)
+            at = above[at]
+        if at != ROOT and at in found:
+            found.update(dict.fromkeys(chain, found[at]))
+    return found
+
+
+def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
+    """The link of each path that is a member of a group itself, and what is wrong."""
+    findings = list(_misspelt(snapshot.groups))
+    known = {ROOT, *(occurrence.path for occurrence in snapshot.occurrences)}
+    groups_of: dict[str, list[str]] = {}
+    names: list[str] = []
+    for group in sorted(snapshot.groups, key=lambda g: (natural_key(g.name), g.name)):
+        if group.suppressed or not is_link_group(group):
+            continue
+        members = sorted(known.intersection(group.occurrences))
+        if not members:
+            problem = "has no components, so it is no link; add them or delete the group"
+            findings.append(warning(Subject("group", group.name), "empty-group", problem))
+            continue
+        names.append(group.name.removeprefix(PREFIX))
+        for path in members:
+            groups_of.setdefault(path, []).append(group.name)
+    findings += [*_duplicates(names), *_in_two_groups(groups_of)]
+    if not names:
+        problem = (
+            f"nothing to export: no rigid group is called {PREFIX}<link>; make one of the "
+            "components of each link, or choose components as links in Export"
+        )
+        findings.append(error(Subject("design", snapshot.name), "nothing-to-export", problem))
+    # The smaller group says more: a large one may list what is below its members as well.
+    sizes = Counter(group for groups in groups_of.values() for group in groups)
+    meant = {path: min(groups, key=lambda g: (sizes[g], g)) for path, groups in groups_of.items()}
+    return {path: group.removeprefix(PREFIX) for path, group in meant.items()}, findings
+
+
+def _suppressed(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
+    for name in in_name_order({g.name for g in groups if g.suppressed and is_link_group(g)}):
+        problem = "is suppressed in the timeline and not exported; unsuppress it or rename it"
+        yield warning(Subject("group", name), "suppressed-group", problem)
+
+
+def _misspelt(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
+    for name in in_name_order({g.name for g in groups if not is_link_group(g)}):
+        if name.casefold().startswith(PREFIX.casefold()):
+            problem = f"is not exported: names of links begin with {PREFIX}; rename it"
+            yield warning(Subject("group", name), "misspelt-group", problem)
+
+
+def _duplicates(names: Sequence[str]) -> Iterator[Finding]:
+    for name in in_name_order(set(names)):
+        subject = Subject("group", PREFIX + name)
+        if names.count(name) > 1:
+            problem = f"{names.count(name)} rigid groups have this name; rename all but one"
+            yield error(subject, "duplicate-link", problem)
+        if _COPIED.search(name):
+            problem = "the number in brackets says that the name was taken; is it a copy? Rename it"
+            yield warning(subject, "copied-name", problem)
+
+
+def _in_two_groups(groups_of: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
+    for path, groups in sorted(groups_of.items()):
+        if len(set(groups)) > 1:
+            listed = ", ".join(map(repr, groups))
+            problem = f"is in several rigid groups: {listed}; edit the groups and keep it in one"
+            yield error(Subject("occurrence", path), "occurrence-in-two-groups", problem)

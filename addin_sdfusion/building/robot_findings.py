@@ -1,0 +1,71 @@
+"""The findings of `check` beside those of the design: each defect is told once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from ..robot.check import check
+from ..robot.finding import Finding, Subject
+from ..robot.model import Robot
+from .links import PREFIX
+
+_FOLLOWS = {
+    "unknown-link": ("too-few-via-points", "no-moment-arm"),
+    "duplicate-wrap": ("duplicate-wrap-surface",),
+    "missing-name": ("bad-name",),
+    "joint-apart": ("joint-sides-apart",),
+    "ball-axes-uncertain": ("ball-joint-turned",),
+    "link-without-mass": (
+        "no-mass-along-axis",
+        "no-inertia-about-axis",
+        "zero-inertia-about-axis",
+    ),
+}
+"""What is said of an object only because of a defect that is told already."""
+_OF_JOINTS = ("duplicate-joint", "bad-name")
+_OF_COORDINATES = ("duplicate-coordinate", "bad-name")
+_CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
+
+
+def with_check(
+    findings: Sequence[Finding], massless: Iterable[Finding], robot: Robot
+) -> list[Finding]:
+    """All findings of a design and its robot.
+
+    Args:
+        findings: Those of the design.
+        massless: Warnings for links without mass; errors where the robot cannot move because of it.
+        robot: The robot, as far as it could be built.
+    """
+    if not robot.links:
+        return list(findings)
+    checked = check(robot)
+    stuck = {finding.subject for finding in checked if finding.code in _CANNOT_MOVE}
+    found = list(findings)
+    for finding in massless:
+        found.append(replace(finding, severity="error") if finding.subject in stuck else finding)
+    follows = {(code, _bare(f.subject)) for f in found for code in _FOLLOWS.get(f.code, ())}
+    found = [finding for finding in found if (finding.code, finding.subject) not in follows]
+    told = {(finding.code, finding.subject) for finding in found} | follows
+    misnamed = [
+        f.subject.name for f in checked if f.code in _OF_JOINTS and f.subject.kind == "joint"
+    ]
+    return found + [
+        finding
+        for finding in checked
+        if (finding.code, finding.subject) not in told and not _of_a_joint(finding, misnamed)
+    ]
+
+
+def _bare(subject: Subject) -> Subject:
+    """The object as the robot calls it: the reader says what Fusion calls it."""
+    return Subject(subject.kind, subject.name.removeprefix(PREFIX))
+
+
+def _of_a_joint(finding: Finding, misnamed: Sequence[str]) -> bool:
+    """Whether a coordinate's name is wrong because its joint's is."""
+    kind, name = finding.subject
+    if kind != "coordinate" or finding.code not in _OF_COORDINATES:
+        return False
+    return any(name == joint or name.startswith(f"{joint}_") for joint in misnamed)

@@ -1,0 +1,190 @@
+"""The table of muscles as a robot has it: in the frames of its links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from ..muscles.muscle_table import MarkerRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
+from ..muscles.point_names import natural_key
+from ..robot.checks.report import error, unknown, warning
+from ..robot.finding import Finding, Subject
+from ..robot.model import ANGLES, POSITIONS, WORLD, TaskFrame, TaskSet
+from ..robot.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
+from ..robot.placement import Pose, Vector3
+from ..robot.pose import rotate
+from .links import in_name_order
+from .rigid_motion import AT_REST, RigidMotion, moved, tidy, undone
+
+CABLE_SET = "muscles"
+TASK_SET = "task"
+MARKERS = "markers"
+"""The task set of the points that are only looked at."""
+
+_COINCIDENT = 1e-9  # in [m]
+
+
+class RobotMuscles(NamedTuple):
+    """What the user has defined on top of bodies and joints, as the robot has it.
+
+    Attributes:
+        cable_sets: One, or none where there are no muscles.
+        task_sets: The task points, the markers, or neither.
+        surfaces: What muscles wrap over.
+        findings: What is wrong.
+    """
+
+    cable_sets: tuple[CableSet, ...]
+    task_sets: tuple[TaskSet, ...]
+    surfaces: tuple[WrapSurface, ...]
+    findings: tuple[Finding, ...]
+
+
+def robot_muscles(
+    table: MuscleTable, T_world_link: Mapping[str, RigidMotion], suppressed: Collection[str] = ()
+) -> RobotMuscles:
+    """Move a table into the frames of links.
+
+    Args:
+        table: In the world frame, at the design's pose.
+        T_world_link: Poses of the links at that pose.
+        suppressed: Links whose rigid group is suppressed, for messages.
+    """
+    return _Muscles(table, T_world_link, suppressed).all()
+
+
+class _Muscles:
+    def __init__(
+        self,
+        table: MuscleTable,
+        T_world_link: Mapping[str, RigidMotion],
+        suppressed: Collection[str],
+    ) -> None:
+        self._table = table
+        self._T_link_world = {link: undone(T) for link, T in T_world_link.items()}
+        self._T_link_world.setdefault(WORLD, AT_REST)
+        self._links = in_name_order(T_world_link)
+        self._suppressed = suppressed
+        self._findings: list[Finding] = []
+
+    def all(self) -> RobotMuscles:
+        surfaces = tuple(s for row in self._table.wraps if (s := self._surface(row)) is not None)
+        known = {surface.name for surface in surfaces}
+        points: dict[str, list[ViaPointRow]] = {}
+        for point in self._table.points:
+            points.setdefault(point.muscle, []).append(point)
+        wraps = self._wraps(known)
+        muscles = tuple(
+            Muscle(
+                row.name,
+                tuple(self._via_points(row.name, points.get(row.name, []))),
+                row.f_min,
+                row.f_max,
+                row.model,
+                wraps=self._segments(points.get(row.name, []), wraps.get(row.name, [])),
+            )
+            for row in self._table.rows
+        )
+        sets = [
+            TaskSet(name, frames)
+            for name, rows in ((TASK_SET, self._table.tasks), (MARKERS, self._table.markers))
+            if (frames := tuple(self._frames(rows)))
+        ]
+        cable_sets = (CableSet(CABLE_SET, muscles),) if muscles else ()
+        return RobotMuscles(cable_sets, tuple(sets), surfaces, tuple(self._findings))
+
+    def _via_points(self, muscle: str, points: Sequence[ViaPointRow]) -> Iterable[ViaPoint]:
+        subject = Subject("muscle", muscle)
+        lost: dict[str, list[int]] = {}
+        for point in points:
+            if point.link not in self._T_link_world:
+                lost.setdefault(point.link, []).append(point.number)
+        for link, numbers in lost.items():
+            which = f"point{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}"
+            self._unknown_link(subject, f"its {which}", link)
+        for before, after in pairwise(points):
+            apart = math.dist(before.position, after.position)
+            if before.link != after.link and apart < _COINCIDENT:
+                problem = (
+                    f"its points {before.number} and {after.number}, on {before.link!r} and "
+                    f"{after.link!r}, are in one place, so that the cable between them has no "
+                    "direction; move one of them in Define muscles"
+                )
+                self._findings.append(warning(subject, "coincident-points", problem))
+        return [self._via_point(p) for p in points if p.link in self._T_link_world]
+
+    def _via_point(self, point: ViaPointRow) -> ViaPoint:
+        return ViaPoint(point.link, self._local(point.link, point.position))
+
+    def _local(self, link: str, position: Vector3) -> Vector3:
+        return tidy(moved(self._T_link_world[link], position))
+
+    def _unknown_link(self, subject: Subject, what: str, link: str) -> None:
+        alike = [name for name in self._links if name.casefold() == link.casefold()]
+        if link in self._suppressed:
+            why = f"the rigid group of link {link!r} is suppressed; unsuppress it."
+        elif alike:
+            why = f"no link {link!r}; upper and lower case count, did you mean {alike[0]!r}?"
+        else:
+            why = f"{unknown('link', link, [*self._links, WORLD])}."
+        problem = f"{what} cannot be exported: {why} Choose its link in Define muscles"
+        self._findings.append(error(subject, "unknown-link", problem))
+
+    def _wraps(self, known: Collection[str]) -> dict[str, list[tuple[WrapRow, int]]]:
+        """For every muscle its surfaces, with the index of its use of them, in order."""
+        found: dict[str, list[tuple[WrapRow, int]]] = {}
+        for row in self._table.wraps:
+            for k, use in enumerate(row.muscles):
+                if row.name in known:
+                    found.setdefault(use.muscle, []).append((row, k))
+        for uses in found.values():
+            uses.sort(key=lambda use: (use[0].muscles[use[1]].after, natural_key(use[0].name)))
+        return found
+
+    def _segments(
+        self, points: Sequence[ViaPointRow], uses: Sequence[tuple[WrapRow, int]]
+    ) -> tuple[Wrap, ...]:
+        """The surfaces in a muscle's way; the table tells of those that are after no point."""
+        index = {point.number: i for i, point in reversed(list(enumerate(points)))}
+        wraps = []
+        for row, k in uses:
+            use = row.muscles[k]
+            if index.get(use.after, len(points)) < len(points) - 1:
+                wraps.append(Wrap(row.name, index[use.after], use.side, use.turns))
+        return tuple(wraps)
+
+    def _surface(self, row: WrapRow) -> WrapSurface | None:
+        if row.link not in self._T_link_world:
+            self._unknown_link(Subject("wrap_surface", row.name), "it", row.link)
+            return None
+        centre = self._local(row.link, row.centre)
+        if row.shape == "sphere":
+            return WrapSurface(row.name, row.link, "sphere", row.radius, Pose(centre))
+        axis = rotate(self._T_link_world[row.link].R, row.axis)
+        length = row.length if row.length > 0.0 else math.inf
+        pose = Pose(centre, _along(axis))
+        return WrapSurface(row.name, row.link, "cylinder", row.radius, pose, length)
+
+    def _frames(self, rows: Sequence[TaskRow] | Sequence[MarkerRow]) -> Iterable[TaskFrame]:
+        for row in rows:
+            subject = Subject("task_frame", row.name)
+            if row.link == WORLD:
+                problem = (
+                    "is on no link, so that nothing moves it; choose its link in Define muscles"
+                )
+                self._findings.append(error(subject, "task-point-on-world", problem))
+            elif row.link not in self._T_link_world:
+                self._unknown_link(subject, "it", row.link)
+            else:
+                axes = row.axes if isinstance(row, TaskRow) else POSITIONS
+                turns = bool(axes) and axes[0] in ANGLES
+                position = AT_REST.p if turns else self._local(row.link, row.position)
+                yield TaskFrame(row.name, row.link, position, axes)
+
+
+def _along(axis: Vector3) -> Vector3:
+    """Roll, pitch and yaw of a frame whose z axis is along a vector."""
+    x, y, z = axis
+    return 0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x) if x or y else 0.0

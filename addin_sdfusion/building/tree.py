@@ -1,0 +1,214 @@
+"""The tree that the links of a design make: where it starts, and what carries each link."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..robot.chain import Names
+from ..robot.checks.report import error, unknown, warning
+from ..robot.finding import Finding, Subject
+from ..robot.model import WORLD
+from ..settings import ExportSettings
+from ..snapshot import MotionSnapshot
+from .design_joints import Edge, edge_key
+from .disjoint_sets import DisjointSets
+from .links import in_name_order
+from .tree_roots import find_roots
+
+_AXES = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
+_ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}
+
+
+class Branch(NamedTuple):
+    """A link and what carries it.
+
+    Attributes:
+        edge: The joint.
+        parent: The link that carries it; None for the world.
+        child: The link.
+    """
+
+    edge: Edge
+    parent: str | None
+    child: str
+
+
+class Tree(NamedTuple):
+    """The tree.
+
+    Attributes:
+        branches: Parents first.
+        loops: For each closed loop the names of the design's joints that make it.
+        findings: What is wrong with it.
+    """
+
+    branches: tuple[Branch, ...]
+    loops: tuple[tuple[str, ...], ...]
+    findings: tuple[Finding, ...]
+
+
+def find_tree(
+    names: Sequence[str],
+    edges: Sequence[Edge],
+    held: Sequence[Edge],
+    grounded: Sequence[str],
+    settings: ExportSettings,
+    design: str,
+) -> Tree:
+    """Find the tree.
+
+    Args:
+        names: The links.
+        edges: What connects them, in order.
+        held: What keeps links together where nothing else connects them, in order.
+        grounded: Links that are fixed to the root.
+        settings: Which base was chosen, and whether it floats.
+        design: Name of the design.
+    """
+    if not names:
+        return Tree((), (), ())
+    return _Search(names, edges, held, grounded, settings, design).tree()
+
+
+class _Search:
+    def __init__(
+        self,
+        names: Sequence[str],
+        edges: Sequence[Edge],
+        held: Sequence[Edge],
+        grounded: Sequence[str],
+        settings: ExportSettings,
+        design: str,
+    ) -> None:
+        self._findings: list[Finding] = []
+        self._loops: list[tuple[str, ...]] = []
+        self._settings = settings
+        self._base = settings.base if settings.base in names else ""
+        self._free = Names([*names, *(edge.name for edge in edges)])
+        self._bodies = DisjointSets(names)
+        self._world = [edge for edge in edges if len(edge.links) == 1]
+        self._between = self._without_double_welds(names, edges, held)
+        self._above: dict[str, Branch] = {}
+        self._grounded = grounded
+        if settings.base and not self._base:
+            problem = f"{unknown('link', settings.base, names)}; choose the base again in Export"
+            self._findings.append(error(Subject("design", design), "unknown-base", problem))
+        self._roots = find_roots(
+            self._parts, self._between, self._world, grounded, self._bodies, settings, design
+        )
+        self._findings += self._roots.findings
+
+    def tree(self) -> Tree:
+        for root in self._roots.links:
+            floats = root == self._roots.floating
+            edge = self._floating(root) if floats else self._fixed(root)
+            self._above[root] = Branch(edge, None, root)
+            self._grow(root)
+        self._close_loops()
+        return Tree(tuple(self._above.values()), tuple(self._loops), tuple(self._findings))
+
+    def _without_double_welds(
+        self, names: Sequence[str], edges: Sequence[Edge], held: Sequence[Edge]
+    ) -> list[Edge]:
+        """What connects links: nothing rigid between what is rigid already."""
+        between = [edge for edge in edges if len(edge.links) == 2]
+        joints_first = sorted(between, key=lambda edge: edge.symmetric)
+        kept = [
+            edge for edge in joints_first if not edge.is_rigid or self._bodies.join(*edge.links)
+        ]
+        parts = DisjointSets(names)
+        for edge in between:
+            parts.join(*edge.links)
+        for edge in held:
+            if parts.join(*edge.links):
+                self._bodies.join(*edge.links)
+                kept.append(edge)
+        self._parts = [in_name_order(part) for part in parts.groups()]
+        return sorted(kept, key=edge_key)
+
+    def _floating(self, root: str) -> Edge:
+        """All six motions of the base."""
+        name = self._free.give(f"{WORLD}_{root}")
+        for edge in self._world_edges_of(root):
+            problem = f"is left out: it holds {edge.links[0]!r} to the ground, and the base floats"
+            self._findings.append(warning(Subject("joint", edge.name), "joint-to-ground", problem))
+        slides = (MotionSnapshot("translation", axis, role=role) for role, axis in _AXES)
+        turns = (MotionSnapshot("rotation", axis, role=_ANGLES[role]) for role, axis in _AXES)
+        return Edge(name, root, None, (*slides, *turns), (0.0, 0.0, 0.0))
+
+    def _fixed(self, root: str) -> Edge:
+        """What holds a root to the world; all else that does so closes a loop, or is no news."""
+        joints = self._world_edges_of(root)
+        body = self._bodies.find(root)
+        own = [edge for edge in joints if edge.links[0] == root]
+        rigid = [edge for edge in own if edge.is_rigid]
+        is_grounded = any(self._bodies.find(link) == body for link in self._grounded)
+        usable = rigid or ([] if is_grounded else own)
+        weld = Edge(f"{WORLD}_{root}", root, None, symmetric=True)
+        chosen = usable[0] if usable else replace(weld, name=self._free.give(weld.name))
+        for edge in joints:
+            same = self._bodies.find(edge.links[0]) == body
+            if edge is not chosen and not (same and edge.is_rigid and chosen.is_rigid):
+                self._ground_twice(edge, root, chosen, same)
+        return chosen
+
+    def _ground_twice(self, edge: Edge, root: str, chosen: Edge, same: bool) -> None:
+        by = f"joint {chosen.name!r}" if not chosen.symmetric else "its being grounded, or the base"
+        link = edge.links[0]
+        if same:
+            problem = (
+                f"holds link {link!r} to the ground, which is held there by {by} already; "
+                "unground it, suppress one, or cut this joint in Export"
+            )
+        else:
+            problem = (
+                f"holds link {link!r} to the ground, to which the base {root!r} is held by {by}: "
+                "that closes a loop; suppress it or cut it in Export"
+            )
+        joints = {edge.name} if chosen.symmetric else {edge.name, chosen.name}
+        self._loops.append(in_name_order(joints))
+        self._findings.append(error(Subject("joint", edge.name), "joint-to-ground", problem))
+
+    def _world_edges_of(self, root: str) -> list[Edge]:
+        part = next(part for part in self._parts if root in part)
+        return [edge for edge in self._world if edge.links[0] in part]
+
+    def _grow(self, root: str) -> None:
+        """Breadth first; the joints of a link by name."""
+        edges: dict[str, list[Edge]] = {}
+        for edge in self._between:
+            for link in edge.links:
+                edges.setdefault(link, []).append(edge)
+        waiting = [root]
+        for link in waiting:
+            for edge in edges.get(link, ()):
+                other = edge.other(link)
+                if other is not None and other not in self._above:
+                    self._above[other] = Branch(edge, link, other)
+                    waiting.append(other)
+
+    def _close_loops(self) -> None:
+        used = {branch.edge for branch in self._above.values()}
+        for edge in self._between:
+            if edge in used or edge.one not in self._above or edge.two not in self._above:
+                continue
+            one, two = (self._way_up(link) for link in edge.links)
+            shared = set(one) & set(two)
+            others = [branch.edge for branch in (*one, *two) if branch not in shared]
+            loop = in_name_order({edge.name, *(e.name for e in others)})
+            self._loops.append(loop)
+            problem = (
+                f"closes a loop of joints {', '.join(map(repr, loop))}; a robot is a tree: choose "
+                "in Export which of them to cut, or suppress it"
+            )
+            self._findings.append(error(Subject("joint", edge.name), "closed-loop", problem))
+
+    def _way_up(self, link: str) -> list[Branch]:
+        way = []
+        at: str | None = link
+        while at is not None:
+            way.append(self._above[at])
+            at = self._above[at].parent
+        return way

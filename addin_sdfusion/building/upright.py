@@ -1,0 +1,61 @@
+"""A design whose y axis points up, turned so that its z axis does, without rounding."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import replace
+
+from ..robot.placement import Vector3
+from ..snapshot import BodySnapshot, DesignSnapshot, JointSnapshot, MassSnapshot, MeshSnapshot
+
+
+def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
+    """The design with z up, as the world of a robot has it: itself if it stands so already."""
+    if snapshot.settings.up_axis == "z":
+        return snapshot
+    return replace(
+        snapshot,
+        occurrences=tuple(replace(o, mass=_mass(o.mass)) for o in snapshot.occurrences),
+        bodies=tuple(map(_body, snapshot.bodies)),
+        joints=tuple(map(_joint, snapshot.joints)),
+        points=tuple(replace(p, position=_turned(p.position)) for p in snapshot.points),
+        surfaces=tuple(
+            replace(s, centre=_turned(s.centre), axis=_turned(s.axis)) for s in snapshot.surfaces
+        ),
+    )
+
+
+def _turned(v: Vector3) -> Vector3:
+    """A quarter turn about x takes y to z."""
+    x, y, z = v
+    return x, 0.0 - z, y
+
+
+def _mass(mass: MassSnapshot | None) -> MassSnapshot | None:
+    if mass is None:
+        return None
+    xx, yy, zz, xy, yz, xz = mass.moments
+    moments = (xx, zz, yy, 0.0 - xz, 0.0 - yz, xy)
+    return replace(mass, com=_turned(mass.com), moments=moments)
+
+
+def _body(body: BodySnapshot) -> BodySnapshot:
+    return replace(body, mass=_mass(body.mass), mesh=_mesh(body.mesh))
+
+
+def _mesh(mesh: MeshSnapshot | None) -> MeshSnapshot | None:
+    if mesh is None:
+        return None
+    nodes = array("d", mesh.nodes)
+    nodes[1::3] = array("d", [0.0 - z for z in mesh.nodes[2::3]])
+    nodes[2::3] = mesh.nodes[1::3]
+    return replace(mesh, nodes=nodes)
+
+
+def _joint(joint: JointSnapshot) -> JointSnapshot:
+    return replace(
+        joint,
+        origin_one=None if joint.origin_one is None else _turned(joint.origin_one),
+        origin_two=None if joint.origin_two is None else _turned(joint.origin_two),
+        motions=tuple(replace(m, axis=_turned(m.axis)) for m in joint.motions),
+    )

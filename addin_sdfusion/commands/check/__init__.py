@@ -1,0 +1,1 @@
+"""Check: all that is wrong with the design, at once."""

@@ -1,0 +1,127 @@
+"""Check: reads the design and lists what is wrong; nothing is edited."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...build_robot import check_design
+from ...robot.finding import Finding
+from ..command import Command, Window
+from ..guard import application
+from ..inputs import Cell, Inputs
+from ..reading import Reading, read
+from .dialog import DIALOG
+from .locate import entities_of
+
+_LONGEST = 90
+
+
+class Check(Window):
+    """The open dialog."""
+
+    def __init__(self, inputs: Inputs, design: Any) -> None:
+        super().__init__(inputs, design)
+        self._reading: Reading | None = None
+        self.findings: list[Finding] = []
+        self._hint = ""
+
+    def opened(self) -> None:
+        """Checks and lists."""
+        self._check()
+
+    def changed(self, changed: Any) -> None:
+        """Another line is looked at, shown in the design, or the design checked again."""
+        name = str(changed.id)
+        if name == "again":
+            self._check()
+        elif name == "show":
+            self._select()
+        elif name == "findings" or self.inputs.cell(changed) is not None:
+            self._hint = ""
+        self._show_detail()
+
+    def valid(self) -> bool:
+        """There is nothing to press OK for."""
+        return False
+
+    def _check(self) -> None:
+        self._reading = read(self.design)
+        found = check_design(self._reading.snapshot)
+        self.findings = sorted(found, key=lambda finding: not finding.is_error)
+        rows = [
+            (
+                Cell(finding.severity),
+                Cell(f"{finding.subject.kind} {finding.subject.name}"),
+                Cell(shortened(finding.message)),
+            )
+            for finding in self.findings
+        ]
+        self.inputs.fill("findings", rows, 0 if rows else -1)
+        self.inputs.set("summary", summary(self.findings))
+        self._hint = self._reading.note
+        self._show_detail()
+
+    def _show_detail(self) -> None:
+        row = self.inputs.selected("findings")
+        lines = [self._hint] if self._hint else []
+        if 0 <= row < len(self.findings):
+            finding = self.findings[row]
+            lines.append(f"{finding.subject.kind} {finding.subject.name}: {finding.message}")
+        self.inputs.set("detail", "\n".join(lines))
+
+    def _select(self) -> None:
+        row = self.inputs.selected("findings")
+        if self._reading is None or not 0 <= row < len(self.findings):
+            self._hint = "Select a line first."
+            return
+        found = entities_of(self.design, self._reading, self.findings[row].subject)
+        self._hint = "" if found else "There is nothing in the design to show for this line."
+        selections = application().userInterface.activeSelections
+        selections.clear()
+        for entity in found:
+            selections.add(entity)
+        if found:
+            _look_at(found)
+
+
+def summary(findings: list[Finding]) -> str:
+    """How many errors and warnings there are."""
+    errors = sum(finding.is_error for finding in findings)
+    if not findings:
+        return "Nothing is wrong: the robot can be exported."
+    counts = f"{_count(errors, 'error')}, {_count(len(findings) - errors, 'warning')}."
+    return f"{counts} Errors must be repaired before the export." if errors else counts
+
+
+def shortened(text: str) -> str:
+    """A text that fits into a cell."""
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+def _look_at(entities: list[Any]) -> None:
+    """The camera turned to the middle of what is selected, from where it looks already."""
+    boxes = [box for e in entities if (box := getattr(e, "boundingBox", None)) is not None]
+    if not boxes:
+        return
+    box = boxes[0].copy()
+    for other in boxes[1:]:
+        box.combine(other)
+    low, high = box.minPoint, box.maxPoint
+    viewport = application().activeViewport
+    camera = viewport.camera
+    eye, target = camera.eye, camera.target
+    back = eye.x - target.x, eye.y - target.y, eye.z - target.z
+    target.x, target.y, target.z = (
+        (a + b) / 2 for a, b in ((low.x, high.x), (low.y, high.y), (low.z, high.z))
+    )
+    eye.x, eye.y, eye.z = target.x + back[0], target.y + back[1], target.z + back[2]
+    camera.target, camera.eye = target, eye
+    camera.isFitView = False
+    viewport.camera = camera
+
+
+COMMAND = Command(DIALOG, Check)

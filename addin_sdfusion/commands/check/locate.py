@@ -1,0 +1,126 @@
+"""Where in the design a finding's object is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ...robot.finding import Subject
+from ..reading import Reading
+
+_PREFIX = "EXPORT_"
+_MOST = 50
+
+
+def entities_of(design: Any, reading: Reading, subject: Subject) -> list[Any]:
+    """What to select for a finding; empty if it is about nothing that can be seen.
+
+    Args:
+        design: The design.
+        reading: What was read of it.
+        subject: What the finding is about.
+    """
+    found = _FINDERS.get(subject.kind, _nothing)(design, reading, subject.name)
+    return [entity for _, entity in zip(range(_MOST), found, strict=False)]
+
+
+def _nothing(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    yield from ()
+
+
+def _occurrences(design: Any) -> dict[str, Any]:
+    return {o.fullPathName: o for o in design.rootComponent.allOccurrences}
+
+
+def _link(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    for path, occurrence in _occurrences(design).items():
+        if reading.link_of.get(path) == name:
+            yield occurrence
+
+
+def _occurrence(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    for path, occurrence in _occurrences(design).items():
+        if name in (path, occurrence.name, occurrence.component.name):
+            yield occurrence
+
+
+def _joint(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    for component, occurrence in _places(design):
+        for joints in (component.joints, component.asBuiltJoints):
+            for i in range(joints.count):
+                joint = joints.item(i)
+                if joint.name in (name, _PREFIX + name) or name.startswith(f"{joint.name}_"):
+                    yield _seen(joint, occurrence)
+
+
+def _group(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    for component, _ in _places(design):
+        for i in range(component.rigidGroups.count):
+            group = component.rigidGroups.item(i)
+            if group.name in (name, _PREFIX + name):
+                yield from group.occurrences
+
+
+def _body(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    path, _, own = name.rpartition("/")
+    for component, occurrence in _places(design):
+        if (occurrence.fullPathName if occurrence else "") == path:
+            for i in range(component.bRepBodies.count):
+                body = component.bRepBodies.item(i)
+                if body.name == own:
+                    yield _seen(body, occurrence)
+
+
+def _points(design: Any, wanted: set[tuple[str, str]]) -> Iterator[Any]:
+    """Construction points by occurrence and name."""
+    for component, occurrence in _places(design):
+        path = occurrence.fullPathName if occurrence else ""
+        for i in range(component.constructionPoints.count):
+            point = component.constructionPoints.item(i)
+            if (path, point.name) in wanted:
+                yield _seen(point, occurrence)
+
+
+def _point(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    points = reading.snapshot.points
+    yield from _points(design, {(p.occurrence, p.name) for p in points if p.name == name})
+
+
+def _muscle(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    keys = {(p.entity, p.occurrence) for p in reading.table.points_of(name.rpartition("/")[2])}
+    points = reading.snapshot.points
+    wanted = {(p.occurrence, p.name) for p in points if (p.entity, p.occurrence) in keys}
+    yield from _points(design, wanted)
+
+
+def _frame(design: Any, reading: Reading, name: str) -> Iterator[Any]:
+    keys = {t.entity for t in reading.table.tasks if t.name == name.rpartition("/")[2]}
+    keys |= {m.entity for m in reading.table.markers if m.name == name}
+    points = reading.snapshot.points
+    yield from _points(design, {(p.occurrence, p.name) for p in points if p.entity in keys})
+
+
+def _places(design: Any) -> Iterator[tuple[Any, Any]]:
+    """Every component in every place; the root's place is None."""
+    yield design.rootComponent, None
+    for occurrence in design.rootComponent.allOccurrences:
+        yield occurrence.component, occurrence
+
+
+def _seen(entity: Any, occurrence: Any) -> Any:
+    return entity.createForAssemblyContext(occurrence) if occurrence else entity
+
+
+_FINDERS = {
+    "link": _link,
+    "occurrence": _occurrence,
+    "component": _occurrence,
+    "joint": _joint,
+    "coordinate": _joint,
+    "group": _group,
+    "body": _body,
+    "point": _point,
+    "muscle": _muscle,
+    "task_frame": _frame,
+    "marker": _frame,
+}

@@ -1,0 +1,191 @@
+"""A command: its button in the Add-Ins panel, and the dialog that is open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import adsk.core
+import adsk.fusion
+
+from ..robot.errors import InputError
+from .dialogs import Dialog
+from .guard import application, guarded, message, told
+from .inputs import Inputs
+
+PANEL = "SolidScriptsAddinsPanel"
+
+_HANDLERS = {
+    "commandCreated": "CommandCreatedEventHandler",
+    "execute": "CommandEventHandler",
+    "executePreview": "CommandEventHandler",
+    "destroy": "CommandEventHandler",
+    "inputChanged": "InputChangedEventHandler",
+    "validateInputs": "ValidateInputsEventHandler",
+}
+
+
+class Window:
+    """An open dialog; each command has its own kind.
+
+    Attributes:
+        inputs: Its inputs.
+        design: The design that was active when it was opened.
+    """
+
+    def __init__(self, inputs: Inputs, design: Any) -> None:
+        self.inputs = inputs
+        self.design = design
+
+    def opened(self) -> None:
+        """The dialog is on the screen."""
+
+    def changed(self, changed: Any) -> None:
+        """The user has changed an input. The design must not be edited here."""
+
+    def valid(self) -> bool:
+        """Whether OK may be pressed."""
+        return True
+
+    def preview(self) -> None:
+        """Shows what OK will do; Fusion takes it back."""
+
+    def execute(self) -> None:
+        """Does it, as one undo step."""
+
+
+class Command:
+    """A command of the add-in, from `start` to `stop`."""
+
+    def __init__(self, dialog: Dialog, open_window: Callable[[Inputs, Any], Window]) -> None:
+        """A command that is not there yet.
+
+        Args:
+            dialog: Its dialog.
+            open_window: Makes the window of a dialog, from its inputs and the design.
+        """
+        self.dialog = dialog
+        self._open_window = open_window
+        self._kept: list[Any] = []  # Fusion does not keep handlers alive
+        self._kept_by_window: list[Any] = []
+        self._window: Window | None = None
+
+    def start(self) -> None:
+        """Makes the button; one that is left over is replaced."""
+        self.stop()
+        ui = application().userInterface
+        folder = Path(__file__).parent / self.dialog.folder / "resources"
+        tooltip = f"{self.dialog.tooltip}\n\n{self.dialog.description}"
+        definition = ui.commandDefinitions.addButtonDefinition(
+            self.dialog.id, self.dialog.name, tooltip, str(folder)
+        )
+        self._connect(definition, "commandCreated", self._created, self._kept)
+        panel = ui.allToolbarPanels.itemById(PANEL)
+        if panel is not None:
+            control = panel.controls.addCommand(definition)
+            control.isPromotedByDefault = True
+            control.isPromoted = True
+
+    def stop(self) -> None:
+        """Takes away the button and whatever is open; may be called at any time."""
+        ui = application().userInterface
+        if self._window is not None and ui.activeCommand == self.dialog.id:
+            ui.terminateActiveCommand()
+        panel = ui.allToolbarPanels.itemById(PANEL)
+        control = panel.controls.itemById(self.dialog.id) if panel is not None else None
+        if control is not None:
+            control.deleteMe()
+        definition = ui.commandDefinitions.itemById(self.dialog.id)
+        if definition is not None:
+            definition.deleteMe()
+        self._window = None
+        self._kept.clear()
+        self._kept_by_window.clear()
+
+    def _connect(
+        self, sender: Any, event: str, work: Callable[[Any], None], kept: list[Any]
+    ) -> None:
+        base = getattr(adsk.core, _HANDLERS[event])
+        handler = type(_HANDLERS[event], (base,), {"notify": lambda _, args: work(args)})()
+        getattr(sender, event).add(handler)
+        kept.append(handler)
+
+    def _created(self, args: Any) -> None:
+        guarded(self._open, self.dialog.name)(args)
+
+    def _open(self, args: Any) -> None:
+        self._window = None
+        self._kept_by_window = []
+        design = active_design()
+        if design is None:
+            text = "Open a design first: CARDSFlow works in the Design workspace."
+            message(text, self.dialog.name)
+            return
+        command = args.command
+        inputs = Inputs(command, self.dialog)
+        window = self._open_window(inputs, design)
+        command.isRepeatable = True
+        command.isExecutedWhenPreEmpted = False  # another command must not press OK
+        command.isOKButtonVisible = bool(self.dialog.ok)
+        if self.dialog.ok:
+            command.okButtonText = self.dialog.ok
+        command.cancelButtonText = self.dialog.cancel
+        command.setDialogInitialSize(*self.dialog.size)
+        name = self.dialog.name
+        for event, work in (
+            ("inputChanged", guarded(self._changed, name)),
+            ("validateInputs", self._validated),
+            ("executePreview", guarded(self._previewed, f"{name} (preview)", quiet=True)),
+            ("execute", self._executed),
+            ("destroy", guarded(self._destroyed, name)),
+        ):
+            self._connect(command, event, work, self._kept_by_window)
+        window.opened()
+        self._window = window  # before, OK is grey and nothing is listened to
+
+    def _changed(self, args: Any) -> None:
+        if self._window is None or not self._same_design():
+            return
+        self._window.inputs.written = str(args.input.id)
+        try:
+            self._window.changed(args.input)
+        finally:
+            self._window.inputs.written = ""
+
+    def _validated(self, args: Any) -> None:
+        valid = False
+
+        def ask(_: Any) -> None:
+            nonlocal valid
+            valid = self._window is not None and self._same_design() and self._window.valid()
+
+        guarded(ask, f"{self.dialog.name} (OK)", quiet=True)(args)
+        args.areInputsValid = valid
+
+    def _previewed(self, _: Any) -> None:
+        if self._window is not None and self._same_design():
+            self._window.preview()
+
+    def _executed(self, args: Any) -> None:
+        """A failure undoes what was done so far: Fusion takes the whole step back."""
+        try:
+            if self._window is None or not self._same_design():
+                raise InputError("Another document is open now; start the command again there.")
+            self._window.execute()
+        except Exception as error:
+            args.executeFailed = True
+            args.executeFailedMessage = told(error, self.dialog.name)
+
+    def _destroyed(self, _: Any) -> None:
+        self._window = None
+
+    def _same_design(self) -> bool:
+        """Whether the design is still the one that the user works on."""
+        design = self._window.design if self._window is not None else None
+        return design is not None and bool(design.isValid) and bool(active_design() == design)
+
+
+def active_design() -> Any:
+    """The design that the user works on; None if there is none."""
+    return adsk.fusion.Design.cast(application().activeProduct)

@@ -1,0 +1,1 @@
+"""Define muscles: points picked in the design become muscles."""

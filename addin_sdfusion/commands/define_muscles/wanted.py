@@ -1,0 +1,66 @@
+"""The construction points that a table asks for, with names and attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ...muscles.muscle_attributes import PointAttribute, read_point
+from ...muscles.muscle_rows import MarkerRow, MuscleTable, TaskRow, ViaPointRow
+from ...muscles.point_names import marker_name, motor_numbers, task_point_name, via_point_name
+from ...robot.errors import InputError
+
+AnyRow = ViaPointRow | TaskRow | MarkerRow
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A construction point as it shall be.
+
+    Attributes:
+        row: The row of the table.
+        name: The name that it is given.
+        attribute: What it is.
+    """
+
+    row: AnyRow
+    name: str
+    attribute: PointAttribute
+
+
+def rows_of(table: MuscleTable) -> Iterator[AnyRow]:
+    """All rows that are construction points."""
+    yield from table.points
+    yield from table.tasks
+    yield from table.markers
+
+
+def wanted_points(table: MuscleTable) -> Iterator[Wanted]:
+    """All construction points as the table has them."""
+    motors = motor_numbers(row.name for row in table.rows)
+    for p in table.points:
+        said = PointAttribute("via", p.link, p.muscle, p.number)
+        yield _item(p, via_point_name(motors[p.muscle], p.link, p.number), said)
+    for t in table.tasks:
+        said = PointAttribute("task", t.link, name=t.name, axes=t.axes)
+        yield _item(t, task_point_name(t.link), said)
+    for m in table.markers:
+        yield _item(m, marker_name(m.link), PointAttribute("marker", m.link, name=m.name))
+
+
+def _item(row: AnyRow, name: str, said: PointAttribute) -> Wanted:
+    return Wanted(row, name, replace(said, occurrence=row.occurrence, made=row.made))
+
+
+def as_made(item: Wanted) -> Wanted:
+    """The same, as a point that the add-in made."""
+    return replace(item, attribute=replace(item.attribute, made=True))
+
+
+def original_name(attribute: Any) -> str:
+    """The name that the user gave a point, if its attribute remembers one."""
+    try:
+        return read_point(attribute.value).original if attribute else ""
+    except InputError:
+        return ""

@@ -1,0 +1,1 @@
+"""Export: the design becomes a robot folder."""

@@ -1,0 +1,230 @@
+"""Export: the choices, the findings, and the export itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import adsk
+import adsk.core
+
+from ...build_robot import BuiltRobot, build_robot
+from ...export import export_robot
+from ...fusion_design import read_design
+from ...muscles.muscle_attributes import GROUP, SETTINGS, settings_text
+from ...muscles.point_names import natural_key
+from ...progress import Cancelled
+from ...robot.errors import InputError, RobotError
+from ...robot.finding import Finding
+from ...settings import ExportSettings
+from ..check.entry import summary
+from ..command import Command, Window
+from ..guard import application, ask, message
+from ..inputs import Inputs
+from ..reading import read
+from .dialog import COLLISIONS, DIALOG, FOUND, LINKS, QUALITIES, UP
+
+_SHOWN = 8
+Value = TypeVar("Value", bound=str)
+
+
+class Export(Window):
+    """The open dialog."""
+
+    def __init__(self, inputs: Inputs, design: Any) -> None:
+        super().__init__(inputs, design)
+        self._reading = read(design)
+        self.settings = self._reading.snapshot.settings
+        self.findings: list[Finding] = []
+        self._checked: ExportSettings | None = None
+
+    def opened(self) -> None:
+        """Shows what was chosen the last time, and the findings."""
+        inputs, chosen = self.inputs, self.settings
+        inputs.set("name", chosen.name)
+        inputs.set("folder", chosen.folder)
+        for name, words, value in (
+            ("links", LINKS, chosen.links),
+            ("up_axis", UP, chosen.up_axis),
+            ("collision", COLLISIONS, chosen.collision),
+            ("quality", QUALITIES, chosen.quality),
+        ):
+            inputs.choose(name, tuple(words), _word(words, value))
+        for name in ("fixed_base", "visual", "caspr", "osim"):
+            inputs.set(name, getattr(chosen, name))
+        self._show()
+
+    def changed(self, changed: Any) -> None:
+        """Another choice: the findings may be others."""
+        name = str(changed.id)
+        if name == "browse":
+            self._browse()
+        elif name == "components":
+            self._picked()
+        self.settings = self._chosen()
+        self._show()
+
+    def valid(self) -> bool:
+        """Whether the design can be exported."""
+        checked = self._checked is not None
+        return checked and bool(self.settings.folder) and not any(f.is_error for f in self.findings)
+
+    def execute(self) -> None:
+        """Keeps the choices in the design and exports; the folder is as it was if that fails."""
+        text = settings_text(self.settings)
+        attribute = self.design.attributes.itemByName(GROUP, SETTINGS)
+        if attribute is None or attribute.value != text:
+            self.design.attributes.add(GROUP, SETTINGS, text)
+        warnings = [finding.message for finding in self.findings if not finding.is_error]
+        if warnings and not ask(_warned(warnings), DIALOG.name):
+            return
+        self._export()
+
+    def _export(self) -> None:
+        shown = _Progress(DIALOG.name)
+        try:
+            meshes = self.settings.visual or self.settings.collision != "none"
+            snapshot = read_design(self.design, meshes=meshes, progress=shown)
+            snapshot = replace(snapshot, settings=self.settings)
+            done = export_robot(snapshot, self.settings.folder, progress=shown)
+        except Cancelled:
+            message("The export is cancelled; the folder is as it was.", DIALOG.name)
+            return
+        except RobotError as error:
+            message(_refused([f.message for f in error.findings if f.is_error]), DIALOG.name)
+            return
+        except InputError as error:
+            message(str(error), DIALOG.name)
+            return
+        finally:
+            shown.hide()
+        folder = self.settings.folder
+        lines = [
+            f"{len(done.files)} files are in {folder}.",
+            f"To simulate the robot:\n\n    cardsflow run {_quoted(folder)}",
+        ]
+        if done.findings:
+            lines.append(f"{summary(list(done.findings))} They are in findings.txt beside it.")
+        message("\n\n".join(lines), DIALOG.name)
+
+    def _browse(self) -> None:
+        dialog = application().userInterface.createFolderDialog()
+        dialog.title = "Folder of the robot"
+        if self.settings.folder:
+            dialog.initialDirectory = self.settings.folder
+        if dialog.showDialog() == adsk.core.DialogResults.DialogOK:
+            self.inputs.set("folder", dialog.folder)
+
+    def _picked(self) -> None:
+        """Components that are picked again are taken out."""
+        paths = list(self.settings.components)
+        for entity, _ in self.inputs.picked("components"):
+            path = entity.fullPathName
+            paths = [p for p in paths if p != path] if path in paths else [*paths, path]
+        self.settings = replace(self.settings, components=tuple(paths))
+
+    def _chosen(self) -> ExportSettings:
+        """The settings, as the inputs have them."""
+        value = self.inputs.value
+        base = value("base")
+        return replace(
+            self.settings,
+            name=value("name").strip(),
+            folder=value("folder").strip(),
+            links=LINKS[value("links")],
+            base="" if base == FOUND else base,
+            fixed_base=value("fixed_base"),
+            cut_joints=tuple(self.inputs.checked("cut_joints")),
+            up_axis=UP[value("up_axis")],
+            visual=value("visual"),
+            collision=COLLISIONS[value("collision")],
+            quality=QUALITIES[value("quality")],
+            caspr=value("caspr"),
+            osim=value("osim"),
+        )
+
+    def _show(self) -> None:
+        checked = replace(self.settings, folder="")
+        if checked != self._checked:
+            self._checked = None
+            self._show_findings(build_robot(replace(self._reading.snapshot, settings=checked)))
+            self._checked = checked
+        self.inputs.set("status", "\n".join(self._lines()))
+
+    def _show_findings(self, built: BuiltRobot) -> None:
+        inputs, settings = self.inputs, self.settings
+        self.findings = list(built.findings)
+        links = {*built.link_of_occurrence.values(), settings.base} - {""}
+        bases = (FOUND, *sorted(links, key=natural_key))
+        inputs.choose("base", bases, settings.base or FOUND)
+        joints = {joint for loop in built.loops for joint in loop}
+        cuts = sorted({*joints, *settings.cut_joints}, key=natural_key)
+        inputs.check("cut_joints", cuts, settings.cut_joints)
+        inputs["cut_joints"].isVisible = bool(cuts)
+        inputs["components"].isVisible = settings.links == "components"
+
+    def _lines(self) -> list[str]:
+        lines = [] if self.settings.folder else ["Choose the folder."]
+        if self._reading.note:
+            lines.append(self._reading.note)
+        if self.settings.links == "components" and self.settings.components:
+            lines.append(f"Links: {', '.join(self.settings.components)} (pick again to leave out)")
+        lines.append(summary(self.findings))
+        ordered = sorted(self.findings, key=lambda finding: not finding.is_error)
+        lines += [f"{f.severity}: {f.message}" for f in ordered[:_SHOWN]]
+        if len(ordered) > _SHOWN:
+            lines.append(f"and {len(ordered) - _SHOWN} more: see Check")
+        return lines
+
+
+class _Progress:
+    """A progress dialog; called as `Progress` asks."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._dialog: Any = None
+
+    def __call__(self, done: int, whole: int, what: str) -> None:
+        whole = max(whole, 1)  # Fusion refuses a dialog without a range
+        if self._dialog is None:
+            self._dialog = application().userInterface.createProgressDialog()
+            self._dialog.isCancelButtonShown = True
+            self._dialog.show(self._title, what, 0, whole, 0)
+        self._dialog.maximumValue = whole
+        self._dialog.progressValue = min(max(done, 0), whole)
+        self._dialog.message = what or self._title
+        adsk.doEvents()
+        if self._dialog.wasCancelled:
+            raise Cancelled
+
+    def hide(self) -> None:
+        """Takes it away."""
+        if self._dialog is not None:
+            self._dialog.hide()
+
+
+def _word(words: Mapping[str, Value], value: str) -> str:
+    return next(word for word, meaning in words.items() if meaning == value)
+
+
+def _warned(warnings: list[str]) -> str:
+    return f"{_listed(warnings)}\n\nExport all the same?"
+
+
+def _refused(errors: list[str]) -> str:
+    return f"The robot cannot be exported:\n\n{_listed(errors)}\n\nCheck shows where that is."
+
+
+def _listed(texts: list[str]) -> str:
+    lines = [f"• {text}" for text in texts[:_SHOWN]]
+    if len(texts) > _SHOWN:
+        lines.append(f"and {len(texts) - _SHOWN} more")
+    return "\n".join(lines)
+
+
+def _quoted(folder: str) -> str:
+    return f'"{folder}"' if " " in folder else folder
+
+
+COMMAND = Command(DIALOG, Export)

@@ -1,0 +1,78 @@
+"""No exception reaches Fusion: the user gets a message, the log the trace."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import adsk.core
+
+from ..progress import Cancelled
+from ..robot.errors import CardsflowError
+
+
+def application() -> Any:
+    """Fusion."""
+    return adsk.core.Application.get()
+
+
+def message(text: str, title: str) -> None:
+    """A message box with one button."""
+    application().userInterface.messageBox(text, title)
+
+
+def ask(text: str, title: str) -> bool:
+    """A message box with Yes and No; whether the user says yes."""
+    buttons = adsk.core.MessageBoxButtonTypes.YesNoButtonType
+    icon = adsk.core.MessageBoxIconTypes.WarningIconType
+    answer = application().userInterface.messageBox(text, title, buttons, icon)
+    return bool(answer == adsk.core.DialogResults.DialogYes)
+
+
+def log(text: str) -> None:
+    """A line in Fusion's log and in its Text Commands window."""
+    level = adsk.core.LogLevels.ErrorLogLevel
+    for kind in (adsk.core.LogTypes.FileLogType, adsk.core.LogTypes.ConsoleLogType):
+        application().log(text, level, kind)
+
+
+def told(error: Exception, doing: str) -> str:
+    """What the user is told of an exception; its trace goes to the log."""
+    log(f"CARDSFlow: {doing}\n{''.join(traceback.format_exception(error))}")
+    if isinstance(error, CardsflowError):
+        return str(error)
+    return (
+        f"{doing} did not work: {error or type(error).__name__}\n\n"
+        "Check lists what is wrong with the design. If that does not help, please report it with "
+        "the text of the Text Commands window (View > Show Text Commands)."
+    )
+
+
+def guarded(work: Callable[[Any], None], doing: str, quiet: bool = False) -> Callable[[Any], None]:
+    """The same work, whose exceptions become a message box.
+
+    Args:
+        work: What an event's handler does with the event's arguments.
+        doing: What fails, for the message: `Define muscles (OK)`.
+        quiet: Whether the log alone is told, for events that come all the time.
+    """
+
+    def safely(args: Any) -> None:
+        try:
+            work(args)
+        except Cancelled:
+            pass
+        except Exception as error:
+            _tell(error, doing, quiet)
+
+    return safely
+
+
+def _tell(error: Exception, doing: str, quiet: bool) -> None:
+    try:
+        text = told(error, doing)
+        if not quiet:
+            message(text, "CARDSFlow")
+    except Exception:  # Fusion itself cannot be talked to: there is nobody left to tell
+        traceback.print_exc()

@@ -1,0 +1,297 @@
+"""The convex hull of points: quickhull with exact decisions.
+
+Points are first put on a grid 2⁵⁰ times finer than they reach. Whether a point sees a facet is then
+decided without rounding: by floats where these are certain, else by whole numbers. So the hull is a
+closed surface however many points lie in a plane, on a line or on top of one another. A point that
+stands out by no more than rounding is not worth a corner: a flat face stays one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from ..robot.placement import Vector3
+
+TOLERANCE = 1e-11
+"""How far a point may stand out of the hull, over the reach of all points from their middle."""
+FLAT = 1e-9
+"""What is thinner than this, over its length, has no volume."""
+
+_GRID = 2.0**49
+_ROUNDING = 2.0**-46
+"""More than what the float value of a facet's plane is rounded by, over its largest terms."""
+
+_SMALLEST = 1e-200
+"""In [m]; a power of two that brings less than this up to the grid may be too large for a float."""
+
+_Triple = tuple[int, int, int]
+
+
+class Hull(NamedTuple):
+    """A closed convex surface.
+
+    Attributes:
+        corners: Points that were given, in the order in which they were.
+        triangles: Three indices of corners for every triangle, counter-clockwise seen from outside.
+    """
+
+    corners: tuple[Vector3, ...]
+    triangles: tuple[_Triple, ...]
+
+
+def convex_hull(points: Iterable[Vector3]) -> Hull | None:
+    """The convex hull of points.
+
+    Args:
+        points: In any order, in [m]; finite.
+
+    Returns:
+        The hull; None where the points have no volume: too few, on a line, or in a plane.
+    """
+    given = list(dict.fromkeys(points))
+    wholes = _on_grid(given)
+    places = {whole: i for i, whole in reversed(list(enumerate(wholes)))}
+    unique = sorted(places)
+    start = _tetrahedron(unique)
+    if start is None:
+        return None
+    facets = _Quickhull(unique, start).facets()
+    order = sorted({places[unique[i]] for facet in facets for i in facet})
+    numbers = {place: number for number, place in enumerate(order)}
+    triangles = (_rotated(*(numbers[places[unique[i]]] for i in facet)) for facet in facets)
+    return Hull(tuple(given[i] for i in order), tuple(sorted(triangles)))
+
+
+def _rotated(a: int, b: int, c: int) -> _Triple:
+    """A triangle that begins with its smallest index."""
+    return min((a, b, c), (b, c, a), (c, a, b))
+
+
+def _on_grid(points: Sequence[Vector3]) -> list[_Triple]:
+    """Points as whole numbers of at most ±2⁴⁹ about the middle."""
+    if not points:
+        return []
+    lows = [min(axis) for axis in zip(*points, strict=True)]
+    highs = [max(axis) for axis in zip(*points, strict=True)]
+    mx, my, mz = (0.5 * low + 0.5 * high for low, high in zip(lows, highs, strict=True))
+    reach = max(0.5 * high - 0.5 * low for low, high in zip(lows, highs, strict=True))
+    if reach < _SMALLEST:
+        return [(0, 0, 0)] * len(points)
+    scale = math.ldexp(_GRID, -math.frexp(reach)[1])  # a power of two scales without rounding
+    return [
+        (round((x - mx) * scale), round((y - my) * scale), round((z - mz) * scale))
+        for x, y, z in points
+    ]
+
+
+def _tetrahedron(points: Sequence[_Triple]) -> tuple[int, int, int, int] | None:
+    """Four points far from one another, the first three counter-clockwise seen from outside."""
+    if len(points) < 4:
+        return None
+    among = range(len(points))
+    first = min(among, key=points.__getitem__)
+    second = max(among, key=lambda i: _square(_minus(points[i], points[first])))
+    along = _minus(points[second], points[first])
+    size = math.sqrt(_square(along))
+
+    def from_line(i: int) -> int:
+        return _square(_cross(along, _minus(points[i], points[first])))
+
+    third = max(among, key=from_line)
+    if math.sqrt(from_line(third)) <= FLAT * size * size:
+        return None
+    normal = _cross(along, _minus(points[third], points[first]))
+
+    def from_plane(i: int) -> int:
+        return _dot(normal, _minus(points[i], points[first]))
+
+    fourth = max(among, key=lambda i: abs(from_plane(i)))
+    height = from_plane(fourth)
+    if abs(height) <= FLAT * size * math.sqrt(_square(normal)):
+        return None
+    if height > 0:
+        second, third = third, second
+    return first, second, third, fourth
+
+
+class _Facet:
+    """A triangle of the hull.
+
+    Attributes:
+        corners: Indices of points, counter-clockwise seen from outside.
+        neighbours: The facet over the edge from corner k to the next.
+        above: Points that see it and are to be added; each is in the list of one facet only.
+        height: How far the farthest of them is from the plane, times the length of the normal.
+        farthest: That point.
+        plane: Normal and offset: `n · p - offset` is above 0 for a point that sees the facet.
+        doubt: No larger values have a certain sign.
+        exact: Normal and offset as whole numbers, once they were needed.
+        gone: Whether it is no longer on the hull.
+    """
+
+    __slots__ = (
+        "above",
+        "corners",
+        "doubt",
+        "exact",
+        "farthest",
+        "gone",
+        "height",
+        "neighbours",
+        "plane",
+    )
+
+    def __init__(self, corners: _Triple, points: Sequence[Vector3]) -> None:
+        self.corners = corners
+        self.neighbours: list[_Facet] = []
+        self.above: list[int] = []
+        self.height = -math.inf
+        self.farthest = -1
+        self.exact: tuple[_Triple, int] | None = None
+        self.gone = False
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (points[i] for i in corners)
+        ux, uy, uz = bx - ax, by - ay, bz - az
+        vx, vy, vz = cx - ax, cy - ay, cz - az
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        self.plane = (x, y, z, x * ax + y * ay + z * az)
+        longest = max(abs(ux), abs(uy), abs(uz)) * max(abs(vx), abs(vy), abs(vz))
+        self.doubt = _ROUNDING * longest * _GRID
+
+    def stands_out(self, height: float) -> bool:
+        """Whether a point of that height is far enough above it to be worth a corner."""
+        x, y, z, _ = self.plane
+        return height > TOLERANCE * _GRID * math.sqrt(x * x + y * y + z * z)
+
+
+class _Quickhull:
+    """The work on one hull.
+
+    Args:
+        points: On the grid, all different.
+        start: The corners of a first hull, the first three counter-clockwise seen from outside.
+    """
+
+    def __init__(self, points: Sequence[_Triple], start: tuple[int, int, int, int]) -> None:
+        self._wholes = points
+        self._points: list[Vector3] = [(float(x), float(y), float(z)) for x, y, z in points]
+        a, b, c, d = start
+        triples = ((a, b, c), (a, d, b), (b, d, c), (c, d, a))
+        first, ab, bc, ca = (_Facet(corners, self._points) for corners in triples)
+        first.neighbours = [ab, bc, ca]
+        ab.neighbours = [ca, bc, first]
+        bc.neighbours = [ab, ca, first]
+        ca.neighbours = [bc, ab, first]
+        self._start = [first, ab, bc, ca]
+        self._share((i for i in range(len(points)) if i not in start), self._start)
+
+    def facets(self) -> list[_Triple]:
+        """The triangles of the hull."""
+        live = dict.fromkeys(self._start)
+        waiting = deque(self._start)
+        while waiting:  # the oldest first: one side of a body is not done long before another
+            facet = waiting.popleft()
+            point = None if facet.gone else self._next(facet)
+            if point is not None:
+                seen, new = self._add(facet, point)
+                for other in seen:
+                    del live[other]
+                live.update(dict.fromkeys(new))
+                waiting.extend(other for other in new if other.above)
+        return [facet.corners for facet in live]
+
+    def _next(self, facet: _Facet) -> int | None:
+        """The point above a facet to add first; points that stand out too little are let go."""
+        if facet.stands_out(facet.height):
+            return facet.farthest
+        while facet.above:  # they may still stand out far from this facet
+            point = facet.above.pop()
+            seen = self._seen(facet, point)
+            if any(other.stands_out(self._height(other, point)) for other in seen):
+                return point
+        return None
+
+    def _add(self, facet: _Facet, point: int) -> tuple[list[_Facet], list[_Facet]]:
+        """Make a point that sees a facet a corner; returns the facets that go and the new ones."""
+        seen = self._seen(facet, point)
+        for other in seen:
+            other.gone = True
+        new = self._cone(seen, point)
+        self._share((i for other in seen for i in other.above if i != point), new)
+        for other in seen:
+            other.above, other.neighbours = [], []  # no circles for the garbage collector
+        return seen, new
+
+    def _seen(self, facet: _Facet, point: int) -> list[_Facet]:
+        """The facets that a point sees, from one of them; they hang together."""
+        seen, met = [facet], {facet}
+        for other in seen:
+            for neighbour in other.neighbours:
+                if neighbour not in met:
+                    met.add(neighbour)
+                    if self._height(neighbour, point) > 0.0:
+                        seen.append(neighbour)
+        return seen
+
+    def _cone(self, seen: Sequence[_Facet], point: int) -> list[_Facet]:
+        """Facets from the rim of those that are gone to a point, joined with one another."""
+        starts: dict[int, _Facet] = {}
+        for old in seen:
+            for k, outer in enumerate(old.neighbours):
+                if not outer.gone:
+                    a, b = old.corners[k], old.corners[k - 2]
+                    facet = starts[a] = _Facet((a, b, point), self._points)
+                    facet.neighbours = [outer]
+                    outer.neighbours[outer.corners.index(b)] = facet
+        for facet in starts.values():
+            facet.neighbours.append(starts[facet.corners[1]])
+        for facet in starts.values():
+            facet.neighbours[1].neighbours.append(facet)
+        return list(starts.values())
+
+    def _share(self, points: Iterable[int], facets: Sequence[_Facet]) -> None:
+        """Put each point into the list of a facet that it sees; without one it is inside."""
+        where = self._points
+        planes = [(*facet.plane, facet.doubt, facet) for facet in facets]
+        for i in points:
+            px, py, pz = where[i]
+            for x, y, z, offset, doubt, facet in planes:
+                height = x * px + y * py + z * pz - offset
+                if height > doubt or (height >= -doubt and self._exact_height(facet, i) > 0):
+                    facet.above.append(i)
+                    if height > facet.height:
+                        facet.height, facet.farthest = height, i
+                    break
+
+    def _height(self, facet: _Facet, point: int) -> float:
+        """A point's distance above a facet's plane times the normal's length; its sign is right."""
+        x, y, z, offset = facet.plane
+        px, py, pz = self._points[point]
+        height = x * px + y * py + z * pz - offset
+        return height if abs(height) > facet.doubt else float(self._exact_height(facet, point))
+
+    def _exact_height(self, facet: _Facet, point: int) -> int:
+        if facet.exact is None:
+            a, b, c = (self._wholes[i] for i in facet.corners)
+            normal = _cross(_minus(b, a), _minus(c, a))
+            facet.exact = normal, _dot(normal, a)
+        normal, offset = facet.exact
+        return _dot(normal, self._wholes[point]) - offset
+
+
+def _minus(a: _Triple, b: _Triple) -> _Triple:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _cross(a: _Triple, b: _Triple) -> _Triple:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _dot(a: _Triple, b: _Triple) -> int:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _square(a: _Triple) -> int:
+    return _dot(a, a)

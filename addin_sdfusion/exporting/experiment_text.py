@@ -1,0 +1,153 @@
+"""The experiment of an export: a gentle motion, with which `cardsflow run` simulates the robot."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+from ..robot.checks.report import warning
+from ..robot.finding import Finding, Subject
+from ..robot.joint import Coordinate
+from ..robot.model import Robot
+from ..robot.trajectory import Trajectory, TrajectoryPoint
+
+DURATION = 4.0
+"""In [s]: half of it there, half of it back."""
+STEP = 0.001
+"""In [s]."""
+REACH = {"rad": 0.1, "m": 0.01}
+"""How far a coordinate goes where its limits leave room."""
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def gentle_motion(robot: Robot) -> Trajectory:
+    """A quintic motion from the initial pose to one nearby and back, at rest in every point.
+
+    A coordinate uses at most half of the room that its limits leave on the wider side; without
+    room it stays. An initial value outside its limits is moved to the nearer one.
+
+    Args:
+        robot: A robot without errors.
+    """
+    starts = [_inside(c) for c in robot.coordinates]
+    ends = [_nearby(c, q) for c, q in zip(robot.coordinates, starts, strict=True)]
+    rest = (0.0,) * len(starts)
+    points = [
+        TrajectoryPoint(time, tuple(q), rest, rest)
+        for time, q in ((0.0, starts), (0.5 * DURATION, ends), (DURATION, starts))
+    ]
+    return Trajectory("reference", "quintic", tuple(points), STEP)
+
+
+def can_run(robot: Robot) -> bool:
+    """Whether there is something to simulate: a joint that moves, and a muscle."""
+    return bool(robot.coordinates and robot.muscles)
+
+
+def experiment_findings(robot: Robot) -> Iterator[Finding]:
+    """Why there is no experiment, or why a run will refuse it.
+
+    Args:
+        robot: A robot without errors.
+    """
+    subject = Subject("robot", robot.name)
+    if not can_run(robot):
+        lack = "no muscles" if robot.coordinates else "no joints that move"
+        problem = f"it has {lack}, so there is nothing to simulate: no experiment.toml is written"
+        yield warning(subject, "no-experiment", problem)
+        return
+    for kind, names in (
+        ("coordinate", [c.name for c in robot.coordinates]),
+        ("muscle", [muscle.name for muscle in robot.muscles]),
+        ("task_frame", [frame.name for frame in robot.task_frames]),
+    ):
+        first: dict[str, str] = {}
+        for name in names:
+            other = first.setdefault(_as_variable(name), name)
+            if other != name:
+                problem = f"as a variable of the simulation it is the same as {other!r}; rename one"
+                yield warning(Subject(kind, name), "experiment-names", problem)
+
+
+def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
+    """The text of an experiment.toml that stands beside model.sdf.
+
+    Args:
+        robot: The robot, with a muscle at least.
+        trajectory: The reference.
+    """
+    muscle = robot.muscles[0]
+    lines = [
+        "# `cardsflow run .` in this folder simulates the robot. Change it as you like: a later",
+        "# export keeps your version, and writes its own beside it as experiment.new.toml.",
+        "",
+        "[robot]",
+        'path = "model.sdf"          # relative to this file',
+        "",
+        "# Force bounds of a muscle, where they are to differ from the robot's:",
+        f"# [muscles.{_key(muscle.name)}]",
+        f"# f_min = {muscle.f_min!r}   # [N]",
+        f"# f_max = {100.0 if muscle.f_max == math.inf else muscle.f_max!r}   # [N]",
+        "",
+        "# The motion to follow: from the pose of the design to one nearby and back. A coordinate",
+        "# that has no room between its limits stays. Put in points as you need them, in the order",
+        "# of their times; with `qd` and `qdd` tables like `q` the robot need not stop in a point.",
+        "[reference]",
+        f'spline = "{trajectory.spline}"          # or "linear", "cubic"',
+        *_points(robot.coordinates, trajectory.points),
+        "",
+        "[controller]",
+        'type = "joint_space"        # computed torque',
+        "kp = 2000.0                 # [1/s²]; one for all, or { name = ..., ... }",
+        "kd = 90.0                   # [1/s]",
+        f"period = {STEP!r}              # [s]; a whole multiple of run.step",
+        "",
+        "[plant]",
+        f"step = {STEP!r}                # [s]; run.step is a whole multiple of it",
+        "",
+        "[run]",
+        f"step = {STEP!r}                # [s]",
+        f"duration = {DURATION!r}              # [s]",
+        'output = "results"          # relative to this file',
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _points(coordinates: Sequence[Coordinate], points: Iterable[TrajectoryPoint]) -> Iterator[str]:
+    keys = [_key(c.name) for c in coordinates]
+    for i, point in enumerate(points):
+        yield ""
+        yield "[[reference.points]]"
+        yield f"time = {point.time!r}  # [s]"
+        yield "[reference.points.q]"
+        for c, key, q in zip(coordinates, keys, point.q, strict=True):
+            yield f"{key} = {q!r}  # [{c.unit}]" + ("" if i else _limits(c))
+
+
+def _limits(c: Coordinate) -> str:
+    if not (math.isfinite(c.lower) or math.isfinite(c.upper)):
+        return ""
+    return f", limits {c.lower!r} to {c.upper!r}"
+
+
+def _inside(c: Coordinate) -> float:
+    return min(max(c.initial, c.lower), c.upper)
+
+
+def _nearby(c: Coordinate, q: float) -> float:
+    up, down = (min(REACH[c.unit], 0.5 * room) for room in (c.upper - q, q - c.lower))
+    return q + up if up >= down else q - down
+
+
+def _key(name: str) -> str:
+    """A name as a TOML key."""
+    return name if _BARE.fullmatch(name) else json.dumps(name, ensure_ascii=False)
+
+
+def _as_variable(name: str) -> str:
+    """A name as part of an FMI variable's name; what the simulation makes of it."""
+    cleaned = re.sub(r"\W", "_", name, flags=re.ASCII) or "_"
+    return f"_{cleaned}" if cleaned[0].isdigit() else cleaned

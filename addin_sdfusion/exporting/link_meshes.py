@@ -1,0 +1,171 @@
+"""Meshes of links: what bodies look like, and what they collide with, as STL in link frames."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, NamedTuple
+
+from ..robot.checks.report import warning
+from ..robot.finding import Finding, Subject
+from ..robot.model import Mesh
+from ..robot.placement import Pose
+from ..robot.pose import rotation
+from ..settings import ExportSettings
+from ..snapshot import BodySnapshot, MeshSnapshot
+from .convex_hull import convex_hull
+from .stl import stl_bytes
+
+MOST_HULLS = 16
+"""With more bodies a link gets one hull about them all: simulators pay for every shape."""
+
+Role = Literal["visual", "collision"]
+
+
+class LinkMeshes(NamedTuple):
+    """The meshes of one link.
+
+    Attributes:
+        meshes: Their role, path as uri, and name.
+        files: The content of each file by its path below the robot's folder.
+        findings: What is left out.
+    """
+
+    meshes: tuple[Mesh, ...]
+    files: Mapping[str, bytes]
+    findings: tuple[Finding, ...]
+
+
+class _Triangles(NamedTuple):
+    """Triangles in the frame of a link; fields as in a MeshSnapshot."""
+
+    nodes: Sequence[float]
+    triangles: Sequence[int]
+
+
+def link_meshes(
+    link: str,
+    stem: str,
+    bodies: Sequence[BodySnapshot],
+    T_link_world: Pose,
+    settings: ExportSettings,
+) -> LinkMeshes:
+    """The meshes of a link.
+
+    Args:
+        link: Its name.
+        stem: How its files begin.
+        bodies: Its bodies; those that are hidden are left out.
+        T_link_world: Pose of the frame that the bodies' meshes are given in.
+        settings: Which meshes to make.
+    """
+    if not settings.visual and settings.collision == "none":
+        return LinkMeshes((), {}, ())
+    findings = list(_left_out(link, bodies))
+    shown = [
+        _placed(b.mesh, T_link_world) for b in bodies if b.visible and b.mesh and _sound(b.mesh)
+    ]
+    named: list[tuple[Role, str, _Triangles]] = []
+    if shown and settings.visual:
+        named.append(("visual", "visual", _joined(shown)))
+    if shown and settings.collision == "mesh":
+        named.append(("collision", "collision", _joined(shown)))
+    if shown and settings.collision == "convex_hull":
+        hulls = [hull for group in _groups(shown) if (hull := _hull(group)) is not None]
+        named += [("collision", name, hull) for name, hull in _numbered(hulls)]
+        if len(hulls) < len(_groups(shown)):
+            problem = "bodies without thickness have no convex hull; nothing collides with them"
+            findings.append(warning(Subject("link", link), "flat-collision", problem))
+    paths = [f"meshes/{role}/{_file(stem, name)}.stl" for role, name, _ in named]
+    return LinkMeshes(
+        tuple(Mesh(role, path, name=n) for (role, n, _), path in zip(named, paths, strict=True)),
+        {path: stl_bytes(*shape) for (_, _, shape), path in zip(named, paths, strict=True)},
+        tuple(findings),
+    )
+
+
+def _left_out(link: str, bodies: Sequence[BodySnapshot]) -> Iterator[Finding]:
+    subject = Subject("link", link)
+    hidden = [body.name for body in bodies if not body.visible]
+    if hidden:
+        problem = f"hidden bodies are not in its meshes: {_some(hidden)}; show them to put them in"
+        yield warning(subject, "hidden-bodies", problem)
+    without = [body.name for body in bodies if body.visible and body.mesh is None]
+    if without:
+        problem = f"bodies without a mesh: {_some(without)}; they are not seen and do not collide"
+        yield warning(subject, "bodies-without-mesh", problem)
+    broken = [b.name for b in bodies if b.visible and b.mesh is not None and not _sound(b.mesh)]
+    if broken:
+        problem = (
+            f"bodies whose mesh is empty or damaged are left out of its meshes: {_some(broken)}"
+        )
+        yield warning(subject, "damaged-mesh", problem)
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names[:5])) + (", ..." if len(names) > 5 else "")
+
+
+def _sound(mesh: MeshSnapshot) -> bool:
+    """Whether a mesh has triangles, all of them between nodes that are there."""
+    nodes, triangles = mesh.nodes, mesh.triangles
+    if not triangles or len(nodes) % 3 or len(triangles) % 3:
+        return False
+    inside = min(triangles) >= 0 and max(triangles) < len(nodes) // 3
+    return inside and all(map(math.isfinite, nodes))
+
+
+def _placed(mesh: MeshSnapshot, T_link_world: Pose) -> _Triangles:
+    (a, b, c), (d, e, f), (g, h, i) = rotation(T_link_world.rpy)
+    px, py, pz = T_link_world.position
+    nodes = array("d")
+    numbers = iter(mesh.nodes)
+    if not any(T_link_world.rpy):
+        for x, y, z in zip(numbers, numbers, numbers, strict=True):
+            nodes.extend((px + x, py + y, pz + z))
+    else:
+        for x, y, z in zip(numbers, numbers, numbers, strict=True):
+            nodes.extend(
+                (px + a * x + b * y + c * z, py + d * x + e * y + f * z, pz + g * x + h * y + i * z)
+            )
+    return _Triangles(nodes, mesh.triangles)
+
+
+def _joined(shapes: Sequence[_Triangles]) -> _Triangles:
+    if len(shapes) == 1:
+        return shapes[0]
+    nodes, triangles = array("d"), array("l")
+    for shape in shapes:
+        first = len(nodes) // 3
+        nodes.extend(shape.nodes)
+        triangles.extend(first + i for i in shape.triangles)
+    return _Triangles(nodes, triangles)
+
+
+def _groups(shapes: Sequence[_Triangles]) -> list[_Triangles]:
+    """What gets a hull of its own: every body, as a hull about several fills what is between."""
+    return list(shapes) if len(shapes) <= MOST_HULLS else [_joined(shapes)]
+
+
+def _hull(shape: _Triangles) -> _Triangles | None:
+    numbers = iter(shape.nodes)
+    hull = convex_hull(zip(numbers, numbers, numbers, strict=True))
+    if hull is None:
+        return None
+    return _Triangles(
+        [number for corner in hull.corners for number in corner],
+        [i for triangle in hull.triangles for i in triangle],
+    )
+
+
+def _numbered(hulls: Sequence[_Triangles]) -> list[tuple[str, _Triangles]]:
+    if len(hulls) == 1:
+        return [("collision", hulls[0])]
+    return [(f"collision_{k}", hull) for k, hull in enumerate(hulls, start=1)]
+
+
+def _file(stem: str, name: str) -> str:
+    """The file of a mesh; no stem has a point, so no link's file is another link's."""
+    _, _, number = name.partition("_")
+    return f"{stem}.{number}" if number else stem

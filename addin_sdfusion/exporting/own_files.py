@@ -1,0 +1,83 @@
+"""The list of the files that an export wrote, kept beside them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from ..robot.errors import InputError
+from ..robot.files import read_file
+
+MANIFEST = ".cardsflow-export.json"
+FORMAT = 1
+"""Version of the list; of another one nothing is replaced."""
+
+_LARGEST = 2**26
+
+
+def digest(content: bytes) -> str:
+    """The fingerprint of a file; line ends do not count, as version control may turn them."""
+    return hashlib.sha256(content.replace(b"\r\n", b"\n")).hexdigest()
+
+
+def manifest_text(files: Mapping[str, str]) -> str:
+    """The text of a list.
+
+    Args:
+        files: The fingerprint of each file by its path below the folder.
+    """
+    plain = {"format": FORMAT, "files": dict(sorted(files.items()))}
+    return json.dumps(plain, indent=1, ensure_ascii=False) + "\n"
+
+
+def read_manifest(folder: Path) -> dict[str, str]:
+    """What an earlier export wrote into a folder: fingerprints by path; empty if there was none.
+
+    Raises:
+        InputError: The list is damaged, or names a file outside the folder.
+    """
+    file = folder / MANIFEST
+    if not file.exists():
+        return {}
+    plain = read_json(file)
+    if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+        raise damaged(file)
+    files = plain.get("files")
+    if not isinstance(files, dict) or not all(isinstance(mark, str) for mark in files.values()):
+        raise damaged(file)
+    return {require_inside(path, file): mark for path, mark in files.items()}
+
+
+def read_json(file: Path) -> Any:
+    """The content of one of the export's own files.
+
+    Raises:
+        InputError: It cannot be read or is no JSON.
+    """
+    try:
+        return json.loads(read_file(file, _LARGEST).decode())
+    except (ValueError, RecursionError):
+        raise damaged(file) from None
+
+
+def require_inside(path: Any, file: Path) -> str:
+    """A path of a list, if it stays below the folder: a list may come from anywhere.
+
+    Raises:
+        InputError: It does not.
+    """
+    if not isinstance(path, str) or not path or any(sign in path for sign in "\\:\0"):
+        raise damaged(file)
+    parts = PurePosixPath(path).parts
+    if path.startswith("/") or ".." in parts or "/".join(parts) != path:
+        raise damaged(file)
+    return path
+
+
+def damaged(file: Path) -> InputError:
+    """The error for one of the export's own files that is not as it was written."""
+    what = "is damaged, so it is not known what an earlier export wrote; export into a new folder"
+    return InputError(what, file=file)

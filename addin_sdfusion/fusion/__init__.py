@@ -1,0 +1,1 @@
+"""Parts of `fusion_design`, the reader of the open design."""

@@ -1,0 +1,32 @@
+"""What Fusion says is wrong with a joint or a construction point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import adsk.fusion
+
+from ..robot.finding import Subject
+from .notes import Notes, if_told
+
+
+def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
+    """What makes an entity unusable; empty if nothing. What is doubtful becomes a finding.
+
+    Args:
+        entity: A joint or a point; as-built joints have no health.
+        subject: The same, for findings.
+        notes: Takes the findings.
+    """
+    state = if_told(lambda: entity.healthState)
+    states = adsk.fusion.FeatureHealthStates
+    if state == states.RolledBackFeatureHealthState:
+        return "it is rolled back: move the timeline's marker to the end"
+    if state not in (states.ErrorFeatureHealthState, states.WarningFeatureHealthState):
+        return ""
+    said = " ".join(str(entity.errorOrWarningMessage or "").split())
+    if state == states.ErrorFeatureHealthState:
+        return said or "Fusion reports an error"
+    message = f"{subject.kind} {subject.name!r}: Fusion warns: {said or 'it is out of date'}"
+    notes.warn(subject, "health-warning", message)
+    return ""

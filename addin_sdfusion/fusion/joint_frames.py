@@ -1,0 +1,154 @@
+"""Where a joint is, as each of its two sides has it.
+
+Fusion tells this twice: as transforms, since November 2024, which outlive broken geometry, and as
+geometry, which may be a joint origin or null. Both are read through the joint's proxy, so they
+should be in the root frame. In which frame they really are is not documented, and others have met
+each of: the root's, that of the component which holds the joint, that of the occurrence which the
+geometry belongs to. A joint without offset has both sides in one point; that decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import adsk.fusion
+
+from ..robot.placement import Vector3
+from ..robot.pose import add
+from .notes import if_told
+from .places import Place
+from .units import (
+    NEAR,
+    Frame,
+    axes_frame,
+    direction,
+    distance,
+    frame,
+    length,
+    near,
+    position,
+)
+
+
+@dataclass(frozen=True)
+class JointFrames:
+    """The joint's frame as its sides have it, in the root frame.
+
+    Attributes:
+        one, two: None where Fusion does not tell.
+        apart: How far the sides are apart beyond what the joint allows, in [m].
+    """
+
+    one: Frame | None = None
+    two: Frame | None = None
+    apart: float = 0.0
+
+
+def joint_frames(joint: Any, place: Place, T_one: Frame, T_two: Frame, reach: float) -> JointFrames:
+    """The frames of a joint.
+
+    Args:
+        joint: Its proxy in the place.
+        place: Where the component that holds it is.
+        T_one: Pose of its first occurrence in the root frame.
+        T_two: Pose of its second.
+        reach: How far its sides may be apart, because of slides and offsets, in [m].
+    """
+    geometry = (
+        if_told(lambda: _geometry(joint.geometryOrOriginOne)),
+        if_told(lambda: _geometry(joint.geometryOrOriginTwo)),
+    )
+    transforms = (
+        if_told(lambda: _transform(joint.geometryOneTransform)),
+        if_told(lambda: _transform(joint.geometryTwoTransform)),
+    )
+    best: JointFrames | None = None
+    for told in (transforms, geometry):
+        if told[0] is None or told[1] is None:
+            continue
+        found = _agreeing(told[0], told[1], place.T, T_one, T_two, reach)
+        if found.apart == 0.0:
+            return _lifted(found, geometry, place) if told is transforms else found
+        best = best or found
+    if best is not None:
+        return best
+    return JointFrames(transforms[0] or geometry[0], transforms[1] or geometry[1])
+
+
+def as_built_frame(joint: Any, place: Place) -> Frame | None:
+    """The one frame of an as-built joint; None where Fusion tells none, as of a rigid one.
+
+    Args:
+        joint: Its proxy in the place.
+        place: Where the component that holds it is.
+    """
+    geometry = if_told(lambda: _geometry(joint.geometry))
+    transform = if_told(lambda: _transform(joint.transform))
+    if transform is None:
+        return geometry
+    return _lifted(JointFrames(None, transform), (None, geometry), place).two
+
+
+def _agreeing(
+    one: Frame, two: Frame, T: Frame, T_one: Frame, T_two: Frame, reach: float
+) -> JointFrames:
+    """The sides in the root frame, under the first reading under which they meet."""
+    ones = [one, T_one.then(one), T.then(one)]
+    twos = [two, T_two.then(two), T.then(two)]
+    # Both in the same way first: one side's frame says most about the other's.
+    pairs = [*zip(ones, twos, strict=True), *product(ones, twos)]
+    for a, b in pairs:
+        if distance(a.p, b.p) <= reach + NEAR:
+            return JointFrames(a, b)
+    return JointFrames(one, two, distance(one.p, two.p))
+
+
+def _lifted(
+    found: JointFrames, geometry: tuple[Frame | None, Frame | None], place: Place
+) -> JointFrames:
+    """The same, out of the frame of the component that holds the joint if it is told in that.
+
+    There both sides meet too; but the geometry, which is known to be in the root frame when it is
+    read through a proxy, is then elsewhere.
+    """
+    for side, told in ((found.one, geometry[0]), (found.two, geometry[1])):
+        if side is None or told is None or near(side.p, told.p):
+            continue
+        if near(place.T.point(side.p), told.p):
+            one, two = (None if f is None else place.T.then(f) for f in (found.one, found.two))
+            return JointFrames(one, two)
+    return found
+
+
+def _transform(matrix: Any) -> Frame | None:
+    return None if matrix is None else frame(matrix)
+
+
+def _geometry(told: Any) -> Frame | None:
+    """The frame of a JointGeometry or a JointOrigin, whose own axes are z, x, y in this order."""
+    if told is None:
+        return None
+    x, y, z = told.secondaryAxisVector, told.thirdAxisVector, told.primaryAxisVector
+    origin = adsk.fusion.JointOrigin.cast(told)
+    if origin is None:
+        return axes_frame(position(told.origin), x, y, z)
+    transform = if_told(lambda: _transform(origin.transform))
+    if transform is not None:
+        return transform
+    return axes_frame(_offset(origin, position(origin.geometry.origin), x, y, z), x, y, z)
+
+
+def _offset(origin: Any, start: Vector3, *axes: Any) -> Vector3:
+    """Where a joint origin is: its geometry is without its offsets."""
+    offsets = (
+        if_told(lambda: origin.offsetX.value),
+        if_told(lambda: origin.offsetY.value),
+        if_told(lambda: origin.offsetZ.value),
+    )
+    for value, axis in zip(offsets, axes, strict=True):
+        x, y, z = direction(axis)
+        s = length(value or 0.0)
+        start = add(start, (s * x, s * y, s * z))
+    return start

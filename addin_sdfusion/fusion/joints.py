@@ -1,0 +1,225 @@
+"""Joints and as-built joints of a place, in the root frame.
+
+They are read component by component: the root's `allJoints` fails with an internal error where a
+design has assembly constraints. Joints of sub-assemblies are read through proxies, since their
+geometry is null otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..robot.finding import Subject
+from ..robot.placement import Vector3
+from ..snapshot import JointKind, JointSnapshot, MotionSnapshot
+from .axes import ball_axes, in_root, signed
+from .health import problem_of
+from .joint_frames import JointFrames, as_built_frame, joint_frames
+from .motions import Freedom, joint_kinds, read_freedoms
+from .notes import Notes, if_told
+from .places import Place, each_in, subject_in
+from .units import ROOT_FRAME, Frame, finite, length
+
+Places = Mapping[str, Place]
+TODO = "Modify > Compute All; if that does not help, make the joint anew"
+_STRICT = ("revolute", "slider", "cylindrical")
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """What a joint joins: paths, None where Fusion does not tell; poses of the occurrences."""
+
+    one: str | None
+    two: str | None
+    T_one: Frame
+    T_two: Frame
+
+
+def read_joints(place: Place, places: Places, notes: Notes) -> Iterator[JointSnapshot]:
+    """The joints of the component in a place.
+
+    Args:
+        place: The place.
+        places: All places, by path.
+        notes: Takes what fails.
+    """
+    component = place.component
+    for _, name, joint in each_in(place, lambda: component.joints, notes, "joint"):
+        yield _Reader(joint, name, place, places, notes).joint()
+    for _, name, joint in each_in(place, lambda: component.asBuiltJoints, notes, "joint"):
+        yield _Reader(joint, name, place, places, notes, as_built=True).joint()
+    _tell_of_constraints(place, notes)
+
+
+def _tell_of_constraints(place: Place, notes: Notes) -> None:
+    component = place.component
+    count = if_told(lambda: int(component.assemblyConstraints.count))  # since July 2025
+    if count:
+        name = place.path or "the root component"
+        message = (
+            f"{name} has {count} assembly constraints, which tell neither axes nor limits: "
+            "where parts move, replace them by joints (Assemble > Joint)"
+        )
+        notes.warn(place.subject, "assembly-constraints", message)
+
+
+class _Reader:
+    """Reads one joint."""
+
+    def __init__(
+        self,
+        joint: Any,
+        name: str,
+        place: Place,
+        places: Places,
+        notes: Notes,
+        *,
+        as_built: bool = False,
+    ) -> None:
+        self._joint, self._name, self._place, self._places = joint, name, place, places
+        self._as_built = as_built
+        self._notes = notes
+        self._subject: Subject = subject_in(place, "joint", name)
+
+    def joint(self) -> JointSnapshot:
+        """The joint; one that cannot be read says so itself, and is there to be named."""
+        empty = JointSnapshot(self._name, "inferred", None, None, as_built=self._as_built)
+        try:
+            empty = replace(empty, suppressed=bool(self._joint.isSuppressed))
+            empty = replace(empty, problem=problem_of(self._joint, self._subject, self._notes))
+            return self._whole(empty)
+        except Exception as error:
+            self._notes.trace(f"joint {self._name}")
+            return replace(empty, problem=empty.problem or f"it cannot be read ({error}). {TODO}")
+
+    def _whole(self, joint: JointSnapshot) -> JointSnapshot:
+        told = self._joint.jointMotion
+        kind = self._kind(told)
+        if kind is None:
+            return replace(joint, problem=f"Fusion's joint type {told.jointType} is not known")
+        ends = self._ends(broken=bool(joint.problem))
+        joint = replace(joint, kind=kind, one=ends.one, two=ends.two, locked=self._locked())
+        if kind == "inferred":
+            return joint
+        try:
+            return self._placed(joint, read_freedoms(kind, told), ends)
+        except Exception:
+            if joint.problem or joint.suppressed:  # said already, or of no effect
+                return joint
+            raise
+
+    def _kind(self, told: Any) -> JointKind | None:
+        return "inferred" if told is None else joint_kinds().get(told.jointType)
+
+    def _locked(self) -> bool:
+        return bool(if_told(lambda: self._joint.isLocked))  # as-built joints cannot be
+
+    def _ends(self, *, broken: bool) -> _Ends:
+        one, T_one = self._end(self._joint.occurrenceOne, broken)
+        two, T_two = self._end(self._joint.occurrenceTwo, broken)
+        if one == two and one is not None and not broken:
+            raise ValueError(f"both sides are {one or 'the root component'}")
+        return _Ends(one, two, T_one, T_two)
+
+    def _end(self, occurrence: Any, broken: bool) -> tuple[str | None, Frame]:
+        """Path and pose of one side; null is the component that holds the joint, or lost."""
+        place = self._place
+        if occurrence is None:
+            return (None, ROOT_FRAME) if broken else (place.path, place.T)
+        path = str(occurrence.fullPathName)
+        # Below the place that holds the joint, in case it is not told from the root.
+        for candidate in (path, f"{place.path}+{path}"):
+            if candidate in self._places:
+                return candidate, self._places[candidate].T
+        raise ValueError(f"{path} is not in the design")
+
+    def _placed(
+        self, joint: JointSnapshot, freedoms: tuple[Freedom, ...], ends: _Ends
+    ) -> JointSnapshot:
+        slides = [f.motion.value for f in freedoms if f.motion.kind == "translation"]
+        offset = 0.0 if self._as_built else self._offset()
+        if self._as_built:
+            frame = as_built_frame(self._joint, self._place)
+            # Which side the one geometry stays with is told only where both are in one place.
+            frames = JointFrames(None if any(slides) else frame, frame)
+        else:
+            reach = math.hypot(*slides) + offset
+            frames = joint_frames(self._joint, self._place, ends.T_one, ends.T_two, reach)
+        self._tell_if_apart(joint, frames)
+        free = not self._as_built and offset == 0.0 and self._unturned()
+        motions = self._motions(joint.kind, freedoms, frames, ends, free)
+        return replace(
+            joint, origin_one=_origin(frames.one), origin_two=_origin(frames.two), motions=motions
+        )
+
+    def _motions(
+        self,
+        kind: JointKind,
+        freedoms: tuple[Freedom, ...],
+        frames: JointFrames,
+        ends: _Ends,
+        free: bool,
+    ) -> tuple[MotionSnapshot, ...]:
+        """The motions, with axes in the root frame.
+
+        Args:
+            kind: The joint's type.
+            freedoms: As they are told.
+            frames: Of the joint.
+            ends: What it joins.
+            free: Whether it has neither offset nor angle, and is not flipped.
+        """
+        found = in_root(freedoms, frames, (self._place.T, ends.T_two, ends.T_one))
+        if found is None:
+            found = freedoms
+            if kind in _STRICT:
+                self._warn(
+                    "axis-elsewhere",
+                    "its axis is not along its geometry: compare the exported robot's motion with "
+                    "Fusion's (Drive Joints)",
+                )
+        motions = tuple(freedom.motion for freedom in found)
+        posed = frames if free else replace(frames, one=None)
+        if kind != "ball":
+            return signed(motions, posed)
+        motions, certain = ball_axes(motions, found[1].along, posed)
+        if not certain:
+            self._warn(
+                "ball-axes-uncertain",
+                "its yaw and roll axes cannot be told at this pose: drive it to zero "
+                "(Drive Joints) before the export",
+            )
+        return motions
+
+    def _offset(self) -> float:
+        """How far the sides are apart on purpose, in [m]."""
+        joint = self._joint
+        values = (
+            if_told(lambda: joint.offsetX.value),  # since September 2022
+            if_told(lambda: joint.offsetY.value),
+            if_told(lambda: joint.offset.value),
+        )
+        return math.hypot(*(length(value or 0.0) for value in values))
+
+    def _unturned(self) -> bool:
+        turned = if_told(lambda: finite(self._joint.angle.value) != 0.0)
+        return turned is False and not self._joint.isFlipped
+
+    def _tell_if_apart(self, joint: JointSnapshot, frames: JointFrames) -> None:
+        if frames.apart > 0.0 and not joint.suppressed and not joint.problem:
+            self._warn(
+                "joint-apart",
+                f"its two sides are {1000.0 * frames.apart:.3g} mm apart though it has no offset: "
+                "the parts do not stand where it holds them. Modify > Compute All, or undo the "
+                "last move",
+            )
+
+    def _warn(self, code: str, message: str) -> None:
+        self._notes.warn(self._subject, code, f"joint {self._name!r}: {message}")
+
+
+def _origin(frame: Frame | None) -> Vector3 | None:
+    return None if frame is None else frame.p

@@ -1,0 +1,176 @@
+"""Triangles of bodies from Fusion's mesh calculator, in the root frame."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import adsk.fusion
+
+from ..robot.finding import Subject
+from ..robot.placement import Vector3
+from ..settings import MeshQuality
+from ..snapshot import MeshSnapshot
+from .notes import Notes, if_told
+from .places import Place
+from .units import CM, ROOT_FRAME, Frame, position
+
+_CLOSE = 1e-3  # of a body's diagonal: by so much nodes may stand out of its bounding box
+_LOOSE = 0.25  # of a body's diagonal: by so much its bounding box may be larger than its mesh
+
+
+@dataclass(frozen=True)
+class _Triangles:
+    """Triangles as Fusion tells them; fields as in a MeshSnapshot."""
+
+    nodes: array[float]
+    indices: array[int]
+
+
+class Mesher:
+    """Makes meshes; those of a component that is in several places are calculated once.
+
+    The frame of the mesh of a body's proxy is not documented. So the native body is meshed, which
+    knows no frame but its component's, and the nodes are moved by the place's pose. The body's
+    bounding box in the root frame must agree; if it agrees with the nodes unmoved instead, these
+    are taken.
+
+    Args:
+        quality: How fine the meshes are.
+        notes: Takes what fails.
+    """
+
+    def __init__(self, quality: MeshQuality, notes: Notes) -> None:
+        options = adsk.fusion.TriangleMeshQualityOptions
+        self._quality = {
+            "low": options.LowQualityTriangleMesh,
+            "normal": options.NormalQualityTriangleMesh,
+            "high": options.HighQualityTriangleMesh,
+            "very_high": options.VeryHighQualityTriangleMesh,
+        }[quality]
+        self._notes = notes
+        self._made: dict[tuple[str, str, str], _Triangles] = {}
+
+    def mesh(
+        self, native: Any, proxy: Any, kind: str, place: Place, subject: Subject
+    ) -> MeshSnapshot:
+        """The mesh of a body in a place.
+
+        Args:
+            native: The body in its component.
+            proxy: The body in the place.
+            kind: `solid`, `surface` or `mesh`.
+            place: The place.
+            subject: The body, for findings.
+
+        Raises:
+            ValueError: There is none.
+        """
+        # Copies of a document have the same ids: the names tell them apart.
+        key = place.component.id, place.component.name, f"{kind} {native.name}"
+        if key not in self._made:
+            told = self._surface(native) if kind != "mesh" else native.displayMesh
+            self._made[key] = _outward(_triangles(told), closed=kind == "solid")
+        made = self._made[key]
+        nodes = self._placed(made.nodes, proxy, place, subject)
+        return MeshSnapshot(nodes, made.indices)
+
+    def _surface(self, body: Any) -> Any:
+        calculator = body.meshManager.createMeshCalculator()
+        calculator.setQuality(self._quality)
+        return calculator.calculate()
+
+    def _placed(
+        self, nodes: array[float], proxy: Any, place: Place, subject: Subject
+    ) -> array[float]:
+        moved = _moved(nodes, place.T)
+        told = if_told(lambda: bounding_box(proxy))
+        if told is None or _fits(moved, told):
+            return moved
+        if _fits(nodes, told):
+            return nodes
+        self._notes.warn(
+            subject,
+            "mesh-elsewhere",
+            f"body {subject.name!r}: its mesh is not where the body is. Look at the exported mesh, "
+            "and please report this with the design's snapshot",
+        )
+        return moved
+
+
+def bounding_box(body: Any) -> tuple[Vector3, Vector3]:
+    """The lowest and the highest corner of a body's box along the root's axes, in [m]."""
+    box = body.boundingBox
+    return position(box.minPoint), position(box.maxPoint)
+
+
+def _triangles(told: Any) -> _Triangles:
+    """What a TriangleMesh tells, in [m].
+
+    Raises:
+        ValueError: There are none, or they are damaged.
+    """
+    if told is None:
+        raise ValueError("Fusion gives none")
+    nodes = array("d", (value * CM for value in told.nodeCoordinatesAsDouble))
+    indices = array("i", told.nodeIndices)
+    if not indices:
+        raise ValueError("it has no triangles")
+    if len(nodes) % 3 or len(indices) % 3 or not 0 <= min(indices) <= max(indices) < len(nodes) / 3:
+        raise ValueError("its triangles name nodes that it has not")
+    return _Triangles(nodes, indices)
+
+
+def _outward(mesh: _Triangles, *, closed: bool) -> _Triangles:
+    """The same mesh, its triangles counter-clockwise seen from outside; that of a solid, if closed.
+
+    The volume under triangles seen from outside is positive.
+    """
+    if not closed or _volume(mesh) >= 0.0:
+        return mesh
+    turned = array("i", mesh.indices)
+    turned[1::3], turned[2::3] = mesh.indices[2::3], mesh.indices[1::3]
+    return _Triangles(mesh.nodes, turned)
+
+
+def _volume(mesh: _Triangles) -> float:
+    """The volume within a closed mesh, in [m³], seen from its first node for the digits' sake."""
+    x, y, z = mesh.nodes[0::3], mesh.nodes[1::3], mesh.nodes[2::3]
+    x0, y0, z0 = x[0], y[0], z[0]
+    total = 0.0
+    for k in range(0, len(mesh.indices), 3):
+        a, b, c = mesh.indices[k : k + 3]
+        ax, ay, az = x[a] - x0, y[a] - y0, z[a] - z0
+        bx, by, bz = x[b] - x0, y[b] - y0, z[b] - z0
+        cx, cy, cz = x[c] - x0, y[c] - y0, z[c] - z0
+        total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return total / 6.0
+
+
+def _moved(nodes: array[float], T: Frame) -> array[float]:
+    """Nodes moved by a pose."""
+    if T == ROOT_FRAME:
+        return nodes
+    (a, b, c), (d, e, f), (g, h, i) = T.R
+    u, v, w = T.p
+    moved = array("d", nodes)
+    for k in range(0, len(nodes), 3):
+        x, y, z = nodes[k], nodes[k + 1], nodes[k + 2]
+        moved[k] = a * x + b * y + c * z + u
+        moved[k + 1] = d * x + e * y + f * z + v
+        moved[k + 2] = g * x + h * y + i * z + w
+    return moved
+
+
+def _fits(nodes: Sequence[float], box: tuple[Vector3, Vector3]) -> bool:
+    """Whether nodes fill a bounding box, which need not be tight, and do not stand out of it."""
+    low, high = box
+    size = max(b - a for a, b in zip(low, high, strict=True))
+    for k in range(3):
+        values = nodes[k::3]
+        below, above = min(values) - low[k], high[k] - max(values)
+        if min(below, above) < -_CLOSE * size or max(below, above) > _LOOSE * size:
+            return False
+    return True

@@ -1,0 +1,50 @@
+"""Unique names for joints and groups, whose names are unique in their component only."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TypeVar
+
+from ..robot.finding import Subject
+from ..snapshot import GroupSnapshot, JointSnapshot
+from .notes import Notes
+
+Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
+
+
+def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Notes) -> list[Named]:
+    """The same with unique names: the first of a name keeps it, the others are numbered.
+
+    Args:
+        found: Path of the place, and joint or group; in the order in which names are given.
+        kind: `joint` or `group`, for findings.
+        notes: Told of what is renamed.
+    """
+    pairs = list(found)
+    count = Counter(item.name for _, item in pairs)
+    taken = set(count)
+    seen: set[str] = set()
+    made: list[Named] = []
+    for path, item in pairs:
+        name = item.name
+        if name in seen:
+            name = _free(name, taken)
+            taken.add(name)
+            message = (
+                f"{kind} {item.name!r} of {path or 'the root component'} is called {name!r} in the "
+                f"robot: there are {count[item.name]} of that name, because they are in different "
+                "components or their component is in several places. Rename them if you mind"
+            )
+            notes.warn(Subject(kind, item.name), "same-name", message)
+        seen.add(item.name)
+        made.append(replace(item, name=name))
+    return made
+
+
+def _free(name: str, taken: set[str]) -> str:
+    number = 2
+    while f"{name}_{number}" in taken:
+        number += 1
+    return f"{name}_{number}"

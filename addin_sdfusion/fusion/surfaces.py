@@ -1,0 +1,186 @@
+"""Faces that muscles wrap over, in every place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from operator import eq
+from typing import Any, NamedTuple
+
+import adsk.core
+import adsk.fusion
+
+from ..muscles.muscle_attributes import GROUP, WRAP
+from ..robot.finding import Subject
+from ..robot.placement import Vector3
+from ..robot.pose import add, cross, dot, subtract
+from ..snapshot import SurfaceSnapshot
+from .keys import Keys
+from .notes import Notes
+from .places import Place
+from .points import own_attributes
+from .units import direction, length, position
+
+_AGAIN = "Pick the face again in Define muscles"
+_STROKE = 0.001  # [cm], how far the pieces of a curved edge may be from it
+
+
+@dataclass(frozen=True)
+class _Body:
+    """A native body, its component, and its wrap faces with their attributes."""
+
+    native: Any
+    name: str
+    component: Any
+    faces: list[tuple[Any, dict[str, str]]]
+
+
+class _Extent(NamedTuple):
+    """From where to where an edge goes along an axis, in [m]."""
+
+    low: float
+    high: float
+
+
+def read_surfaces(
+    design: Any, places: Sequence[Place], keys: Keys, notes: Notes
+) -> Iterator[SurfaceSnapshot]:
+    """The wrap surfaces of a design, each in every place of its component.
+
+    Args:
+        design: The design.
+        places: All places.
+        keys: Names of entities.
+        notes: Takes what fails.
+    """
+    subject = Subject("design", "wrap surfaces")
+    told = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
+    faces = [face for attribute in told or () for face in _faces(attribute, notes)]
+    for body in _by_body(faces, subject, notes):
+        for place in places:
+            if notes.attempt(subject, "component", eq, place.component, body.component):
+                yield from _in_place(place, body, keys, notes)
+
+
+def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
+    """The native face that holds an attribute, if there still is one."""
+    subject = Subject("wrap_surface", "?")
+    told = notes.attempt(
+        subject, "face", lambda: (attribute.parent, attribute.otherParents), todo=_AGAIN
+    )
+    parent, others = told or (None, None)
+    if told is not None and parent is None:
+        message = f"the face of a wrap surface is gone from the design: {_AGAIN}"
+        notes.warn(subject, "lost-face", message)
+    face = adsk.fusion.BRepFace.cast(parent)
+    if face is None:
+        return
+    if others is not None and len(others) > 0:
+        message = f"the face of a wrap surface has been split; one part of it counts. {_AGAIN}"
+        notes.warn(subject, "split-face", message)
+    yield face.nativeObject or face
+
+
+def _by_body(faces: Iterable[Any], subject: Subject, notes: Notes) -> list[_Body]:
+    """Faces by native body; API objects cannot be hashed."""
+    found: list[_Body] = []
+    for face in faces:
+        told = notes.attempt(subject, "body", _body_of, face)
+        if told is None:
+            continue
+        known = next((body for body in found if body.native == told.native), None)
+        if known is None:
+            found.append(told)
+        else:
+            known.faces.extend(told.faces)
+    return found
+
+
+def _body_of(face: Any) -> _Body:
+    body = face.body.nativeObject or face.body
+    return _Body(body, str(body.name), body.parentComponent, [(face, own_attributes(face))])
+
+
+def _in_place(place: Place, body: _Body, keys: Keys, notes: Notes) -> Iterator[SurfaceSnapshot]:
+    """The wrap surfaces of one body in one place."""
+    read = []
+    for face, held in body.faces:
+        subject = Subject("wrap_surface", place.named(body.name))
+        told = notes.attempt(subject, "face", _surface, place, face, held, todo=_AGAIN)
+        if told is not None:
+            read.append(told)
+    read.sort(key=lambda pair: pair[0])
+    for number, (_, surface) in enumerate(read):
+        key = keys.key(place, f"{body.name}/face", number)
+        yield replace(surface, entity=key)
+
+
+def _surface(
+    place: Place, face: Any, held: dict[str, str]
+) -> tuple[tuple[Any, ...], SurfaceSnapshot]:
+    """A face in a place; first by what it is sorted among those of its body.
+
+    Raises:
+        ValueError: It is neither cylinder nor sphere.
+    """
+    proxy = place.of(face)
+    sphere, told = (adsk.core.Sphere.cast(f.geometry) for f in (face, proxy))
+    if sphere is not None:
+        own = position(sphere.origin)
+        centre = place.settled(position(told.origin), own)
+        radius = length(told.radius)
+        surface = SurfaceSnapshot(place.path, "sphere", radius, centre, attributes=held)
+        return (held.get(WRAP, ""), own), surface
+    cylinder, told = (adsk.core.Cylinder.cast(f.geometry) for f in (face, proxy))
+    if cylinder is None:
+        raise ValueError("it is neither a cylinder nor a sphere")
+    middle, size = _extent(face, position(cylinder.origin), direction(cylinder.axis))
+    surface = SurfaceSnapshot(
+        place.path,
+        "cylinder",
+        length(told.radius),
+        place.T.point(middle),
+        place.T.vector(direction(cylinder.axis)),
+        size,
+        attributes=held,
+    )
+    return (held.get(WRAP, ""), middle), surface
+
+
+def _extent(face: Any, origin: Vector3, axis: Vector3) -> tuple[Vector3, float]:
+    """The middle of a cylinder face on its axis, and its length, in the face's own frame."""
+    extents = [_edge_extent(edge, origin, axis) for edge in list(face.edges)]
+    if not extents:
+        raise ValueError("it has no edges, so no length")
+    low, high = min(e.low for e in extents), max(e.high for e in extents)
+    if not high > low:
+        raise ValueError("it has no length")
+    along = (low + high) / 2.0
+    return add(origin, (along * axis[0], along * axis[1], along * axis[2])), high - low
+
+
+def _edge_extent(edge: Any, origin: Vector3, axis: Vector3) -> _Extent:
+    curve = edge.geometry
+    circle = adsk.core.Circle3D.cast(curve)
+    if circle is not None:
+        middle = dot(subtract(position(circle.center), origin), axis)
+        reach = length(circle.radius) * math.hypot(*cross(direction(circle.normal), axis))
+        return _Extent(middle - reach, middle + reach)
+    line = adsk.core.Line3D.cast(curve)
+    if line is not None:
+        points = [position(line.startPoint), position(line.endPoint)]
+    else:
+        points = _strokes(edge.evaluator)
+    along = [dot(subtract(point, origin), axis) for point in points]
+    return _Extent(min(along), max(along))
+
+
+def _strokes(evaluator: Any) -> list[Vector3]:
+    """Points along an edge that is no circle: where a cylinder is cut at an angle or by a face."""
+    done, start, end = evaluator.getParameterExtents()
+    if done:
+        done, points = evaluator.getStrokes(start, end, _STROKE)
+    if not done or not points:
+        raise ValueError("an edge of it cannot be followed")
+    return [position(point) for point in points]

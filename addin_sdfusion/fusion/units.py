@@ -1,0 +1,135 @@
+"""Fusion's points, vectors and matrices as plain tuples in SI units: here cm become m.
+
+Fusion counts lengths in cm, angles in rad, masses in kg, moments of inertia in kg·cm².
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..robot.placement import Vector3
+from ..robot.pose import Matrix3, add, cross, dot, multiply, normalized, rotate, subtract, transpose
+
+CM = 0.01
+"""One cm, in [m]."""
+
+KG_CM2 = 1e-4
+"""One kg·cm², in [kg·m²]."""
+
+NEAR = 1e-5
+"""Positions that differ by less count as one, in [m]; Fusion's own tolerance is 1e-8 m."""
+
+PARALLEL = 1e-6
+"""Unit vectors that differ by less count as one."""
+
+_AXES: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Frame(NamedTuple):
+    """A pose in some other frame, as rotation matrix and origin.
+
+    Attributes:
+        R: Turns vectors of this frame into the other one.
+        p: Its origin in the other frame, in [m].
+    """
+
+    R: Matrix3
+    p: Vector3
+
+    def point(self, p: Vector3) -> Vector3:
+        """A point of this frame, in the other one, in [m]."""
+        return add(self.p, rotate(self.R, p))
+
+    def vector(self, v: Vector3) -> Vector3:
+        """A vector of this frame, in the other one."""
+        return rotate(self.R, v)
+
+    def then(self, inner: Frame) -> Frame:
+        """A frame that is given in this one, in the other one."""
+        return Frame(multiply(self.R, inner.R), self.point(inner.p))
+
+    def axis(self, number: int) -> Vector3:
+        """One of its axes, x 0, y 1 or z 2, in the other frame."""
+        return transpose(self.R)[number]
+
+
+ROOT_FRAME = Frame(_AXES, (0.0, 0.0, 0.0))
+"""The root component's own frame."""
+
+
+def finite(value: float) -> float:
+    """A number as it is told.
+
+    Raises:
+        ValueError: It is infinite or no number.
+    """
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"Fusion tells {number}, which is no number")
+    return number
+
+
+def length(cm: float) -> float:
+    """A length, in [m]."""
+    return finite(cm) * CM
+
+
+def position(point: Any) -> Vector3:
+    """A Point3D, or a Vector3D that leads to a point, in [m]."""
+    return length(point.x), length(point.y), length(point.z)
+
+
+def direction(vector: Any) -> Vector3:
+    """The unit vector along a Vector3D.
+
+    Raises:
+        ValueError: There is none, or it has no direction.
+    """
+    if vector is None:
+        raise ValueError("Fusion tells no direction")
+    found = normalized((finite(vector.x), finite(vector.y), finite(vector.z)))
+    if not any(found):
+        raise ValueError("the direction has no length")
+    return found
+
+
+def frame(matrix: Any) -> Frame:
+    """A Matrix3D, whose sixteen numbers go row by row."""
+    m = [finite(value) for value in matrix.asArray()]
+    R = ((m[0], m[1], m[2]), (m[4], m[5], m[6]), (m[8], m[9], m[10]))
+    return Frame(R, (m[3] * CM, m[7] * CM, m[11] * CM))
+
+
+def axes_frame(origin: Vector3, x: Any, y: Any, z: Any) -> Frame:
+    """The frame of an origin, in [m], and three Vector3D along its axes."""
+    return Frame(transpose((direction(x), direction(y), direction(z))), origin)
+
+
+def is_rigid(T: Frame) -> bool:
+    """Whether a frame is neither mirrored nor scaled."""
+    x, y, z = transpose(T.R)
+    units = all(abs(math.hypot(*v) - 1.0) <= PARALLEL for v in (x, y, z))
+    square = max(abs(dot(x, y)), abs(dot(y, z)), abs(dot(z, x))) <= PARALLEL
+    return units and square and dot(x, cross(y, z)) > 0.0
+
+
+def distance(a: Vector3, b: Vector3) -> float:
+    """How far two points are apart, in [m]."""
+    return math.hypot(*subtract(a, b))
+
+
+def near(a: Vector3, b: Vector3) -> bool:
+    """Whether two points are one."""
+    return distance(a, b) <= NEAR
+
+
+def same_frame(a: Frame, b: Frame) -> bool:
+    """Whether two frames are one."""
+    rows = zip(a.R, b.R, strict=True)
+    return near(a.p, b.p) and all(distance(row, other) <= PARALLEL for row, other in rows)
+
+
+def parallel(a: Vector3, b: Vector3) -> bool:
+    """Whether two unit vectors lie along one line, whichever way they point."""
+    return min(distance(a, b), distance(a, (-b[0], -b[1], -b[2]))) <= PARALLEL

@@ -1,0 +1,148 @@
+"""Muscles of one side made into those of the other.
+
+The side is a word of the name, at its beginning or end: `arm_l`, `left_arm`, `ArmRight`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from ..robot.errors import UnknownNameError
+from ..robot.finding import Finding
+from ..robot.model import WORLD
+from ..robot.placement import Vector3
+from ..robot.pose import dot, normalized, subtract
+from .muscle_checks import finding
+from .muscle_edits import delete_muscle, new_muscle_name, next_color, with_muscle, with_points
+from .muscle_rows import MuscleTable, ViaPointRow, WrapUse
+
+_OTHER = {"l": "r", "left": "right"}
+_OTHER |= {right: left for left, right in _OTHER.items()}
+_TURNED: dict[Literal[-1, 0, 1], Literal[-1, 0, 1]] = {-1: 1, 0: 0, 1: -1}
+_SEPARATED = re.compile(r"(l|r|left|right)(?=[_\-. ])|(?<=[_\-. ])(l|r|left|right)$", re.IGNORECASE)
+_JOINED = re.compile(
+    r"^(left|right)(?=[A-Z0-9])|^(L|R)(?=[A-Z][a-z])|(?<=[a-z0-9])(Left|Right|L|R)$"
+    r"|^(Left|Right)(?=[A-Z0-9])|^(left|right)$",
+    re.ASCII,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """A plane to mirror at.
+
+    Attributes:
+        point: Any point of it, in [m].
+        normal: Orthogonal to it; of any length but zero.
+    """
+
+    point: Vector3
+    normal: Vector3
+
+    def mirrored(self, p: Vector3) -> Vector3:
+        """The image of a point, in [m]."""
+        n = normalized(self.normal)
+        d = 2.0 * dot(subtract(p, self.point), n)
+        return p[0] - d * n[0], p[1] - d * n[1], p[2] - d * n[2]
+
+
+def other_side(name: str) -> str | None:
+    """The name with left and right exchanged; None if it names no side."""
+    match = _SEPARATED.match(name) or _last(name) or _JOINED.search(name)
+    if match is None:
+        return None
+    word = match[0]
+    other = _OTHER[word.lower()]
+    if word.isupper():
+        other = other.upper()
+    elif word[0].isupper():
+        other = other.capitalize()
+    return name[: match.start()] + other + name[match.end() :]
+
+
+def _last(name: str) -> re.Match[str] | None:
+    return next((m for m in _SEPARATED.finditer(name) if m.end() == len(name)), None)
+
+
+def mirror_muscle(
+    table: MuscleTable,
+    muscle: str,
+    plane: Plane,
+    links: Collection[str],
+    replace_existing: bool = False,
+) -> tuple[MuscleTable, list[Finding]]:
+    """The table with the mirror image of a muscle added.
+
+    A link without a side, such as the torso, is its own image.
+
+    Args:
+        table: The table.
+        muscle: Name of the muscle.
+        plane: Where to mirror.
+        links: Names of all links.
+        replace_existing: Whether a muscle of the image's name is replaced, or left with a finding.
+
+    Returns:
+        The table, the same one if there are errors, and the findings.
+    """
+    row = table.row(muscle)
+    if row is None:
+        problem = UnknownNameError("muscle", muscle, [r.name for r in table.rows]).what
+        return table, [finding("error", "unknown-muscle", problem, "muscle", muscle)]
+    name = _image_name(table, muscle)
+    findings = []
+    if table.row(name) is not None and not replace_existing:
+        message = f"muscle {name!r} is there already; delete it, or tick 'Replace'"
+        findings.append(finding("error", "mirrored-muscle-exists", message, "muscle", name))
+    points = []
+    for point in table.points_of(muscle):
+        link = other_side(point.link) or point.link
+        if link not in links and link != WORLD:
+            problem = UnknownNameError("link", link, sorted({*links} - {point.link})).what
+            message = f"point {point.number} of muscle {muscle!r} on link {point.link!r}: {problem}"
+            message += "; rename the rigid group or component so that left and right match"
+            findings.append(finding("error", "unknown-mirrored-link", message, "link", link))
+        points.append(ViaPointRow(name, point.number, link, plane.mirrored(point.position)))
+    if any(f.is_error for f in findings):
+        return table, findings
+    if table.row(name) is None:
+        table = with_muscle(table, replace(row, name=name, color=next_color(table)))
+    else:
+        kept = table.row(name)
+        table = delete_muscle(table, name)
+        table = with_muscle(table, replace(row, name=name, color=kept.color if kept else row.color))
+    first = min((point.number for point in points), default=0)
+    table = with_points(table, name, points, first)
+    return _wraps_mirrored(table, muscle, name, findings)
+
+
+def _image_name(table: MuscleTable, muscle: str) -> str:
+    """Of the other side; else, for one without a side, `motorN` for `motorM`, or a word added."""
+    other = other_side(muscle)
+    if other is not None:
+        return other
+    if re.fullmatch(r"motor[0-9]+", muscle):
+        return new_muscle_name(table)
+    return f"{muscle}_mirrored"
+
+
+def _wraps_mirrored(
+    table: MuscleTable, muscle: str, image: str, findings: list[Finding]
+) -> tuple[MuscleTable, list[Finding]]:
+    """The image led over the surfaces of the other side, where there are any."""
+    wraps = {wrap.name: wrap for wrap in table.wraps}
+    for wrap, use in table.wraps_of(muscle):
+        other = wraps.get(other_side(wrap.name) or wrap.name)
+        if other is None or (other.name == wrap.name and other_side(wrap.link)):
+            message = (
+                f"muscle {image!r} has no surface like {wrap.name!r} on its side; pick the face on "
+                "the wrap tab"
+            )
+            findings.append(finding("warning", "wrap-not-mirrored", message, "muscle", image))
+            continue
+        turned = WrapUse(image, use.after, _TURNED[use.side], use.turns)
+        wraps[other.name] = replace(other, muscles=(*other.muscles, turned))
+    return replace(table, wraps=tuple(wraps[wrap.name] for wrap in table.wraps)), findings

@@ -1,0 +1,116 @@
+"""Names of construction points that say what a point is, as designs of before have them.
+
+`VP_motor3_EXPORT_upper_arm_12` is via point 12 of muscle `motor3`, fixed to link `upper_arm`;
+`EE_<link>` is a task point, `VM_<link>` a marker, `COM_<link>` what links once were measured from.
+Fusion appends ` (1)` to a name that is there already.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+NameRole = Literal["via", "task", "marker", "com"]
+
+_MOTOR = re.compile(r"motor(0|[1-9][0-9]{0,8})", re.ASCII)
+# The link takes as much as it can: `a_0_3` is point 3 of link `a_0`.
+_VIA = re.compile(
+    r"VP_motor(?P<motor>[0-9]{1,9})_EXPORT_(?P<link>.+)_(?P<number>[0-9]{1,9})"
+    r"(?: ?\((?P<copy>[0-9]{1,9})\))?",
+    re.ASCII | re.DOTALL,
+)
+_OTHER = re.compile(
+    r"(?P<kind>EE|VM|COM)_(?:EXPORT_)?(?P<link>.+?)(?: ?\((?P<copy>[0-9]{1,9})\))?",
+    re.ASCII | re.DOTALL,
+)
+_ROLES: dict[str, NameRole] = {"EE": "task", "VM": "marker", "COM": "com"}
+_PREFIXES = ("VP_", "EE_", "VM_", "COM_")
+
+
+@dataclass(frozen=True, slots=True)
+class PointName:
+    """What a construction point's name says.
+
+    Attributes:
+        role: `via`, `task`, `marker`, or `com`, which is read and has no effect.
+        link: Name of the link.
+        motor: Of a via point: the number in the muscle's name.
+        number: Of a via point: its place along the muscle.
+        copy: The number that Fusion appended because the name was taken; 0 if it did not.
+    """
+
+    role: NameRole
+    link: str
+    motor: int = 0
+    number: int = 0
+    copy: int = 0
+
+    @property
+    def muscle(self) -> str:
+        """Name of the muscle; empty unless it is a via point."""
+        return f"motor{self.motor}" if self.role == "via" else ""
+
+
+def is_point_name(name: str) -> bool:
+    """Whether a name begins as those of the add-in do, well-formed or not."""
+    return name.startswith(_PREFIXES)
+
+
+def parse_point_name(name: str) -> PointName | None:
+    """What a name says; None if it is not of the add-in, or not well-formed.
+
+    Args:
+        name: Of a construction point.
+    """
+    via = _VIA.fullmatch(name)
+    if via:
+        motor, number, copy = (int(via[key] or 0) for key in ("motor", "number", "copy"))
+        return PointName("via", via["link"], motor, number, copy)
+    other = _OTHER.fullmatch(name)
+    if other:
+        return PointName(_ROLES[other["kind"]], other["link"], copy=int(other["copy"] or 0))
+    return None
+
+
+def via_point_name(motor: int, link: str, number: int) -> str:
+    """The name of a via point.
+
+    Args:
+        motor: The number in the muscle's name.
+        link: Name of the link.
+        number: Place along the muscle.
+    """
+    return f"VP_motor{motor}_EXPORT_{link}_{number}"
+
+
+def task_point_name(link: str) -> str:
+    """The name of a link's task point."""
+    return f"EE_{link}"
+
+
+def marker_name(link: str) -> str:
+    """The name of a link's marker."""
+    return f"VM_{link}"
+
+
+def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
+    """The number in the points' names of each muscle.
+
+    `motorN` has its own; the others take the smallest that no muscle has, in their order.
+
+    Args:
+        muscles: Names of all muscles, in order.
+    """
+    names = list(dict.fromkeys(muscles))
+    own = {name: int(match[1]) for name in names if (match := _MOTOR.fullmatch(name))}
+    taken = set(own.values())
+    free = (number for number in range(len(names) + len(taken)) if number not in taken)
+    return {name: own[name] if name in own else next(free) for name in names}
+
+
+def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
+    """Orders names with their numbers as numbers: `motor2` comes before `motor10`."""
+    parts = re.split(r"([0-9]+)", name)
+    return tuple((1, int(part), "") if part.isdecimal() else (0, 0, part) for part in parts if part)

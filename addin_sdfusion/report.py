@@ -1,0 +1,51 @@
+"""The report of an export: its findings, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from .robot.finding import Finding
+
+MOST_ALIKE = 3
+"""So many warnings of a kind about a file format are listed one by one."""
+
+
+def report_text(findings: Sequence[Finding]) -> str:
+    """The findings for people, as `cardsflow check` shows them."""
+    errors = sum(finding.is_error for finding in findings)
+    counts = f"{errors} errors, {len(findings) - errors} warnings"
+    return "\n".join([*map(str, findings), counts]) + "\n"
+
+
+def report_json(findings: Iterable[Finding]) -> str:
+    """The findings for programs, as `cardsflow check --json` has them."""
+    rows = [finding.as_dict() for finding in findings]
+    return json.dumps(rows, indent=1, ensure_ascii=False) + "\n"
+
+
+def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Each finding once, errors first."""
+    return tuple(sorted(dict.fromkeys(findings), key=lambda finding: not finding.is_error))
+
+
+def condensed(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings with many of a kind in one: 200 links are no reason for 200 lines about a format.
+
+    Args:
+        findings: What one format cannot hold.
+    """
+    kinds: dict[tuple[str, str], list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault((finding.severity, finding.code), []).append(finding)
+    listed = []
+    for alike in kinds.values():
+        if len(alike) <= MOST_ALIKE or alike[0].is_error:
+            listed += alike
+            continue
+        others = [repr(finding.subject.name) for finding in alike[1:]]
+        some = ", ".join(others[:MOST_ALIKE]) + (", ..." if len(others) > MOST_ALIKE else "")
+        message = f"{alike[0].message} (and {len(others)} more like it: {some})"
+        listed.append(replace(alike[0], message=message))
+    return listed

@@ -1,0 +1,175 @@
+"""The add-in for Fusion from outside: exports without Fusion, installs it, packs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import zipfile
+from collections.abc import Mapping
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import addin_sdfusion
+from addin_sdfusion.export import Exported, export_robot
+from addin_sdfusion.records import from_plain, to_plain
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import read_file, write_files
+from addin_sdfusion.settings import ExportSettings
+from addin_sdfusion.snapshot import read_snapshot
+
+NAME = "addin_sdfusion"
+"""Fusion wants the folder, the program in it and its manifest to have the same name."""
+
+ADD_INS = Path("Autodesk/Autodesk Fusion 360/API/AddIns")
+"""Where Fusion looks for add-ins, below the folder that a system has for such things."""
+
+_LARGEST = 2**24
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def export_snapshot(
+    file: str | Path, folder: str | Path, settings: Mapping[str, Any] | None = None
+) -> Exported:
+    """Export a design from its snapshot, as the add-in does inside Fusion.
+
+    Args:
+        file: The snapshot's JSON file.
+        folder: Where to; made if it does not exist.
+        settings: Changes to the snapshot's own settings, by their names in ExportSettings.
+
+    Raises:
+        RobotError: The design has errors; the exception carries all findings.
+        InputError: The snapshot cannot be read, a setting is wrong, or the folder cannot be
+            written.
+    """
+    snapshot = read_snapshot(file)
+    changed = to_plain(snapshot.settings) | dict(settings or {})
+    chosen = from_plain(ExportSettings, changed, "--set")
+    return export_robot(replace(snapshot, settings=chosen), folder)
+
+
+def install(folder: str | Path | None = None) -> Path:
+    """Copy the add-in to where Fusion looks for it, in place of an earlier copy.
+
+    Args:
+        folder: Fusion's folder of add-ins; this user's if None.
+
+    Returns:
+        The folder of the add-in.
+
+    Raises:
+        InputError: This system has no such folder, something else stands there, or it cannot be
+            written.
+    """
+    target = (_add_ins() if folder is None else Path(folder)) / NAME
+    aside, old = (target.with_name(f".{NAME}.{word}") for word in ("new", "old"))
+    files = _files()
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if old.exists() and not target.exists():
+            old.rename(target)  # an installation was cut short
+        _require_own(target)
+        for left in (aside, old):
+            if left.exists():
+                shutil.rmtree(left)
+        for path, source in files.items():
+            (aside / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, aside / path)
+        _exchange(target, aside, old)
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}; is the add-in running in Fusion?"
+        raise InputError(what, file=target) from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+    return target
+
+
+def zip_addin(file: str | Path) -> Path:
+    """Pack the add-in's folder; the same version makes the same bytes.
+
+    Args:
+        file: The archive; its folder is made if it does not exist.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for path, source in _files().items():
+            entry = zipfile.ZipInfo(f"{NAME}/{path}", _EPOCH)
+            entry.create_system = 3  # as on Unix, wherever it is packed
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, source.read_bytes())  # stored: compressors differ
+    file = Path(file)
+    return write_files(file.parent, {file.name: packed.getvalue()})[0]
+
+
+def _files() -> dict[str, Path]:
+    """The add-in's files by their paths below its folder, in order."""
+    root = Path(addin_sdfusion.__file__).parent
+    files = {path.relative_to(root).as_posix(): path for path in root.rglob("*") if path.is_file()}
+    return {path: files[path] for path in sorted(files) if _belongs(Path(path))}
+
+
+def _belongs(path: Path) -> bool:
+    """Whether a file is the add-in's own, not one that Python or a desktop left there."""
+    hidden = any(part.startswith(".") or part == "__pycache__" for part in path.parts)
+    return not hidden and path.suffix not in (".pyc", ".pyo")
+
+
+def _add_ins() -> Path:
+    """This user's folder of Fusion's add-ins."""
+    system: str = sys.platform
+    if system == "win32":
+        base = Path(os.environ.get("APPDATA", Path.home() / "AppData/Roaming"))
+    elif system == "darwin":
+        base = Path.home() / "Library/Application Support"
+    else:
+        what = (
+            "there is no Fusion for this system: give Fusion's folder of add-ins with --folder, "
+            "or pack the add-in with `cardsflow addin zip`"
+        )
+        raise InputError(what)
+    folder = base / ADD_INS
+    if not folder.is_dir():
+        what = "does not exist: start Fusion once, or give its folder of add-ins with --folder"
+        raise InputError(what, file=folder)
+    return folder
+
+
+def _require_own(target: Path) -> None:
+    """Refuse to replace what is not an earlier installation."""
+    if target.is_symlink():
+        what = "is a link, so Fusion runs what it leads to already; remove it to install a copy"
+        raise InputError(what, file=target)
+    if not target.exists():
+        return
+    ours = _identity(Path(addin_sdfusion.__file__).parent)
+    if not target.is_dir() or ours is None or _identity(target) != ours:
+        raise InputError("is not this add-in; move it, or give another --folder", file=target)
+
+
+def _identity(folder: Path) -> str | None:
+    """The id in an add-in's manifest; None where there is no manifest."""
+    try:
+        plain = json.loads(read_file(folder / f"{NAME}.manifest", _LARGEST).decode("utf-8-sig"))
+    except (InputError, ValueError, RecursionError):
+        return None
+    return str(plain["id"]) if isinstance(plain, dict) and plain.get("id") else None
+
+
+def _exchange(target: Path, new: Path, old: Path) -> None:
+    """Put a folder in place of another, or leave that one where it was."""
+    if target.exists():
+        target.rename(old)
+    try:
+        new.rename(target)
+    except OSError:
+        if old.exists():
+            old.rename(target)
+        raise
+    shutil.rmtree(old, ignore_errors=True)

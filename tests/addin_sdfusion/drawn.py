@@ -1,0 +1,101 @@
+"""What a drawn design should read as: from the fake's data, by products of 4x4 matrices in SI."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from fake_fusion import Builder
+from fake_fusion.build import FREEDOMS
+from fake_fusion.data import Path, paths_below, transform
+from fake_fusion.designs import random_motion
+
+CM = 0.01
+
+
+def places(design: Any) -> Iterator[tuple[str, Path, Any, np.ndarray]]:
+    """Path as text, path, component and pose, in [cm], of everything in a design."""
+    root = design._data.root
+    yield "", (), root, np.eye(4)
+    for path in paths_below(root):
+        yield "+".join(o.name for o in path), path, path[-1].component, transform(path)
+
+
+def at(T: np.ndarray, p: Any) -> np.ndarray:
+    """A point, in [cm], moved, in [m]."""
+    return CM * (T[:3, :3] @ np.asarray(p, dtype=float) + T[:3, 3])
+
+
+def tensor(mass: Any) -> np.ndarray:
+    """The inertia matrix about the centre of mass of a MassSnapshot with tensor signs."""
+    xx, yy, zz, xy, yz, xz = mass.moments
+    I = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])  # noqa: E741
+    r = np.array(mass.com)
+    return I - mass.mass * (r @ r * np.eye(3) - np.outer(r, r))
+
+
+def drawn_joints(design: Any) -> dict[tuple[str, str], Any]:
+    """Frames and axes that joints should have, by path of their place and name."""
+    found = {}
+    for text, path, component, T in places(design):
+        for joint in (*component.joints, *component.as_built):
+            T_two = T @ transform(joint.two) @ joint.T_two
+            T_one = T @ transform(joint.one) @ joint.T_one
+            axes = [T_two[:3, :3] @ np.asarray(f.axis, dtype=float) for f in joint.freedoms]
+            found[text, joint.name] = (path, joint, T_one, T_two, axes)
+    return found
+
+
+def random_design(order: random.Random, *, joints: bool = True) -> Any:
+    """Components within components at random poses, some in several places, with joints.
+
+    Joints are named apart from each other, unless their component is in several places.
+    """
+    build = Builder(f"design {order.random()}")
+    paths: list[Path] = []
+    for k in range(order.randint(2, 6)):
+        above = order.choice([(), *paths]) if paths else ()
+        again = [p[-1].component for p in paths if not p[-1].component.occurrences]
+        what = order.choice(again) if again and order.random() < 0.3 else f"part {k}"
+        if above and not isinstance(what, str) and any(o.component is what for o in above):
+            what = f"part {k}"
+        path = build.place(what, random_motion(order), above=above, grounded=order.random() < 0.3)
+        paths.append(path)
+        if isinstance(what, str):
+            build.box(path, [order.uniform(0.5, 5.0) for _ in range(3)], random_motion(order))
+            build.cylinder(path, order.uniform(0.5, 2.0), 3.0, random_motion(order))
+            build.point(path, [order.uniform(-9, 9) for _ in range(3)], f"EE_{k}")
+    if joints:
+        _draw_joints(build, paths, order)
+    build.shuffle(order)
+    return build.done()
+
+
+def _draw_joints(build: Builder, paths: list[Path], order: random.Random) -> None:
+    used: set[int] = set()
+    for k, one in enumerate(paths):
+        if id(one[-1]) in used:
+            continue
+        used.add(id(one[-1]))
+        inside = one[:-1]
+        others = [
+            p for p in paths if p[: len(inside)] == inside and p != one and p[-1] is not one[-1]
+        ]
+        two = order.choice([inside, *[p for p in others if p[: len(one)] != one]])
+        kind = order.choice(list(FREEDOMS))
+        count = len(FREEDOMS[kind])
+        values = [order.uniform(-0.8, 0.8) for _ in range(count)]
+        build.joint(
+            f"joint {k}",
+            kind,
+            one,
+            two,
+            T=random_motion(order),
+            values=values,
+            limits=[(v - 1.0, None) for v in values],
+            inside=inside,
+            as_built=order.random() < 0.3,
+            by_origins=order.random() < 0.3,
+        )

@@ -1,0 +1,807 @@
+"""The commands as a user meets them, in the fake Fusion."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import fake_fusion
+import numpy as np
+import pytest
+from fake_fusion import Builder, designs
+from fake_fusion.driver import Refused
+from fake_fusion.maths import rotation, translation
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+IDS = ("cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport")
+DEFINE, CHECK, EXPORT = IDS
+
+
+@pytest.fixture
+def addin(fusion: Any) -> Iterator[Any]:
+    """The add-in, running in a new Fusion."""
+    with fake_fusion.modules():
+        from addin_sdfusion import addin_sdfusion
+
+        addin_sdfusion.run(None)
+        yield addin_sdfusion
+        addin_sdfusion.stop(None)
+
+
+def state(fusion: Any) -> tuple[Any, ...]:
+    """What the user interface holds."""
+    ui = fusion.app.userInterface
+    definitions = [ui.commandDefinitions.item(i).id for i in range(ui.commandDefinitions.count)]
+    panels = [
+        (panel.id, [panel.controls.item(i).id for i in range(panel.controls.count)])
+        for panel in (ui.allToolbarPanels.item(i) for i in range(ui.allToolbarPanels.count))
+    ]
+    return definitions, panels, ui.palettes.count
+
+
+def build_arm(**more: Any) -> Any:
+    """A torso and an arm with a hand in it, turned and nested, every kind of thing to pick."""
+    build = Builder("robot", **more)
+    torso = build.place("torso", translation((1.0, 2.0, 3.0)), grounded=True)
+    holder = build.place("holder", rotation(0.7, (1.0, 2.0, 3.0)) @ translation((5.0, 0.0, 1.0)))
+    arm = build.place(
+        "arm", rotation(-1.1, (0.0, 1.0, 1.0)) @ translation((0.0, 4.0, 0.0)), above=holder
+    )
+    build.box(torso, (2.0, 3.0, 4.0))
+    build.cylinder(arm, 1.0, 6.0)
+    build.sphere(arm, 1.5, translation((0.0, 0.0, 5.0)))
+    build.torus(arm, 3.0, 0.5)
+    build.sketch(arm, points=[(1.0, 2.0, 0.0)])
+    build.point(arm, (0.0, 1.0, 2.0), "my own point")
+    build.joint(
+        "shoulder", "revolute", one=arm, two=torso, origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0)
+    )
+    build.rigid_group("EXPORT_torso", [torso])
+    build.rigid_group("EXPORT_arm", [holder])
+    build.done()
+    return build
+
+
+class User:
+    """Finds what there is to click."""
+
+    def __init__(self, fusion: Any) -> None:
+        self.root = fusion.design.rootComponent
+
+    def occurrence(self, name: str) -> Any:
+        return next(o for o in self.root.allOccurrences if o.component.name == name)
+
+    def body(self, name: str, index: int = 0) -> Any:
+        return self.occurrence(name).bRepBodies.item(index)
+
+    def vertex(self, index: int = 0) -> Any:
+        return self.body("torso").vertices.item(index)
+
+    def face(self, kind: str) -> Any:
+        bodies = self.occurrence("arm").bRepBodies
+        for i in range(bodies.count):
+            for j in range(bodies.item(i).faces.count):
+                face = bodies.item(i).faces.item(j)
+                if type(face.geometry).__name__ == kind:
+                    return face
+        raise AssertionError(kind)
+
+    def circle(self) -> Any:
+        return self.body("arm").edges.item(0)
+
+    def sketch_point(self) -> Any:
+        arm = self.occurrence("arm")
+        return arm.component.sketches.item(0).sketchPoints.item(0).createForAssemblyContext(arm)
+
+    def own_point(self) -> Any:
+        arm = self.occurrence("arm")
+        return arm.component.constructionPoints.itemByName("my own point").createForAssemblyContext(
+            arm
+        )
+
+    def points(self) -> dict[str, np.ndarray]:
+        """Construction points by name, in the root frame, in [cm]."""
+        found = {}
+        places = [(self.root, None)] + [(o.component, o) for o in self.root.allOccurrences]
+        for component, occurrence in places:
+            for i in range(component.constructionPoints.count):
+                point = component.constructionPoints.item(i)
+                seen = point.createForAssemblyContext(occurrence) if occurrence else point
+                found[point.name] = np.array(seen.geometry.asArray())
+        return found
+
+    def attribute(self, name: str) -> dict[str, Any]:
+        """What is stored on a construction point."""
+        for component in (self.root, *(o.component for o in self.root.allOccurrences)):
+            point = component.constructionPoints.itemByName(name)
+            if point is not None:
+                return json.loads(point.attributes.itemByName("CARDSFlow", "point").value)
+        raise KeyError(name)
+
+
+@pytest.fixture
+def user(fusion: Any, addin: Any) -> User:
+    build_arm()
+    return User(fusion)
+
+
+def position(entity: Any) -> np.ndarray:
+    """Where an entity's point is, in the root frame, in [cm]."""
+    from fake_fusion.points import position_of
+
+    return position_of(entity)
+
+
+# The add-in comes and goes
+
+
+def test_start_and_stop_leave_no_trace(fusion: Any) -> None:
+    before = state(fusion)
+    with fake_fusion.modules():
+        from addin_sdfusion import addin_sdfusion
+
+        for _ in range(2):
+            addin_sdfusion.run(None)
+            addin_sdfusion.run(None)
+            definitions, panels, _ = state(fusion)
+            assert set(IDS) <= set(definitions)
+            assert dict(panels)["SolidScriptsAddinsPanel"][-3:] == list(IDS)
+            addin_sdfusion.stop(None)
+            addin_sdfusion.stop(None)
+            assert state(fusion) == before
+    assert fusion.messages == []
+
+
+def test_the_buttons_are_promoted(fusion: Any, addin: Any) -> None:
+    panel = fusion.app.userInterface.allToolbarPanels.itemById("SolidScriptsAddinsPanel")
+    for name in IDS:
+        control = panel.controls.itemById(name)
+        assert control.isPromoted
+        assert control.isPromotedByDefault
+        assert len(control.commandDefinition.tooltip) > 20
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_without_a_design_there_is_a_message(fusion: Any, addin: Any, name: str) -> None:
+    fusion.run_command(name)
+    assert len(fusion.messages) == 1
+    assert "Open a design" in fusion.messages[0]
+
+
+def test_stop_while_a_dialog_is_open(fusion: Any, addin: Any, user: User) -> None:
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex())
+    addin.stop(None)
+    assert not command.is_open
+    assert fusion.full_fingerprint() == before
+
+
+# Define muscles
+
+
+def test_points_are_picked_one_after_the_other(fusion: Any, user: User) -> None:
+    mine = fusion.fingerprint()
+    everything = fusion.full_fingerprint()
+    entities = [user.vertex(3), user.circle(), user.sketch_point(), user.face("Sphere"),
+                user.face("Torus")]  # fmt: skip
+    places = [position(entity) for entity in entities]
+    command = fusion.run_command(DEFINE)
+    for entity in entities:
+        command.pick("pick", entity)
+        assert command["pick"].selectionCount == 0
+    rows = command.table("points")
+    assert rows[0] == ["No.", "Link", "x, y, z [mm]"]
+    assert [row[:2] for row in rows[1:]] == [["0", "torso"]] + [
+        [str(k), "arm"] for k in range(1, 5)
+    ]
+    assert len(fusion.world.undo_steps) == 0
+    command.ok()
+    assert command.failed == ""
+    names = [f"VP_motor0_EXPORT_{'arm' if k else 'torso'}_{k}" for k in range(5)]
+    points = user.points()
+    for name, place in zip(names, places, strict=True):
+        assert points[name] == pytest.approx(place, abs=1e-9)
+    assert user.attribute(names[1])["muscle"] == "motor0"
+    assert len(fusion.world.undo_steps) == 1
+    assert fusion.fingerprint() == mine
+    fusion.undo()
+    assert fusion.full_fingerprint() == everything
+
+
+def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    for entity in (user.vertex(3), user.circle(), user.own_point()):
+        command.pick("pick", entity)
+    command.set("muscle_name", "biceps")
+    command.set("f_max", 123.0)
+    command.set("color", "#00FF00")
+    command.set("model", "linear_spring")
+    command.set("parameters", "K=12.5")
+    table = command.table("points")
+    command.ok()
+    after = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    assert command.table("points") == table
+    assert command["muscle_name"].value == "biceps"
+    assert command["f_max"].value == 123.0
+    assert command["color"].value == "#00ff00"
+    assert command["parameters"].value == "K=12.5"
+    command.ok()
+    assert fusion.full_fingerprint() == after
+    assert "VP_motor0_EXPORT_arm_2" in user.points()
+
+
+def test_a_point_of_the_user_is_tagged_and_gets_its_name_back(fusion: Any, user: User) -> None:
+    place = position(user.own_point())
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.pick("pick", user.own_point())
+    command.ok()
+    points = user.points()
+    assert "my own point" not in points
+    assert points["VP_motor0_EXPORT_arm_1"] == pytest.approx(place)
+    command = fusion.run_command(DEFINE)
+    command.press("delete_muscle")
+    command.ok()
+    assert command.failed == ""
+    assert user.points().keys() == {"my own point"}
+
+
+def test_cancel_and_previews_change_nothing(fusion: Any, user: User) -> None:
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    for k in range(3):
+        command.pick("pick", user.vertex(k))
+    assert user.root.customGraphicsGroups.count == 1
+    group = user.root.customGraphicsGroups.item(0)
+    assert group.count == 4  # a line and three numbers
+    command.cancel()
+    assert user.root.customGraphicsGroups.count == 0
+    assert fusion.full_fingerprint() == before
+    assert len(fusion.world.undo_steps) == 0
+
+
+def test_the_table_is_edited(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    for k in range(4):
+        command.pick("pick", user.vertex(k))
+    shown = [row[2] for row in command.table("points")[1:]]
+
+    def order() -> list[int]:
+        return [shown.index(row[2]) for row in command.table("points")[1:]]
+
+    command.row("points", 1)
+    command.press("down")
+    assert order() == [1, 0, 2, 3]
+    assert command["points"].selectedRow == 2
+    command.press("up")
+    assert order() == [0, 1, 2, 3]
+    command.row("points", 3)
+    command.press("delete")
+    assert order() == [0, 1, 3]
+    command.row("points", 1)
+    command.press("duplicate")
+    assert order() == [0, 0, 1, 3]
+    command.row("points", 4)
+    command.press("insert")
+    command.pick("pick", user.vertex(2))
+    assert order() == [0, 0, 1, 2, 3]
+    command.press("insert")
+    command.pick("pick", user.vertex(2))
+    assert order() == [0, 0, 1, 2, 3, 2]
+    command.row("points", 0)
+    command.press("delete")
+    assert "Select a point" in command["status"].text
+    command.ok()
+    assert [int(name.rsplit("_", 1)[1]) for name in sorted(user.points()) if "VP" in name] == [
+        0, 1, 2, 3, 4, 5,
+    ]  # fmt: skip
+
+
+def test_reordering_moves_names_and_numbers(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    for k in range(3):
+        command.pick("pick", user.vertex(k))
+    command.ok()
+    before = user.points()
+    command = fusion.run_command(DEFINE)
+    command.row("points", 1)
+    command.press("down")
+    command.ok()
+    after = user.points()
+    assert after.keys() == before.keys()
+    name = "VP_motor0_EXPORT_torso_{}".format
+    assert after[name(0)] == pytest.approx(before[name(1)])
+    assert after[name(1)] == pytest.approx(before[name(0)])
+    assert user.attribute(name(1))["number"] == 1
+    assert len(fusion.world.undo_steps) == 2
+
+
+def test_another_link_by_drop_down(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    command.set("link", "torso")
+    command.pick("pick", user.circle())
+    place = position(user.circle())
+    assert command.table("points")[1][1] == "torso"
+    command.ok()
+    assert command.failed == ""
+    torso = user.occurrence("torso").component
+    assert torso.constructionPoints.itemByName("VP_motor0_EXPORT_torso_0") is not None
+    assert user.points()["VP_motor0_EXPORT_torso_0"] == pytest.approx(place, abs=1e-6)
+    command = fusion.run_command(DEFINE)
+    command.set(command.cell("points", 1, 1).id, "arm")
+    command.ok()
+    assert user.points()["VP_motor0_EXPORT_arm_0"] == pytest.approx(place, abs=1e-6)
+    assert torso.constructionPoints.count == 0
+
+
+def test_several_muscles(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.set("muscle", "+ New muscle")
+    command.pick("pick", user.vertex(1))
+    assert command.items("muscle") == ["motor0", "motor1", "+ New muscle"]
+    command.set("muscle_name", "motor0")
+    assert "There is a muscle motor0 already" in command["status"].text
+    command.set("muscle", "motor0")
+    assert len(command.table("points")) == 2
+    command.ok()
+    rows = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "muscles").value)
+    assert [row["name"] for row in rows] == ["motor0", "motor1"]
+    assert rows[0]["color"] != rows[1]["color"]
+
+
+def test_why_ok_is_grey(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    assert command.is_valid()
+    command.set("f_min", 200.0)
+    assert not command.is_valid()
+    assert "OK is grey" in command["status"].text
+    with pytest.raises(Refused):
+        command.ok()
+    command.set("f_max", 300.0)
+    assert command.is_valid()
+    command.set("color", "red")
+    assert not command.is_valid()
+    command.set("color", "#ff0000")
+    command.set("parameters", "K")
+    assert "not name=number" in command["status"].text
+
+
+def test_a_part_without_a_link_is_told(fusion: Any, addin: Any) -> None:
+    build = build_arm()
+    loose = build.place("loose")
+    build.box(loose, (1.0, 1.0, 1.0))
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", User(fusion).body("loose").vertices.item(0))
+    assert "belongs to no link" in command["status"].text
+    assert len(command.table("points")) == 1
+
+
+def test_referenced_components_are_named(fusion: Any, addin: Any) -> None:
+    build = build_arm()
+    linked = build.place(build.component("bolt", referenced=True))
+    build.box(linked, (1.0, 1.0, 1.0))
+    build.rigid_group("EXPORT_bolt", [linked])
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", User(fusion).body("bolt").vertices.item(0))
+    text = command["status"].text
+    assert "bolt:1" in text
+    assert "another document" in text
+    command.set("link", "bolt")
+    command.pick("pick", User(fusion).vertex(0))
+    command.ok()
+    assert "bolt" in command.failed
+    assert "Traceback" not in command.failed
+    assert fusion.full_fingerprint() == before
+
+
+def test_wrap_surfaces_task_points_and_markers(fusion: Any, user: User) -> None:
+    mine = fusion.fingerprint()
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.pick("pick", user.circle())
+    command.pick("wrap_pick", user.face("Cylinder"))
+    command.pick("wrap_pick", user.face("Sphere"))
+    assert command.items("wrap") == ["arm_cylinder", "arm_sphere"]
+    command.set("wrap_name", "elbow")
+    command.press("use_add")
+    command.set(command.cell("wrap_uses", 1, 2).id, "Turning +")
+    command.set(command.cell("wrap_uses", 1, 3).id, 1)
+    command.pick("other_pick", user.vertex(4))
+    command.set("other_role", "Marker")
+    command.pick("other_pick", user.circle())
+    command.set(command.cell("others", 1, 1).id, "tip")
+    table = [command.table(name) for name in ("wrap_uses", "others")]
+    command.ok()
+    assert command.failed == ""
+    assert {"EE_torso", "VM_arm"} <= user.points().keys()
+    attribute = user.face("Sphere").attributes.itemByName("CARDSFlow", "wrap")
+    said = json.loads(attribute.value)
+    assert said["name"] == "elbow"
+    assert said["muscles"] == [{"muscle": "motor0", "after": 0, "side": 1, "turns": 1}]
+    assert fusion.fingerprint() == mine
+    command = fusion.run_command(DEFINE)
+    command.set("wrap", "elbow")
+    assert [command.table(name) for name in ("wrap_uses", "others")] == table
+    command.press("wrap_delete")
+    command.row("others", 1)
+    command.press("other_delete")
+    command.ok()
+    assert command.failed == ""
+    assert user.face("Sphere").attributes.itemByName("CARDSFlow", "wrap") is None
+    assert user.face("Cylinder").attributes.itemByName("CARDSFlow", "wrap") is not None
+    assert "EE_torso" not in user.points()
+
+
+def test_old_designs_and_duplicates(fusion: Any, addin: Any) -> None:
+    build = build_arm()
+    arm = next(iter(build.design.root.occurrences))
+    for k in (10, 2, 0):
+        build.point((arm,), (float(k), 0.0, 0.0), f"VP_motor3_EXPORT_torso_{k}")
+    user = User(fusion)
+    command = fusion.run_command(DEFINE)
+    assert "10 to 80 N" in command["status"].text
+    xs = [row[2] for row in command.table("points")[1:]]
+    assert [x.split(",")[0] for x in xs] == ["10.0", "30.0", "110.0"]
+    command.ok()
+    names = {name for name in user.points() if name.startswith("VP")}
+    assert names == {f"VP_motor3_EXPORT_torso_{k}" for k in range(3)}
+    command = fusion.run_command(DEFINE)
+    command.row("points", 1)
+    command.press("delete")
+    command.ok()
+    assert sum(name.startswith("VP") for name in user.points()) == 2
+    assert "Unused VP_motor3_EXPORT_torso_0" in user.points()
+    assert len(fusion.run_command(DEFINE).table("points")) == 3
+
+
+# Mirror and CSV
+
+
+def mirrored_design() -> Any:
+    build = Builder("sides")
+    torso = build.place("torso", grounded=True)
+    build.box(torso, (2.0, 2.0, 2.0))
+    for side, x in (("l", 5.0), ("r", -5.0)):
+        arm = build.place(
+            f"arm_{side}", rotation(0.3 * x, (1.0, 1.0, 0.0)) @ translation((x, 0, 0))
+        )
+        build.box(arm, (1.0, 1.0, 1.0))
+        build.rigid_group(f"EXPORT_arm_{side}", [arm])
+    build.rigid_group("EXPORT_torso", [torso])
+    build.done()
+    return build
+
+
+def test_a_muscle_is_mirrored(fusion: Any, addin: Any) -> None:
+    mirrored_design()
+    user = User(fusion)
+    mine = fusion.fingerprint()
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.pick("pick", user.body("arm_l").vertices.item(1))
+    command.set("muscle_name", "biceps_l")
+    command.press("mirror")
+    assert "biceps_r" in command.items("muscle")
+    command.ok()
+    assert command.failed == ""
+    points = user.points()
+    assert points["VP_motor1_EXPORT_arm_r_1"] == pytest.approx(
+        points["VP_motor0_EXPORT_arm_l_1"] * (-1.0, 1.0, 1.0), abs=1e-6
+    )
+    arm = user.occurrence("arm_r").component
+    assert arm.constructionPoints.itemByName("VP_motor1_EXPORT_arm_r_1") is not None
+    assert fusion.fingerprint() == mine
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    command.press("mirror")
+    assert "is there already" in command["status"].text
+    command.set("muscle", "biceps_r")
+    command.press("delete_muscle")
+    assert arm.features.baseFeatures.count == 1
+    command.ok()
+    assert arm.constructionPoints.count == 0
+    assert arm.features.baseFeatures.count == 0
+    fusion.undo()
+    assert fusion.full_fingerprint() == before
+
+
+def test_all_muscles_of_a_side_at_a_picked_plane(fusion: Any, addin: Any) -> None:
+    mirrored_design()
+    user = User(fusion)
+    face = next(
+        f
+        for f in (user.body("torso").faces.item(i) for i in range(6))
+        if abs(f.geometry.normal.x) == 1.0
+    )
+    x = face.geometry.origin.x
+    command = fusion.run_command(DEFINE)
+    for name in ("a_l", "b_l", "c_r"):
+        command.set("muscle", "+ New muscle")
+        command.set("muscle_name", name)
+        command.pick("pick", user.body(f"arm{name[1:]}").vertices.item(0))
+        command.pick("pick", user.vertex(0))
+    command.set("plane", "A picked plane")
+    command.press("mirror")
+    assert "Pick a flat face" in command["status"].text
+    command.pick("plane_pick", face)
+    command.set("muscle", "a_l")
+    command.set("mirror_all", True)
+    command.press("mirror")
+    assert "Mirrored: a_r, b_r." in command["status"].text
+    assert command.items("muscle")[:-1] == ["a_l", "b_l", "c_r", "a_r", "b_r"]
+    command.ok()
+    points = user.points()
+    left, right = (points[f"VP_motor{n}_EXPORT_arm_{s}_0"] for n, s in ((0, "l"), (3, "r")))
+    assert right == pytest.approx([2 * x - left[0], left[1], left[2]], abs=1e-6)
+
+
+def test_csv_export_and_import(fusion: Any, user: User, tmp_path: Any) -> None:
+    file = tmp_path / "muscles.csv"
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.pick("pick", user.circle())
+    fusion.world.file_answers.extend([None, str(file)])
+    command.press("csv_export")
+    assert not file.exists()
+    command.press("csv_export")
+    text = file.read_text(encoding="utf-8-sig")
+    command.ok()
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    fusion.world.file_answers.extend([str(file), str(tmp_path / "none.csv"), str(tmp_path)])
+    command.press("csv_import")
+    assert "1 muscles with 2 points" in command["status"].text
+    command.press("csv_import")
+    assert "cannot be read" in command["status"].text
+    command.press("csv_import")
+    assert "is a folder" in command["status"].text
+    command.ok()
+    assert fusion.full_fingerprint() == before
+    file.write_text(text.replace("torso", "leg"), encoding="utf-8")
+    command = fusion.run_command(DEFINE)
+    fusion.world.file_answers.append(str(file))
+    command.press("csv_import")
+    assert "was not imported" in command["status"].text
+    assert "line 2: no link 'leg'" in command["status"].text
+    assert len(command.table("points")) == 3
+    assert fusion.messages == []
+
+
+# Failures
+
+
+def test_a_failing_read_is_a_message(fusion: Any, user: User, monkeypatch: Any) -> None:
+    from addin_sdfusion.commands import reading
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise RuntimeError("2 : InternalValidationError : joint")
+
+    monkeypatch.setattr(reading, "read_design", fail)
+    for name in IDS:
+        fusion.run_command(name)
+    assert len(fusion.messages) == 3
+    assert all("InternalValidationError" in text for text in fusion.messages)
+    assert not any("Traceback" in text for text in fusion.messages)
+    assert any("Traceback" in text for text in fusion.log)
+
+
+@pytest.mark.parametrize(
+    "where", ["pick_point", "choose", "rename", "change", "edit_point", "mirror"]
+)
+def test_failing_handlers_are_messages(
+    fusion: Any, user: User, monkeypatch: Any, where: str
+) -> None:
+    from addin_sdfusion.commands.define_muscles.session import Session
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    monkeypatch.setattr(Session, where, fail)
+    command.pick("pick", user.vertex(1))
+    command.set("muscle", "+ New muscle")
+    command.set("muscle_name", "x")
+    command.set("f_min", 3.0)
+    command.press("up")
+    command.press("mirror")
+    assert any("division by zero" in text for text in fusion.messages)
+    assert not any("Traceback" in text for text in fusion.messages)
+    command.cancel()
+
+
+def test_a_failing_ok_undoes_everything(fusion: Any, user: User, monkeypatch: Any) -> None:
+    from addin_sdfusion.commands.define_muscles import writing
+
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.pick("pick", user.vertex(1))
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise RuntimeError("3 : the attribute is too long")
+
+    monkeypatch.setattr(writing, "muscles_text", fail)
+    command.ok()
+    assert "the attribute is too long" in command.failed
+    assert "Traceback" not in command.failed
+    assert fusion.full_fingerprint() == before
+
+
+def test_a_failing_preview_is_only_logged(fusion: Any, user: User, monkeypatch: Any) -> None:
+    from addin_sdfusion.commands.define_muscles import entry
+
+    def fail(*_: Any) -> None:
+        raise RuntimeError("no graphics")
+
+    monkeypatch.setattr(entry, "draw", fail)
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    assert fusion.messages == []
+    assert any("no graphics" in text for text in fusion.log)
+    command.ok()
+    assert "VP_motor0_EXPORT_torso_0" in user.points()
+
+
+def test_an_import_that_fails_is_told(fusion: Any, monkeypatch: Any) -> None:
+    with fake_fusion.modules():
+        from addin_sdfusion import addin_sdfusion, commands
+
+        def fail(name: str) -> None:
+            raise ImportError(f"no {name}")
+
+        monkeypatch.setattr(commands, "load", fail)
+        addin_sdfusion.run(None)
+    assert len(fusion.messages) == 3
+    assert "could not be started" in fusion.messages[0]
+
+
+def test_another_document_while_a_dialog_is_open(fusion: Any, user: User) -> None:
+    first = fusion.design
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.ok()
+    designs.single_cube()
+    command = fusion.run_command(DEFINE)
+    assert len(command.table("points")) == 1
+    command.cancel()
+    first.parentDocument.activate()
+    command = fusion.run_command(DEFINE)
+    assert len(command.table("points")) == 2
+
+
+def test_without_new_members_of_the_api(fusion: Any, user: User) -> None:
+    fusion.without("Design.designIntent", "SelectionCommandInput.isUseCurrentSelections")
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.ok()
+    assert "VP_motor0_EXPORT_torso_0" in user.points()
+    assert fusion.messages == []
+
+
+def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
+    """Fusion tells every letter: the text must not jump back under the user's hands."""
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.set("muscle", "+ New muscle")
+    for text in ("m", "mo", "motor0", "motor0b"):
+        command.set("muscle_name", text)
+        assert command["muscle_name"].value == text
+    for text in ("K", "K=", "K=1"):
+        command.set("parameters", text)
+        assert command["parameters"].value == text
+    command.pick("other_pick", user.vertex(2))
+    cell = command.cell("others", 1, 1).id
+    for text in ("t", "ti", "tip"):
+        command.set(cell, text)  # the very same input
+    command.pick("wrap_pick", user.face("Sphere"))
+    command.pick("wrap_pick", user.face("Cylinder"))
+    for text in ("", "arm_sphere", "arm_sphere2"):
+        command.set("wrap_name", text)
+    command.ok()
+    assert user.attribute("EE_torso")["name"] == "tip"
+    command = fusion.run_command(DEFINE)
+    assert command.items("muscle") == ["motor0", "motor0b", "+ New muscle"]
+    assert command.items("wrap") == ["arm_sphere", "arm_sphere2"]
+
+
+def test_an_open_tab_takes_the_clicks(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    for tab, name in (("tab_wraps", "wrap_pick"), ("tab_others", "other_pick")):
+        command.tab(tab)
+        assert command[name].hasFocus
+
+
+def test_another_document_keeps_ok_grey(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    designs.single_cube()
+    before = fusion.full_fingerprint()
+    assert not command.is_valid()
+    command.cancel()
+    assert fusion.full_fingerprint() == before
+
+
+def test_points_in_a_direct_design(fusion: Any, addin: Any) -> None:
+    build_arm(parametric=False)
+    user = User(fusion)
+    places = [position(user.circle()), position(user.face("Torus"))]
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.circle())
+    command.set("link", "torso")
+    command.pick("pick", user.face("Torus"))
+    command.ok()
+    assert command.failed == ""
+    points = user.points()
+    assert points["VP_motor0_EXPORT_arm_0"] == pytest.approx(places[0], abs=1e-6)
+    assert points["VP_motor0_EXPORT_torso_1"] == pytest.approx(places[1], abs=1e-6)
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("pick"), st.integers(0, 7)),
+        st.tuples(
+            st.sampled_from(["up", "down", "insert", "duplicate", "delete"]), st.integers(0, 5)
+        ),
+        st.tuples(st.just("own"), st.just(0)),
+        st.tuples(st.just("muscle"), st.integers(0, 2)),
+        st.tuples(st.just("ok"), st.just(0)),
+    ),
+    max_size=14,
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(STEPS)
+def test_whatever_the_user_does_is_stored_and_undone(steps: list[tuple[str, int]]) -> None:
+    with fake_fusion.install() as fusion:
+        from addin_sdfusion import addin_sdfusion
+
+        addin_sdfusion.run(None)
+        build_arm()
+        user = User(fusion)
+        own = user.own_point()
+        states = [fusion.full_fingerprint()]
+        command = fusion.run_command(DEFINE)
+        for what, number in [*steps, ("ok", 0)]:
+            if what == "pick":
+                command.pick("pick", user.vertex(number))
+            elif what == "own":
+                command.pick("pick", own)
+            elif what == "muscle":
+                names = command.items("muscle")
+                command.set("muscle", names[number % len(names)])
+            elif what == "ok":
+                shown = tables_of(command)
+                command.ok()
+                assert command.failed == ""
+                states.append(fusion.full_fingerprint())
+                command = fusion.run_command(DEFINE)
+                assert tables_of(command) == shown
+            else:
+                rows = len(command.table("points"))
+                command.row("points", min(number, rows - 1))
+                command.press(what)
+        command.cancel()
+        assert states[-1] == fusion.full_fingerprint()
+        while fusion.world.undo_steps:
+            fusion.undo()
+        assert fusion.full_fingerprint() == states[0]
+        assert fusion.messages == []
+        addin_sdfusion.stop(None)
+
+
+def tables_of(command: Any) -> dict[str, list[list[Any]]]:
+    """The points of every muscle, as the dialog shows them."""
+    found = {}
+    for name in command.items("muscle")[:-1]:
+        command.set("muscle", name)
+        found[name] = command.table("points")[1:]
+    return found

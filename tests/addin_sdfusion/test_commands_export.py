@@ -1,0 +1,294 @@
+"""Check and Export as a user meets them, in the fake Fusion."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import fake_fusion
+import pytest
+from fake_fusion import Builder, designs
+from fake_fusion.driver import Refused
+
+CHECK, EXPORT = "cardsflowCheck", "cardsflowExport"
+
+
+@pytest.fixture
+def addin(fusion: Any) -> Iterator[Any]:
+    """The add-in, running in a new Fusion."""
+    with fake_fusion.modules():
+        from addin_sdfusion import addin_sdfusion
+
+        addin_sdfusion.run(None)
+        yield addin_sdfusion
+        addin_sdfusion.stop(None)
+
+
+def export_to(fusion: Any, folder: Path) -> Any:
+    """The dialog with that folder chosen."""
+    command = fusion.run_command(EXPORT)
+    fusion.world.folder_answers.append(str(folder))
+    command.press("browse")
+    return command
+
+
+def bad_design() -> Any:
+    """A muscle on a link that does not exist, and a body in no group."""
+    build = Builder("bad")
+    base = build.place("base", grounded=True)
+    build.box(base, (1.0, 1.0, 1.0))
+    arm = build.place("arm")
+    build.box(arm, (1.0, 1.0, 1.0))
+    build.rigid_group("EXPORT_base", [base])
+    build.rigid_group("EXPORT_arm", [arm])
+    build.joint("EXPORT_elbow", "revolute", one=arm, two=base, origin=(0, 0, 1), axis=(0, 1, 0))
+    build.point(arm, (0.0, 0.0, 1.0), "VP_motor0_EXPORT_leg_0")
+    build.point(base, (0.0, 0.0, 2.0), "VP_motor0_EXPORT_base_1")
+    return build.done()
+
+
+# Check
+
+
+def test_check_of_a_sound_design(fusion: Any, addin: Any) -> None:
+    designs.two_link_arm()
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(CHECK)
+    assert "error" not in command["summary"].text.replace("no errors", "")
+    assert command.table("findings")[0][1] == "Object"
+    command.press("again")
+    command.press("show")
+    with pytest.raises(Refused):
+        command.ok()
+    command.cancel()
+    assert fusion.full_fingerprint() == before
+    assert fusion.messages == []
+
+
+def test_check_lists_everything_and_shows_where(fusion: Any, addin: Any) -> None:
+    bad_design()
+    before = fusion.full_fingerprint()
+    command = fusion.run_command(CHECK)
+    rows = command.table("findings")[1:]
+    assert "error" in command["summary"].text
+    severities = [row[0] for row in rows]
+    assert severities == sorted(severities)
+    assert any("leg" in row[2] or "leg" in row[1] for row in rows)
+    selections = fusion.app.userInterface.activeSelections
+    shown = 0
+    for i in range(len(rows)):
+        command.row("findings", i + 1)
+        command.press("show")
+        assert rows[i][1] in command["detail"].text
+        shown += selections.count
+    assert shown > 0
+    command.cancel()
+    assert fusion.full_fingerprint() == before
+    assert len(fusion.world.undo_steps) == 0
+
+
+@pytest.mark.parametrize("intent", ["part", "assembly"])
+def test_kinds_of_designs_are_told(fusion: Any, addin: Any, intent: str) -> None:
+    build = Builder("kind", intent=intent)
+    build.box((), (1.0, 1.0, 1.0))
+    build.done()
+    command = fusion.run_command(CHECK)
+    assert f"{intent} design" in command["detail"].text
+    command.cancel()
+    command = fusion.run_command("cardsflowDefineMuscles")
+    assert f"{intent} design" in command["status"].text
+    command.cancel()
+    assert fusion.messages == []
+
+
+# Export
+
+
+def test_an_export_and_the_message_after_it(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    mine = fusion.fingerprint()
+    folder = tmp_path / "my robot"
+    command = export_to(fusion, folder)
+    assert command["folder"].value == str(folder)
+    command.set("name", "arm")
+    command.set("collision", "None")
+    fusion.world.message_answers.clear()
+    command.ok()
+    assert command.failed == ""
+    assert (folder / "model.sdf").is_file()
+    assert f'cardsflow run "{folder}"' in fusion.messages[-1]
+    assert str(folder) in fusion.messages[-1]
+    assert all(record.maximum > record.minimum for record in fusion.world.progress)
+    assert all(record.hidden for record in fusion.world.progress)
+    assert fusion.fingerprint() == mine
+    assert len(fusion.world.undo_steps) == 1
+    said = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "settings").value)
+    assert said["name"] == "arm"
+    assert said["collision"] == "none"
+
+
+def test_exporting_twice_in_one_session_doubles_nothing(
+    fusion: Any, addin: Any, tmp_path: Path
+) -> None:
+    designs.two_link_arm()
+    folder = tmp_path / "robot"
+    contents = []
+    for _ in range(2):
+        command = export_to(fusion, folder)
+        command.ok()
+        files = sorted(file for file in folder.rglob("*") if file.is_file())
+        contents.append({file.relative_to(folder): file.read_bytes() for file in files})
+    assert contents[0] == contents[1]
+    assert contents[0]
+
+
+def test_choices_are_remembered(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    command = export_to(fusion, tmp_path / "robot")
+    command.set("up_axis", "y")
+    command.set("quality", "Low")
+    command.set("osim", False)
+    command.set("base", "base")
+    command.ok()
+    command = fusion.run_command(EXPORT)
+    assert command.chosen("up_axis") == ["y"]
+    assert command.chosen("quality") == ["Low"]
+    assert command.chosen("base") == ["base"]
+    assert command["osim"].value is False
+    assert command["folder"].value == str(tmp_path / "robot")
+    command.cancel()
+
+
+def test_without_a_folder_ok_is_grey(fusion: Any, addin: Any) -> None:
+    designs.two_link_arm()
+    command = fusion.run_command(EXPORT)
+    assert "Choose the folder" in command["status"].text
+    assert not command.is_valid()
+    command.press("browse")  # and cancel the folder dialog
+    assert not command.is_valid()
+    command.cancel()
+
+
+def test_errors_keep_ok_grey_and_say_what_to_do(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    bad_design()
+    command = export_to(fusion, tmp_path / "robot")
+    assert not command.is_valid()
+    assert "leg" in command["status"].text
+    with pytest.raises(Refused):
+        command.ok()
+    command.cancel()
+    assert not (tmp_path / "robot").exists()
+
+
+def test_warnings_are_asked_once(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    designs.two_link_arm(attributes=False)  # force limits are not known
+    before = fusion.fingerprint()
+    command = export_to(fusion, tmp_path / "robot")
+    fusion.world.message_answers.append(3)  # No
+    command.ok()
+    assert len(fusion.messages) == 1
+    assert "10 to 80 N" in fusion.messages[0]
+    assert not (tmp_path / "robot").exists()
+    command = fusion.run_command(EXPORT)
+    fusion.world.message_answers.append(2)  # Yes
+    command.ok()
+    assert len(fusion.messages) == 3
+    assert (tmp_path / "robot/model.sdf").is_file()
+    assert fusion.fingerprint() == before
+
+
+def test_cancelling_leaves_the_old_export(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    folder = tmp_path / "robot"
+    export_to(fusion, folder).ok()
+    before = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+    fusion.world.cancel_progress_after = 2
+    command = export_to(fusion, folder)
+    command.set("up_axis", "y")
+    command.ok()
+    assert "cancelled" in fusion.messages[-1]
+    assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == before
+    assert list(tmp_path.iterdir()) == [folder]
+    assert fusion.world.progress[-1].hidden
+
+
+def test_a_folder_that_cannot_be_written_is_told(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    (tmp_path / "file").write_text("mine")
+    export_to(fusion, tmp_path / "file").ok()
+    assert str(tmp_path / "file") in fusion.messages[-1]
+    assert "Traceback" not in fusion.messages[-1]
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_components_as_links(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    designs.two_link_arm(groups=False)
+    command = export_to(fusion, tmp_path / "robot")
+    assert not command["components"].isVisible
+    command.set("links", "Components")
+    assert command["components"].isVisible
+    root = fusion.design.rootComponent
+    for i in range(root.occurrences.count):
+        command.pick("components", root.occurrences.item(i))
+    assert "pick again to leave out" in command["status"].text
+    command.ok()
+    assert (tmp_path / "robot/model.sdf").is_file()
+
+
+def test_a_failure_of_the_export_is_told(
+    fusion: Any, addin: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    from addin_sdfusion.commands.export import entry
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise OSError("the disk is full")
+
+    designs.two_link_arm()
+    monkeypatch.setattr(entry, "export_robot", fail)
+    command = export_to(fusion, tmp_path / "robot")
+    command.ok()
+    assert "the disk is full" in command.failed
+    assert "Traceback" not in command.failed
+    assert any("Traceback" in text for text in fusion.log)
+
+
+def test_what_could_not_be_checked_is_not_exported(
+    fusion: Any, addin: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    from addin_sdfusion.commands.export import entry
+
+    def fail(*_: Any) -> None:
+        raise RuntimeError("no robot")
+
+    designs.two_link_arm()
+    command = export_to(fusion, tmp_path / "robot")
+    monkeypatch.setattr(entry, "build_robot", fail)
+    command.set("up_axis", "y")
+    assert "no robot" in fusion.messages[-1]
+    assert not command.is_valid()
+    command.cancel()
+    command = export_to(fusion, tmp_path / "robot")
+    assert not command.is_valid()
+    assert not any("Traceback" in text for text in fusion.messages)
+
+
+def test_loops_offer_the_joints_to_cut(fusion: Any, addin: Any, tmp_path: Path) -> None:
+    build = Builder("loop")
+    places = [build.place(name, grounded=name == "a") for name in "abc"]
+    for place, name in zip(places, "abc", strict=True):
+        build.box(place, (1.0, 1.0, 1.0))
+        build.rigid_group(f"EXPORT_{name}", [place])
+    for one, two in ((1, 0), (2, 1), (2, 0)):
+        build.joint(f"EXPORT_j{one}{two}", "revolute", one=places[one], two=places[two],
+                    origin=(one, two, 0), axis=(0, 0, 1))  # fmt: skip
+    build.done()
+    command = export_to(fusion, tmp_path / "robot")
+    assert not command.is_valid()
+    assert set(command.items("cut_joints")) >= {"j21", "j20"}
+    command.set("cut_joints", ["j20"])
+    assert command.is_valid()
+    assert command.chosen("cut_joints") == ["j20"]
+    command.ok()
+    assert (tmp_path / "robot/model.sdf").is_file()

@@ -1,0 +1,594 @@
+"""The fake's assemblies, bodies and joints agree with closed forms, meshes and composed poses."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from fake_fusion import Builder, Fake, designs
+from fake_fusion.build import FREEDOMS
+from fake_fusion.data import transform
+from fake_fusion.designs import random_motion
+from fake_fusion.entity import wrap
+from fake_fusion.maths import rotation, translation, xyz
+
+VERY_HIGH = 3
+
+
+def cells(m: Any) -> np.ndarray:
+    return np.array(m.asArray()).reshape(4, 4)
+
+
+def by_path(design: Any) -> dict[str, Any]:
+    return {o.fullPathName: o for o in design.rootComponent.allOccurrences}
+
+
+def moments(properties: Any) -> np.ndarray:
+    """The inertia matrix about the origin, in [kg·cm²], from the tuple."""
+    ok, xx, yy, zz, xy, yz, xz = properties.getXYZMomentsOfInertia()
+    assert ok is True
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def about_com(properties: Any) -> np.ndarray:
+    r = xyz(properties.centerOfMass)
+    return moments(properties) - properties.mass * (r @ r * np.eye(3) - np.outer(r, r))
+
+
+def mesh_of(body: Any, quality: int = 15) -> trimesh.Trimesh:
+    calculator = body.meshManager.createMeshCalculator()
+    assert calculator.setQuality(quality)
+    mesh = calculator.calculate()
+    nodes = np.array(mesh.nodeCoordinatesAsDouble).reshape(-1, 3)
+    triangles = np.array(mesh.nodeIndices).reshape(-1, 3)
+    assert (len(nodes), len(triangles)) == (mesh.nodeCount, mesh.triangleCount)
+    return trimesh.Trimesh(nodes, triangles, process=False)
+
+
+# Assemblies --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_poses_compose(fusion: Fake, seed: int) -> None:
+    order = random.Random(seed)
+    build = Builder()
+    poses = [random_motion(order) for _ in range(3)]
+    path: Any = ()
+    for k, T in enumerate(poses):
+        path = build.place(f"part {k}", T, above=path)
+    design = build.done()
+    found = by_path(design)
+    whole = np.eye(4)
+    for k, T in enumerate(poses):
+        whole = whole @ T
+        name = "+".join(f"part {i}:1" for i in range(k + 1))
+        assert cells(found[name].transform2) == pytest.approx(whole)
+        native = found[name].nativeObject
+        assert (native is None) == (k == 0)
+        assert cells((native or found[name]).transform2) == pytest.approx(T)
+    innermost = found["part 0:1+part 1:1+part 2:1"]
+    assert innermost.assemblyContext == found["part 0:1+part 1:1"]
+    assert innermost.nativeObject.createForAssemblyContext(found["part 0:1+part 1:1"]) == innermost
+    assert innermost.sourceComponent == design.rootComponent
+    assert [o.name for o in found["part 0:1"].childOccurrences] == ["part 1:1"]
+
+
+def test_contexts_of_another_component_are_refused(fusion: Fake) -> None:
+    found = by_path(designs.rigid_groups())
+    with pytest.raises(RuntimeError, match="another component"):
+        found["upper:1+bracket:1"].nativeObject.createForAssemblyContext(found["base:1"])
+    with pytest.raises(RuntimeError, match="native"):
+        found["upper:1+bracket:1"].createForAssemblyContext(found["upper:1"])
+
+
+def test_component_in_two_places(fusion: Fake) -> None:
+    design = designs.component_twice()
+    found = by_path(design)
+    left, right = found["finger:1"], found["finger:2"]
+    assert left.component == right.component
+    assert left != right
+    assert left.bRepBodies[0] != right.bRepBodies[0]
+    assert left.bRepBodies[0].nativeObject == right.bRepBodies[0].nativeObject
+    (native,) = left.component.constructionPoints
+    for occurrence in (left, right):
+        proxy = native.createForAssemblyContext(occurrence)
+        placed = cells(occurrence.transform2) @ (*xyz(native.geometry), 1.0)
+        assert xyz(proxy.geometry) == pytest.approx(placed[:3])
+        assert proxy.nativeObject == native
+        assert proxy.assemblyContext == occurrence
+    both = design.rootComponent.allOccurrencesByComponent(left.component)
+    assert [o.fullPathName for o in both] == ["finger:1", "finger:2"]
+
+
+def test_pose_of_a_proxy_can_be_written(fusion: Fake) -> None:
+    found = by_path(designs.nested_rotated())
+    lower = next(o for name, o in found.items() if name.endswith("lower:1"))
+    goal = lower.transform2
+    goal.translation = goal.translation.copy()
+    goal.setCell(0, 3, 12.0)
+    with fusion.building():
+        lower.transform2 = goal
+    assert cells(lower.transform2) == pytest.approx(cells(goal))
+    goal.setCell(0, 0, 5.0)
+    with fusion.building(), pytest.raises(RuntimeError, match="rigid"):
+        lower.transform2 = goal
+
+
+def test_visibility_follows_from_above(fusion: Fake) -> None:
+    found = by_path(designs.hidden_bodies())
+    assert not found["lower:1"].bRepBodies[0].isVisible
+    assert found["lower:1"].bRepBodies[0].isLightBulbOn
+    assert [b.isVisible for b in found["upper:1"].bRepBodies] == [True, False]
+
+
+def test_tokens_differ_and_find(fusion: Fake) -> None:
+    design = designs.nested_rotated()
+    for occurrence in design.rootComponent.allOccurrences:
+        assert occurrence.entityToken != occurrence.entityToken
+        assert design.findEntityByToken(occurrence.entityToken) == [occurrence]
+    assert design.findEntityByToken("nonsense") == []
+
+
+def test_attributes(fusion: Fake) -> None:
+    design = designs.two_link_arm()
+    found = design.findAttributes("CARDSFlow", "point")
+    assert len(found) == 9
+    assert {a.parent.name for a in found} >= {"VP_motor0_EXPORT_base_0", "EE_link_2"}
+    assert len(design.findAttributes("", "re:po.*")) == 9
+    assert design.findAttributes("CARDSFlow", "re:po") == []
+    assert design.findAttributes("CARDSFlow", "muscles") == []  # the design's own are not found
+    assert design.attributes.itemByName("CARDSFlow", "muscles").value.startswith("[")
+    assert design.attributes.itemByName("CARDSFlow", "no") is None
+    assert [a.name for a in design.attributes.itemsByGroup("CARDSFlow")] == ["muscles"]
+    with fusion.building():
+        with pytest.raises(RuntimeError, match="2 MB"):
+            design.attributes.add("CARDSFlow", "big", "x" * (2 * 1024 * 1024 + 1))
+        attribute = design.attributes.add("CARDSFlow", "small", "x" * (2 * 1024 * 1024))
+        attribute.deleteMe()
+    assert not attribute.isValid
+
+
+# Mass --------------------------------------------------------------------------------------------
+
+
+def test_box_equals_closed_form(fusion: Fake) -> None:
+    build = Builder()
+    build.box((), (2.0, 3.0, 5.0), translation((1.0, -2.0, 4.0)), density=0.5)
+    (body,) = build.done().rootComponent.bRepBodies
+    properties = body.getPhysicalProperties(VERY_HIGH)
+    assert properties.mass == pytest.approx(15.0, rel=1e-14)
+    assert properties.volume == pytest.approx(30.0)
+    assert properties.density == pytest.approx(0.5)
+    assert xyz(properties.centerOfMass) == pytest.approx([1.0, -2.0, 4.0])
+    assert about_com(properties) == pytest.approx(np.diag([42.5, 36.25, 16.25]), abs=1e-12)
+    assert moments(properties)[0, 1] == pytest.approx(15.0 * 2.0)  # -m x y
+
+
+@pytest.mark.parametrize("sign", ["tensor", "integral"])
+def test_sign_of_the_products(fusion: Fake, sign: Any) -> None:
+    build = Builder()
+    build.box((), (1.0, 1.0, 1.0), translation((1.0, 2.0, 3.0)), density=1.0)
+    (body,) = build.done().rootComponent.bRepBodies
+    fusion.options.product_sign = sign
+    *_, xy, yz, xz = body.getPhysicalProperties(VERY_HIGH).getXYZMomentsOfInertia()
+    integrals = np.array([2.0, 6.0, 3.0])
+    assert (xy, yz, xz) == pytest.approx(integrals * (1.0 if sign == "integral" else -1.0))
+
+
+@pytest.mark.parametrize("accuracy", [0, 1, 2])
+def test_lower_accuracy_is_wrong(fusion: Fake, accuracy: int) -> None:
+    designs.single_cube(2.0)
+    root = fusion.design.rootComponent
+    exact = root.getPhysicalProperties(VERY_HIGH)
+    rough = root.getPhysicalProperties(accuracy)
+    assert rough.accuracy == accuracy
+    assert rough.mass == pytest.approx(exact.mass, rel=0.02)
+    assert rough.mass != pytest.approx(exact.mass, rel=1e-5)
+    assert root.physicalProperties.mass == root.getPhysicalProperties().mass
+    assert root.physicalProperties.mass != pytest.approx(exact.mass, rel=5e-3)
+    with pytest.raises(RuntimeError, match="accuracy"):
+        root.getPhysicalProperties(7)
+
+
+SHAPES: dict[str, Callable[[Builder, Any, Any], Any]] = {
+    "box": lambda build, path, T: build.box(path, (2.0, 3.0, 5.0), T),
+    "cylinder": lambda build, path, T: build.cylinder(path, 1.5, 4.0, T),
+    "sphere": lambda build, path, T: build.sphere(path, 2.0, T),
+    "torus": lambda build, path, T: build.torus(path, 3.0, 1.0, T),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_mass_agrees_with_the_mesh(fusion: Fake, shape: str) -> None:
+    """Numerical integration over the mesh of a proxy, in the root's frame."""
+    order = random.Random(shape)
+    build = Builder()
+    outer = build.place("outer", random_motion(order, 5.0))
+    path = build.place("part", random_motion(order, 5.0), above=outer)
+    SHAPES[shape](build, path, random_motion(order, 5.0))
+    (body,) = by_path(build.done())["outer:1+part:1"].bRepBodies
+    mesh = mesh_of(body)
+    assert mesh.is_watertight
+    assert mesh.volume > 0.0  # outward
+    properties = body.getPhysicalProperties(VERY_HIGH)
+    mesh.density = properties.density
+    tolerance = 1e-9 if shape == "box" else 5e-3
+    scale = float(np.abs(about_com(properties)).max())
+    assert mesh.volume == pytest.approx(properties.volume, rel=tolerance)
+    assert mesh.center_mass == pytest.approx(xyz(properties.centerOfMass), abs=10 * tolerance)
+    assert mesh.moment_inertia == pytest.approx(about_com(properties), abs=tolerance * scale)
+    principal = properties.getPrincipalMomentsOfInertia()[1:]
+    assert sorted(principal) == pytest.approx(np.linalg.eigvalsh(about_com(properties)))
+
+
+def test_whole_is_the_sum_of_its_bodies(fusion: Fake) -> None:
+    """Nested components: the parallel-axis theorem against the merged meshes."""
+    build = Builder()
+    order = random.Random(4)
+    top = build.place("top", random_motion(order, 5.0))
+    for k in range(3):
+        part = build.place(f"part {k}", random_motion(order, 5.0), above=top)
+        build.box(part, (1.0 + k, 2.0, 3.0), random_motion(order, 5.0))
+    found = by_path(build.done())
+    merged = trimesh.util.concatenate([mesh_of(o.bRepBodies[0]) for o in list(found.values())[1:]])
+    merged.density = 7.85e-3
+    properties = found["top:1"].getPhysicalProperties(VERY_HIGH)
+    assert merged.mass == pytest.approx(properties.mass)
+    assert merged.center_mass == pytest.approx(xyz(properties.centerOfMass))
+    assert merged.moment_inertia == pytest.approx(about_com(properties))
+
+
+def test_mass_of_the_user_counts_above(fusion: Fake) -> None:
+    design = designs.overridden_mass(2.5)
+    found = by_path(design)
+    upper = found["upper:1"].getPhysicalProperties(VERY_HIGH)
+    assert upper.mass == 2.5
+    bodies = [b.getPhysicalProperties(VERY_HIGH).mass for b in found["upper:1"].bRepBodies]
+    assert sum(bodies) != pytest.approx(2.5, rel=0.1)
+    others = [
+        found[f"{name}:1"].getPhysicalProperties(VERY_HIGH).mass for name in ("base", "lower")
+    ]
+    whole = design.rootComponent.getPhysicalProperties(VERY_HIGH).mass
+    assert whole == pytest.approx(2.5 + sum(others))
+
+
+def test_only_solids_have_mass(fusion: Fake) -> None:
+    found = by_path(designs.surface_and_mesh_bodies())
+    solid, skin = found["upper:1"].bRepBodies
+    assert (solid.isSolid, skin.isSolid) == (True, False)
+    assert skin.getPhysicalProperties(VERY_HIGH).mass == 0.0
+    assert found["lower:1"].bRepBodies.count == 0
+    assert [m.name for m in found["lower:1"].component.meshBodies] == ["scan"]
+    assert found["lower:1"].getPhysicalProperties(VERY_HIGH).mass == 0.0
+
+
+def test_body_without_material(fusion: Fake) -> None:
+    (body,) = by_path(designs.no_material())["lower:1"].bRepBodies
+    assert body.material is None
+    assert body.getPhysicalProperties(VERY_HIGH).mass == 0.0
+
+
+@pytest.mark.parametrize("q", [(0.0, 0.0), (0.4, -0.7)])
+def test_arm_has_the_examples_numbers(fusion: Fake, q: tuple[float, float]) -> None:
+    design = designs.two_link_arm(seed=2, nesting=3, motion=random_motion(random.Random(1)), q=q)
+    for occurrence in design.rootComponent.allOccurrences:
+        for body in occurrence.bRepBodies:
+            properties = body.getPhysicalProperties(VERY_HIGH)
+            if occurrence.component.name == "base":
+                continue
+            assert properties.mass == pytest.approx(0.1, rel=1e-14)
+            principal = properties.getPrincipalMomentsOfInertia()[1:]
+            assert sorted(principal) == pytest.approx([0.0, 833.33, 833.33], abs=1e-9)
+
+
+# Meshes ------------------------------------------------------------------------------------------
+
+
+def test_finer_quality_is_nearer(fusion: Fake) -> None:
+    build = Builder()
+    build.cylinder((), 2.0, 3.0)
+    (body,) = build.done().rootComponent.bRepBodies
+    errors = [abs(mesh_of(body, q).volume - body.volume) for q in (8, 11, 13, 15)]
+    assert errors == sorted(errors, reverse=True)
+    calculator = body.meshManager.createMeshCalculator()
+    calculator.surfaceTolerance = 0.01
+    nodes = np.array(calculator.calculate().nodeCoordinatesAsDouble).reshape(-1, 3)
+    ring = nodes[nodes[:, 2] > 0.0][:2]
+    assert 2.0 - np.linalg.norm(ring.mean(axis=0)[:2]) <= 0.01
+    with pytest.raises(RuntimeError, match="triangleMeshQuality"):
+        calculator.setQuality(3)
+
+
+def test_frame_of_a_proxys_mesh_is_an_option(fusion: Fake) -> None:
+    build = Builder()
+    build.box(build.place("part", translation((10.0, 0.0, 0.0))), (1.0, 1.0, 1.0))
+    (body,) = by_path(build.done())["part:1"].bRepBodies
+    assert mesh_of(body).center_mass == pytest.approx([10.0, 0.0, 0.0])
+    fusion.options.mesh_frame = "component"
+    assert mesh_of(body).center_mass == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_things_to_pick_have_geometry_in_context(fusion: Fake) -> None:
+    import adsk.core
+
+    found = by_path(designs.things_to_pick(seed=5))
+    upper = next(o for name, o in found.items() if name.endswith("upper:1"))
+    T = cells(upper.transform2)
+    cylinder, sphere = upper.bRepBodies
+    circles = [e.geometry for e in cylinder.edges]
+    assert all(isinstance(c, adsk.core.Circle3D) for c in circles)
+    ends = [T @ (x, 0.0, 2.0, 1.0) for x in (-4.0, 4.0)]
+    for circle, end in zip(circles, ends, strict=True):
+        assert xyz(circle.center) == pytest.approx(end[:3])
+        assert abs(xyz(circle.normal) @ T[:3, 0]) == pytest.approx(1.0)
+    (face,) = (f for f in cylinder.faces if isinstance(f.geometry, adsk.core.Cylinder))
+    assert face.geometry.radius == 1.5
+    assert [e.length for e in face.edges] == pytest.approx([3.0 * math.pi] * 2)
+    (ball,) = sphere.faces
+    assert xyz(ball.geometry.origin) == pytest.approx((T @ (0.0, 0.0, 7.0, 1.0))[:3])
+    lower = next(o for name, o in found.items() if name.endswith("lower:1"))
+    (torus,) = lower.bRepBodies[0].faces
+    assert isinstance(torus.geometry, adsk.core.Torus)
+    (box,) = found["base:1"].bRepBodies
+    assert (box.vertices.count, box.edges.count, box.faces.count) == (8, 12, 6)
+    corners = [xyz(v.geometry) for v in box.vertices]
+    wanted = list(itertools.product((-2.0, 2.0), (-2.0, 2.0), (0.0, 10.0)))
+    assert np.array(sorted(map(tuple, corners))) == pytest.approx(np.array(sorted(wanted)))
+    for edge in box.edges:
+        line = edge.geometry
+        assert line.startPoint.distanceTo(line.endPoint) == pytest.approx(edge.length)
+
+
+def test_sketch_points_are_in_their_sketch(fusion: Fake) -> None:
+    found = by_path(designs.things_to_pick())
+    (native,) = found["base:1"].component.sketches
+    sketch = native.createForAssemblyContext(found["base:1"])
+    (sketch_point,) = sketch.sketchPoints
+    assert xyz(sketch_point.geometry) == pytest.approx([1.0, 1.0, 0.0])
+    assert xyz(sketch_point.worldGeometry) == pytest.approx([1.0, 1.0, 10.0])
+    (circle,) = sketch.sketchCurves.sketchCircles
+    assert xyz(circle.worldGeometry.center) == pytest.approx([-1.0, 1.0, 10.0])
+
+
+# Joints ------------------------------------------------------------------------------------------
+
+VALUES = {
+    "rotation": ("rotationAxisVector", "rotationValue"),
+    "slide": ("slideDirectionVector", "slideValue"),
+    "primarySlide": ("primarySlideDirectionVector", "primarySlideValue"),
+    "secondarySlide": ("secondarySlideDirectionVector", "secondarySlideValue"),
+    "pitch": ("pitchDirectionVector", "pitchValue"),
+    "yaw": ("yawDirectionVector", "yawValue"),
+    "roll": ("rollDirectionVector", "rollValue"),
+}
+
+
+def motions_of(joint: Any, kind: str) -> list[tuple[str, np.ndarray, float]]:
+    """Role, direction and value of the freedoms, in order, through the API."""
+    found = []
+    for role, _ in FREEDOMS[kind]:
+        vector, value = VALUES[role]
+        if kind == "planar" and role == "rotation":
+            vector = "normalDirectionVector"
+        if kind == "cylindrical" and role == "slide":
+            vector = "rotationAxisVector"
+        motion = joint.jointMotion
+        found.append((role, xyz(getattr(motion, vector)), getattr(motion, value)))
+    return found
+
+
+@pytest.mark.parametrize("vectors", ["fixed", "carried"])
+@pytest.mark.parametrize("seed", range(3))
+def test_joints_of_every_type_are_consistent(fusion: Fake, seed: int, vectors: Any) -> None:
+    """One's frame is two's, moved by the values along the directions."""
+    fusion.options.ball_vectors = vectors
+    root = designs.every_joint_type(seed=seed).rootComponent
+    for joint in root.allJoints:
+        kind = joint.name.removesuffix("_joint")
+        one, two = cells(joint.geometryOneTransform), cells(joint.geometryTwoTransform)
+        moved = two
+        turned = np.eye(3)  # of the freedoms before
+        for role, direction, value in motions_of(joint, kind):
+            axis = two[:3, :3].T @ direction
+            if vectors == "carried" and kind == "ball":
+                axis = turned.T @ axis
+            if "lide" in role:
+                moved = moved @ translation(value * axis)
+            else:
+                step = rotation(value, axis)
+                moved, turned = moved @ step, turned @ step[:3, :3]
+        assert moved == pytest.approx(one, abs=1e-9)
+        origin = joint.geometryOrOriginTwo.origin
+        assert xyz(origin) == pytest.approx(two[:3, 3])
+        assert joint.occurrenceTwo.component.name == "base"
+
+
+@pytest.mark.parametrize(
+    ("kind", "cls"),
+    [
+        ("rigid", "RigidJointMotion"),
+        ("revolute", "RevoluteJointMotion"),
+        ("slider", "SliderJointMotion"),
+        ("cylindrical", "CylindricalJointMotion"),
+        ("pin_slot", "PinSlotJointMotion"),
+        ("planar", "PlanarJointMotion"),
+        ("ball", "BallJointMotion"),
+    ],
+)
+@pytest.mark.parametrize("as_built", [False, True])
+def test_motions_have_their_class(fusion: Fake, kind: str, cls: str, as_built: bool) -> None:
+    import adsk.fusion
+
+    root = designs.every_joint_type(as_built=as_built).rootComponent
+    joint = (root.asBuiltJoints if as_built else root.joints).itemByName(f"{kind}_joint")
+    assert isinstance(joint.jointMotion, getattr(adsk.fusion, cls))
+    types = adsk.fusion.JointTypes
+    name = "".join(part.title() for part in kind.split("_")) + "JointType"
+    assert joint.jointMotion.jointType == getattr(types, name)
+    if as_built:
+        assert (joint.geometry is None) == (kind == "rigid")
+        assert not hasattr(joint, "healthState")
+        assert not hasattr(joint, "isLocked")
+
+
+def test_limits_stand_at_zero_until_enabled(fusion: Fake) -> None:
+    root = designs.limits().rootComponent
+    found = []
+    for joint in root.allJoints:
+        held = joint.jointMotion.rotationLimits
+        found.append(
+            (
+                held.isMinimumValueEnabled,
+                held.minimumValue,
+                held.isMaximumValueEnabled,
+                held.maximumValue,
+            )
+        )
+    assert found == [
+        (False, 0.0, False, 0.0),
+        (True, -0.5, False, 0.0),
+        (False, 0.0, True, 0.75),
+        (True, -0.5, True, 0.75),
+        (True, 0.0, True, 0.0),
+    ]
+
+
+def test_nested_joints_read_natively_have_no_geometry(fusion: Fake) -> None:
+    design = designs.nested_rotated()
+    native_of = {}
+    for component in design.allComponents:
+        native_of.update({j.name: j for j in component.joints})
+    assert design.rootComponent.joints.count == 0
+    for proxy in design.rootComponent.allJoints:
+        native = native_of[proxy.name]
+        assert proxy.nativeObject == native
+        assert native.geometryOrOriginOne is None
+        fusion.options.nested_native_geometry = "local"
+        T = cells(proxy.assemblyContext.transform2)
+        local = (*xyz(native.geometryOrOriginTwo.origin), 1.0)
+        assert xyz(proxy.geometryOrOriginTwo.origin) == pytest.approx((T @ local)[:3])
+        axis = xyz(native.jointMotion.rotationAxisVector)
+        assert xyz(proxy.jointMotion.rotationAxisVector) == pytest.approx(T[:3, :3] @ axis)
+        fusion.options.nested_native_geometry = "null"
+        assert proxy.occurrenceOne.fullPathName.startswith("arm assembly:1+")
+
+
+def test_joint_to_the_root_has_no_occurrence(fusion: Fake) -> None:
+    joint = designs.joint_to_root().rootComponent.joints.itemByName("root_joint")
+    assert joint.occurrenceTwo is None
+    assert joint.occurrenceOne.fullPathName == "upper:1"
+    assert xyz(joint.geometryOrOriginTwo.origin) == pytest.approx([0.0, 0.0, 0.0])
+
+
+def test_joint_origin_has_no_origin(fusion: Fake) -> None:
+    import adsk.fusion
+
+    for joint in designs.joint_origins().rootComponent.allJoints:
+        two = joint.geometryOrOriginTwo
+        assert isinstance(two, adsk.fusion.JointOrigin)
+        with pytest.raises(AttributeError, match="JointOrigin has no member 'origin'"):
+            _ = two.origin
+        assert xyz(two.geometry.origin) == pytest.approx(cells(joint.geometryTwoTransform)[:3, 3])
+        assert cells(two.transform) == pytest.approx(cells(joint.geometryTwoTransform))
+        assert xyz(two.geometry.primaryAxisVector) == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+
+
+def test_inferred_joint_tells_nothing(fusion: Fake) -> None:
+    joint = designs.inferred_joint().rootComponent.joints.itemByName("lower_joint")
+    for member in (
+        "geometryOrOriginOne",
+        "geometryOrOriginTwo",
+        "geometryOneTransform",
+        "jointMotion",
+        "offset",
+    ):
+        assert getattr(joint, member) is None
+
+
+def test_broken_and_suppressed_joints(fusion: Fake) -> None:
+    import adsk.fusion
+
+    joints = designs.suppressed_and_broken().rootComponent.joints
+    broken = joints.itemByName("lower_joint")
+    assert broken.healthState == adsk.fusion.FeatureHealthStates.ErrorFeatureHealthState
+    assert "deleted" in broken.errorOrWarningMessage
+    assert broken.geometryOrOriginOne is None
+    assert cells(broken.geometryOneTransform)[2, 3] == pytest.approx(20.0)
+    assert joints.itemByName("old").isSuppressed
+
+
+def test_offset_angle_and_flip(fusion: Fake) -> None:
+    joint = designs.joint_with_offset().rootComponent.joints.itemByName("lower_joint")
+    one, two = cells(joint.geometryOneTransform), cells(joint.geometryTwoTransform)
+    assert one[:3, 3] - two[:3, 3] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)
+    assert one[:3, 2] == pytest.approx(-two[:3, 2])
+    assert (joint.offset.value, joint.angle.value, joint.isFlipped) == (3.0, 0.4, True)
+
+
+def test_all_joints_may_fail(fusion: Fake) -> None:
+    root = designs.assembly_constraints().rootComponent
+    with pytest.raises(RuntimeError, match="InternalValidationError"):
+        _ = root.allJoints
+    assert root.joints.count == 2
+    assert root.assemblyConstraints.count == 1
+
+
+def test_joints_of_an_occurrence(fusion: Fake) -> None:
+    found = by_path(designs.nested_rotated())
+    upper = next(o for name, o in found.items() if name.endswith("upper:1"))
+    assert {j.name for j in upper.joints} == {"elbow", "shoulder"}
+    assert [g.name for g in upper.rigidGroups] == ["EXPORT_upper"]
+    for joint in upper.joints:
+        assert joint.assemblyContext is not None
+
+
+def test_rigid_groups_list_proxies(fusion: Fake) -> None:
+    design = designs.nested_rotated()
+    groups = {g.name: g for g in design.rootComponent.allRigidGroups}
+    (upper,) = groups["EXPORT_upper"].occurrences
+    assert upper.fullPathName == "arm assembly:1+forearm assembly:1+upper:1"
+    (native,) = groups["EXPORT_upper"].nativeObject.occurrences
+    assert native.fullPathName == "upper:1"
+
+
+def test_shoulders_stand_alike(fusion: Fake) -> None:
+    """The ball joint and the three revolutes bring the arm to the same place."""
+    poses = []
+    for ball in (True, False):
+        found = by_path(designs.shoulder_with_gimbal(ball=ball, seed=9))
+        arm = next(o for name, o in found.items() if name.endswith("arm:1"))
+        poses.append(np.linalg.inv(cells(found["torso:1"].transform2)) @ cells(arm.transform2))
+    assert poses[0] == pytest.approx(poses[1])
+
+
+def test_seed_changes_nothing_that_counts(fusion: Fake) -> None:
+    """Positions in the root's frame do not depend on nesting and order."""
+    places = []
+    for seed in (None, 1, 2):
+        design = designs.two_link_arm(seed=seed, nesting=2, q=(0.3, 0.2))
+        found = {}
+        for occurrence in design.rootComponent.allOccurrences:
+            for native in occurrence.component.constructionPoints:
+                position = xyz(native.createForAssemblyContext(occurrence).geometry)
+                found[native.name] = position
+        places.append(found)
+    for name, position in places[0].items():
+        for other in places[1:]:
+            assert other[name] == pytest.approx(position, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", designs.FEATURES)
+def test_every_design_can_be_drawn(fusion: Fake, name: str) -> None:
+    design = designs.FEATURES[name]()
+    assert fusion.design == design
+    assert fusion.fingerprint() == fusion.fingerprint()
+    for occurrence in design.rootComponent.allOccurrences:
+        assert occurrence.transform2.determinant == pytest.approx(1.0)
+        assert wrap(occurrence._data, occurrence._path) == occurrence
+        assert transform(occurrence._path) == pytest.approx(cells(occurrence.transform2))

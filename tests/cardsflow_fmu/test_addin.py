@@ -1,0 +1,266 @@
+"""The add-in from outside Fusion: exports of snapshots, installation, archive."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+from robots import planar_2r
+
+import addin_sdfusion
+from addin_sdfusion.robot import Finding, InputError, Subject
+from addin_sdfusion.settings import ExportSettings
+from addin_sdfusion.snapshot import DesignSnapshot, write_snapshot
+from cardsflow_fmu import addin
+from cardsflow_fmu.cli import main
+
+DOUBT = Finding("warning", "doubt", "joint 'a' is suppressed", Subject("joint", "a"))
+WRONG = Finding("error", "wrong", "joint 'a' is broken", Subject("joint", "a"))
+
+
+@pytest.fixture
+def given(monkeypatch: pytest.MonkeyPatch) -> list[DesignSnapshot]:
+    """Whatever the design, the paper's arm is built from it; returns the designs."""
+    seen: list[DesignSnapshot] = []
+
+    def build_robot(snapshot: DesignSnapshot) -> SimpleNamespace:
+        seen.append(snapshot)
+        findings = (WRONG,) if snapshot.name == "broken" else (DOUBT,)
+        robot = planar_2r()
+        return SimpleNamespace(robot=robot, findings=findings, T_world_link={}, bodies_of_link={})
+
+    module = ModuleType("build_robot")
+    module.build_robot = build_robot  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "addin_sdfusion.build_robot", module)
+    return seen
+
+
+def snapshot(folder: Path, name: str = "arm") -> str:
+    settings = ExportSettings(name="arm", collision="mesh", osim=False)
+    return str(write_snapshot(DesignSnapshot(name, settings), folder / f"{name}.json"))
+
+
+def test_a_snapshot_is_exported(tmp_path, given, capsys):
+    file = snapshot(tmp_path)
+    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr()
+    files = printed.out.splitlines()
+    assert str(tmp_path / "out/model.sdf") in files
+    assert all(Path(path).is_file() for path in files)
+    assert str(DOUBT) in printed.err.splitlines()
+    assert given[0].settings.collision == "mesh"
+
+
+def test_settings_of_the_export_can_be_changed(tmp_path, given):
+    words = ["--set", "collision=none", "--set", "osim=true", "--set", 'cut_joints=["a", "b"]']
+    file = snapshot(tmp_path)
+    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), *words]) == 0
+    used = given[0].settings
+    assert (used.collision, used.osim, used.cut_joints) == ("none", True, ("a", "b"))
+    assert used.name == "arm"
+    assert list((tmp_path / "o").glob("*.osim"))
+
+
+def test_json(tmp_path, given, capsys):
+    file = snapshot(tmp_path)
+    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert str(tmp_path / "o/experiment.toml") in printed["files"]
+    assert DOUBT.as_dict() in printed["findings"]
+
+
+def test_errors_of_the_design_are_all_listed(tmp_path, given, capsys):
+    file = snapshot(tmp_path, "broken")
+    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o")]) == 1
+    printed = capsys.readouterr()
+    assert printed.err.splitlines()[0] == str(WRONG)
+    assert printed.out == ""
+    assert not (tmp_path / "o").exists()
+    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), "--json"]) == 1
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["files"] == []
+    assert printed["findings"][0] == WRONG.as_dict()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--set", "collision=soft"], "--set.collision: must be one of none, mesh, convex_hull"),
+        (["--set", "colour=red"], "--set: unknown key 'colour'"),
+        (["--set", "visual"], "--set: must be KEY=VALUE"),
+        (["--set", "visual=1"], "--set.visual: must be of type bool"),
+    ],
+)
+def test_a_wrong_setting_is_one_line(tmp_path, given, capsys, words, message):
+    file = snapshot(tmp_path)
+    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"cardsflow: {message}")
+
+
+def test_what_is_no_snapshot_or_no_folder_is_one_line(tmp_path, given, capsys):
+    (tmp_path / "bad.json").write_text("{")
+    for file, folder, message in (
+        (str(tmp_path / "bad.json"), "o", "is not JSON"),
+        (str(tmp_path / "none.json"), "o", "No such file"),
+        (snapshot(tmp_path), "bad.json", "is a file; give a folder"),
+    ):
+        command = ["addin", "export-snapshot", file, "-o", str(tmp_path / folder)]
+        assert main(command) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert message in line
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+@pytest.fixture
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An add-in as packaged: a manifest, a program, icons, and what Python leaves there."""
+    folder = tmp_path / "package/addin_sdfusion"
+    for path, text in {
+        "__init__.py": "",
+        "addin_sdfusion.py": "def run(context): ...\n",
+        "addin_sdfusion.manifest": '{"id": "the-id", "version": "1"}',
+        "commands/export/icon.svg": "<svg/>",
+        "robot/readers/sdf.py": "",
+        "__pycache__/x.cpython-311.pyc": "no",
+        "robot/__pycache__/y.pyc": "no",
+        ".DS_Store": "no",
+    }.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text)
+    monkeypatch.setattr(addin_sdfusion, "__file__", str(folder / "__init__.py"))
+    return folder
+
+
+WANTED = {
+    "__init__.py",
+    "addin_sdfusion.py",
+    "addin_sdfusion.manifest",
+    "commands/export/icon.svg",
+    "robot/readers/sdf.py",
+}
+
+
+def test_install_copies_the_add_in_and_replaces_its_own(tmp_path, source, capsys):
+    target = tmp_path / "AddIns/addin_sdfusion"
+    assert main(["addin", "install", "--folder", str(tmp_path / "AddIns")]) == 0
+    assert capsys.readouterr().out == f"{target}\n"
+    assert set(contents(target)) == WANTED
+    (target / "stale.py").write_text("")
+    (source / "addin_sdfusion.py").write_text("new")
+    assert addin.install(tmp_path / "AddIns") == target
+    assert set(contents(target)) == WANTED
+    assert (target / "addin_sdfusion.py").read_text() == "new"
+    assert [path.name for path in (tmp_path / "AddIns").iterdir()] == ["addin_sdfusion"]
+
+
+@pytest.mark.parametrize("manifest", [None, "", "[]", '{"id": "another"}'])
+def test_a_foreign_folder_is_not_replaced(tmp_path, source, manifest):
+    target = tmp_path / "AddIns/addin_sdfusion"
+    target.mkdir(parents=True)
+    (target / "mine.py").write_text("mine")
+    if manifest is not None:
+        (target / "addin_sdfusion.manifest").write_text(manifest)
+    before = contents(tmp_path / "AddIns")
+    with pytest.raises(InputError, match="is not this add-in; move it"):
+        addin.install(tmp_path / "AddIns")
+    assert contents(tmp_path / "AddIns") == before
+
+
+def test_a_link_to_a_checkout_is_not_replaced(tmp_path, source):
+    (tmp_path / "AddIns").mkdir()
+    (tmp_path / "AddIns/addin_sdfusion").symlink_to(source)
+    with pytest.raises(InputError, match="is a link"):
+        addin.install(tmp_path / "AddIns")
+    assert set(contents(source)) >= WANTED
+
+
+def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monkeypatch):
+    addin.install(tmp_path / "AddIns")
+    before = contents(tmp_path / "AddIns")
+    (source / "addin_sdfusion.py").write_text("new")
+    plain, copy = Path.rename, addin.shutil.copyfile
+    for number in range(len(WANTED) + 2):
+        calls = []
+
+        def count(number=number, calls=calls):
+            calls.append(1)
+            if len(calls) - 1 == number:
+                raise PermissionError(13, "Permission denied")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "rename", lambda a, b: (count(), plain(a, b))[1])
+            patch.setattr(addin.shutil, "copyfile", lambda a, b: (count(), copy(a, b))[1])
+            with pytest.raises(InputError, match="Permission denied; is the add-in running"):
+                addin.install(tmp_path / "AddIns")
+        assert contents(tmp_path / "AddIns") == before, number
+
+
+def test_an_installation_that_was_cut_short_is_taken_up(tmp_path, source):
+    target = addin.install(tmp_path / "AddIns")
+    target.rename(target.with_name(".addin_sdfusion.old"))
+    addin.install(tmp_path / "AddIns")
+    assert [path.name for path in (tmp_path / "AddIns").iterdir()] == ["addin_sdfusion"]
+
+
+@pytest.mark.parametrize(
+    ("system", "below"), [("win32", "roaming"), ("darwin", "home/Library/Application Support")]
+)
+def test_fusions_own_folder_is_found(tmp_path, source, monkeypatch, system, below):
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.setenv("APPDATA", str(tmp_path / "roaming"))
+    monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
+    add_ins = tmp_path / below / "Autodesk/Autodesk Fusion 360/API/AddIns"
+    with pytest.raises(InputError, match="does not exist: start Fusion once"):
+        addin.install()
+    add_ins.mkdir(parents=True)
+    assert addin.install() == add_ins / "addin_sdfusion"
+
+
+def test_on_linux_a_folder_must_be_given(source, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert main(["addin", "install"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--folder" in line
+    assert "cardsflow addin zip" in line
+
+
+def test_the_archive_is_the_same_every_time(tmp_path, source):
+    first = addin.zip_addin(tmp_path / "a/first.zip").read_bytes()
+    for path in source.rglob("*"):
+        path.touch()
+    assert main(["addin", "zip", "-o", str(tmp_path / "second.zip")]) == 0
+    assert (tmp_path / "second.zip").read_bytes() == first
+    with zipfile.ZipFile(tmp_path / "second.zip") as archive:
+        assert archive.namelist() == [f"addin_sdfusion/{path}" for path in sorted(WANTED)]
+        assert archive.testzip() is None
+
+
+def test_the_packed_add_in_works_alone(tmp_path):
+    """Unpacked anywhere, with the standard library only."""
+    with zipfile.ZipFile(addin.zip_addin(tmp_path / "addin.zip")) as archive:
+        archive.extractall(tmp_path)
+    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import addin_sdfusion.export as e"
+    command = [sys.executable, "-I", "-S", "-c", f"{script}; print(e.__file__)"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.stderr == ""
+    assert Path(done.stdout.strip()).parent == tmp_path / "addin_sdfusion"
+
+
+def test_what_fusion_needs_is_installed_and_installed_again(tmp_path):
+    for _ in range(2):
+        target = addin.install(tmp_path)
+        assert (target / f"{target.name}.py").is_file()
+        assert json.loads((target / f"{target.name}.manifest").read_text())["type"] == "addin"

@@ -1,0 +1,148 @@
+"""The two-link arm, drawn in the fake Fusion, exported, and run as the hand-written example is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import fake_fusion
+import numpy as np
+import pytest
+from fake_fusion import designs
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from robots import PLANAR_2R, planar_2r
+from scipy.spatial.transform import Rotation
+
+from addin_sdfusion.build_robot import build_robot
+from addin_sdfusion.export import export_robot
+from addin_sdfusion.robot import Robot, read_robot
+from addin_sdfusion.snapshot import DesignSnapshot, read_snapshot, write_snapshot
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.simulation import simulate
+from sim_dart import DartDynamics
+
+with fake_fusion.modules():
+    from addin_sdfusion.fusion_design import read_design
+
+
+def drawn(**how: object) -> DesignSnapshot:
+    """What the add-in reads of the arm as somebody has drawn it."""
+    with fake_fusion.install() as fake:
+        return read_design(fake.activate(designs.two_link_arm(**how)) or fake.app, meshes=False)
+
+
+def same_dynamics(robot: Robot, *, gravity: bool = True, tasks: bool = True) -> None:
+    """M, C, G, l, L and J of the example, at random states."""
+    made, example = DartDynamics(robot), DartDynamics(planar_2r())
+    assert made.coordinate_names == example.coordinate_names
+    assert made.muscle_names == example.muscle_names
+    rng = np.random.default_rng(0)
+    for q, qd in rng.uniform(-0.8, 0.8, (10, 2, 2)):
+        terms = ["mass_matrix", "muscle_jacobian", "muscle_lengths"]
+        for term in [*terms, "task_jacobian"] if tasks else terms:
+            ours, theirs = getattr(made, term)(q), getattr(example, term)(q)
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9, err_msg=term)
+        np.testing.assert_allclose(made.coriolis(q, qd), example.coriolis(q, qd), atol=1e-9)
+        if gravity:
+            np.testing.assert_allclose(made.gravity(q), example.gravity(q), atol=1e-9)
+
+
+def test_the_exported_arm_tracks_as_the_example_does(tmp_path: Path) -> None:
+    """The same trajectory, gains and bounds, from the exported folder through `cardsflow run`."""
+    export_robot(drawn(), tmp_path / "arm")
+    same_dynamics(read_robot(tmp_path / "arm"))
+    trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
+    reference = f'reference={{trajectory="simple_joint_motion", file="{trajectories}"}}'
+    controller = "controller={kp=2000.0, kd=90.0, period=0.001}"
+    words = ["run", str(tmp_path / "arm"), "-o", str(tmp_path / "out")]
+    assert main([*words, "--set", reference, "--set", controller, "--set", "run.duration=8.0"]) == 0
+    result = simulate(
+        Experiment.load(
+            tmp_path / "arm",
+            {
+                "reference": {
+                    "trajectory": "simple_joint_motion",
+                    "file": str(trajectories),
+                },
+                "controller": {"kp": 2000.0, "kd": 90.0},
+                "run.duration": 8.0,
+            },
+        ),
+        through="direct",
+    )
+    summary = result.summary
+    assert summary["tracking"]["rms"] < 1e-5
+    assert summary["infeasible_ticks"] == 0
+    assert summary["forces"]["min"] >= 10.0
+    assert summary["forces"]["max"] < 41.5
+
+
+def test_the_export_runs_at_once(tmp_path: Path) -> None:
+    export_robot(drawn(q=(0.3, -0.2)), tmp_path / "arm")
+    assert main(["check", str(tmp_path / "arm")]) == 0
+    assert main(["run", str(tmp_path / "arm"), "-o", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out/tracking.png").is_file()
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"groups": False},
+        {"attributes": False},
+        {"as_built": True},
+        {"by_origins": True},
+        {"q": (0.5, -0.7)},
+    ],
+    ids=str,
+)
+def test_however_it_is_drawn_the_robot_is_the_same(how: dict) -> None:
+    built = build_robot(drawn(**how))
+    assert built.robot is not None, built.findings
+    robot, old = built.robot, "attributes" in how
+    if old:  # names alone tell neither what a muscle is called nor which axes of a task count
+        names = {f"motor{k}": f"cable_{k + 1}" for k in range(4)}
+        robot = robot.with_muscles(replace(m, name=names[m.name]) for m in robot.muscles)
+    same_dynamics(robot, tasks=not old)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    rotation=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
+    shift=st.tuples(*[st.floats(-200.0, 200.0)] * 3),
+    nesting=st.integers(0, 3),
+    seed=st.integers(0, 2**16),
+    q=st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)),
+)
+def test_moved_nested_and_made_in_any_order_the_robot_is_the_same(
+    rotation, shift, nesting, seed, q
+) -> None:
+    """What does not depend on where down is: masses, muscles and joints as they move."""
+    motion = np.eye(4)
+    motion[:3, :3] = Rotation.from_rotvec(rotation).as_matrix()
+    motion[:3, 3] = shift
+    built = build_robot(drawn(motion=motion, nesting=nesting, seed=seed, q=q))
+    assert built.robot is not None, built.findings
+    same_dynamics(built.robot, gravity=False, tasks=False)
+    initial = [c.initial for c in built.robot.coordinates]
+    np.testing.assert_allclose(initial, q, atol=1e-9)
+
+
+@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
+@given(nesting=st.integers(0, 3), seed=st.integers(0, 2**16))
+def test_nesting_and_order_leave_gravity_and_tasks_as_they_are(nesting, seed) -> None:
+    built = build_robot(drawn(nesting=nesting, seed=seed))
+    assert built.robot is not None, built.findings
+    same_dynamics(built.robot)
+
+
+def test_a_snapshot_on_disk_exports_the_same(tmp_path: Path) -> None:
+    snapshot = drawn(nesting=2, seed=1)
+    file = write_snapshot(snapshot, tmp_path / "arm.json")
+    assert read_snapshot(file) == snapshot
+    export_robot(snapshot, tmp_path / "a/arm")
+    assert main(["addin", "export-snapshot", str(file), "-o", str(tmp_path / "b/arm")]) == 0
+    ours = {p.relative_to(tmp_path / "a"): p.read_bytes() for p in (tmp_path / "a").rglob("*.*")}
+    theirs = {p.relative_to(tmp_path / "b"): p.read_bytes() for p in (tmp_path / "b").rglob("*.*")}
+    assert ours == theirs

@@ -1,0 +1,263 @@
+"""Application, documents and units."""
+
+# ruff: noqa: A002, N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api, new
+from .collections_ import Items, listing
+from .component import Product
+from .data import DesignData
+from .entity import wrap
+from .events import CustomEvent, DocumentEvent, Listeners, event
+from .maths import Point3D, point, xyz
+from .state import world
+from .ui import UserInterface
+
+_UNITS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "ft": 30.48, "rad": 1.0, "deg": 0.0}
+
+
+def document_of(design: DesignData) -> Any:
+    """The document of a design."""
+    return new(FusionDocument, design=design)
+
+
+@api("adsk.core")
+class Document(Base):
+    """`_design` is its DesignData."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Document) and self._design is other._design
+
+    def _is_gone(self) -> bool:
+        return self._design not in world().documents
+
+    @property
+    def name(self) -> str:
+        return self._design.name
+
+    @property
+    def isActive(self) -> bool:
+        return world().active is self._design
+
+    @property
+    def isSaved(self) -> bool:
+        return True
+
+    @property
+    def isModified(self) -> bool:
+        return bool(world().undo_steps)
+
+    @property
+    def products(self) -> Any:
+        return new(Products, design=self._design)
+
+    @property
+    def parent(self) -> Any:
+        return Application.get()
+
+    def activate(self) -> bool:
+        world().active = self._design
+        return True
+
+
+@api("adsk.fusion")
+class FusionDocument(Document):
+    @property
+    def design(self) -> Any:
+        return wrap(self._design)
+
+
+@api("adsk.core")
+@listing
+class Products(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(self._design)]
+
+    def itemByProductType(self, productType: str) -> Any:
+        return next((p for p in self._all() if p.productType == productType), None)
+
+
+@api("adsk.core")
+@listing
+class Documents(Items):
+    def _all(self) -> list[Any]:
+        return [document_of(d) for d in world().documents]
+
+
+@api("adsk.core")
+class UnitsManager(Base):
+    @property
+    def defaultLengthUnits(self) -> str:
+        return self._design.units
+
+    @property
+    def internalUnits(self) -> str:
+        return "cm"
+
+    def convert(self, valueInInputUnits: float, inputUnits: str, outputUnits: str) -> float:
+        return valueInInputUnits * _unit(inputUnits) / _unit(outputUnits)
+
+
+def _unit(name: str) -> float:
+    if name not in _UNITS:
+        raise RuntimeError(f"3 : invalid argument units {name!r}")
+    return _UNITS[name]
+
+
+@api("adsk.fusion")
+class FusionUnitsManager(UnitsManager):
+    @property
+    def design(self) -> Any:
+        return wrap(self._design)
+
+
+@api("adsk.core")
+class GeneralPreferences(Base):
+    @property
+    def defaultModelingOrientation(self) -> int:
+        return world().modeling_orientation
+
+
+@api("adsk.core")
+class Preferences(Base):
+    @property
+    def generalPreferences(self) -> Any:
+        return new(GeneralPreferences)
+
+
+@api("adsk.core")
+class Camera(Base):
+    """Where the user looks from; a copy, which is written back as a whole."""
+
+    @property
+    def target(self) -> Any:
+        return point(self._target)
+
+    @target.setter
+    def target(self, value: Point3D) -> None:
+        self._target = xyz(value)
+
+    @property
+    def eye(self) -> Any:
+        return point(self._eye)
+
+    @eye.setter
+    def eye(self, value: Point3D) -> None:
+        self._eye = xyz(value)
+
+    @property
+    def isFitView(self) -> bool:
+        return self._fit
+
+    @isFitView.setter
+    def isFitView(self, value: bool) -> None:
+        self._fit = value
+
+    @property
+    def isSmoothTransition(self) -> bool:
+        return self._smooth
+
+    @isSmoothTransition.setter
+    def isSmoothTransition(self, value: bool) -> None:
+        self._smooth = value
+
+
+@api("adsk.core")
+class Viewport(Base):
+    @property
+    def camera(self) -> Any:
+        return new(Camera, **world().camera)
+
+    @camera.setter
+    def camera(self, value: Camera) -> None:
+        world().camera = {k: getattr(value, f"_{k}") for k in ("target", "eye", "fit", "smooth")}
+
+    def refresh(self) -> bool:
+        return True
+
+    def fit(self) -> bool:
+        return True
+
+
+def _document_event(name: str) -> property:
+    def fget(self: Any) -> Any:
+        return event(
+            DocumentEvent, name, self, world().document_events.setdefault(name, Listeners())
+        )
+
+    return property(fget)
+
+
+@api("adsk.core")
+class Application(Base):
+    @staticmethod
+    def get() -> Application:
+        return new(Application)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Application)
+
+    @property
+    def activeProduct(self) -> Any:
+        """The design of the active document, or another product; None where none is open."""
+        if world().active is not None and not world().in_design:
+            return new(Product, data=world().active, path=())
+        return wrap(world().active)
+
+    @property
+    def activeDocument(self) -> Any:
+        if world().active is None:
+            raise RuntimeError("3 : no active document")
+        return document_of(world().active)
+
+    @property
+    def documents(self) -> Any:
+        return new(Documents)
+
+    @property
+    def userInterface(self) -> Any:
+        return new(UserInterface)
+
+    @property
+    def activeViewport(self) -> Any:
+        return new(Viewport)
+
+    documentActivated = _document_event("documentActivated")
+    documentClosed = _document_event("documentClosed")
+    documentOpened = _document_event("documentOpened")
+    documentSaved = _document_event("documentSaved")
+
+    def registerCustomEvent(self, eventId: str) -> Any:
+        if eventId in world().custom_events:
+            raise RuntimeError("3 : the custom event exists already")
+        world().custom_events[eventId] = Listeners()
+        return event(CustomEvent, eventId, self, world().custom_events[eventId])
+
+    def unregisterCustomEvent(self, eventId: str) -> bool:
+        return world().custom_events.pop(eventId, None) is not None
+
+    def fireCustomEvent(self, eventId: str, additionalInfo: str = "") -> bool:
+        """The one thing that another thread may do; the event comes with the next doEvents."""
+        if eventId not in world().custom_events:
+            return False
+        world().fired.append((eventId, additionalInfo))
+        return True
+
+    @property
+    def preferences(self) -> Any:
+        return new(Preferences)
+
+    @property
+    def version(self) -> str:
+        return "2.0.21550"
+
+    @staticmethod
+    def log(message: str, level: int = 2, type: int = 1) -> None:
+        world().log.append((message, level, type))
+
+    def executeTextCommand(self, command: str) -> str:
+        world().text_commands.append(command)
+        return ""

@@ -1,0 +1,225 @@
+"""What every class of the fake has: refusal of unknown names, argument types, threads, the dead.
+
+A class of the API is written as an ordinary class under `@api("adsk.core")`. Its public functions
+and properties are the API's; whatever begins with an underscore is the fake's own. Annotations of
+parameters are enforced when the member is called.
+"""
+
+# ruff: noqa: N818 -- the API's names
+
+from __future__ import annotations
+
+import inspect
+import sys
+import threading
+import types
+import typing
+from collections.abc import Callable
+from typing import Any
+
+from .state import world
+
+CLASSES: dict[str, dict[str, type]] = {"adsk.core": {}, "adsk.fusion": {}}
+"""The fake's classes by namespace and name."""
+
+_MAIN = threading.main_thread().ident
+
+
+class Base:
+    """Base of all classes of the API; not made by calling the class."""
+
+    def __new__(cls, *_: Any, **__: Any) -> Any:
+        """The API has no constructors: the message is Fusion's."""
+        raise AttributeError(f"No constructor defined for {cls.__name__}")
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"{type(self).__name__} has no member {name!r}")
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            member = inspect.getattr_static(type(self), name, None)
+            if not isinstance(member, property):
+                raise AttributeError(f"{type(self).__name__} has no member {name!r} to write")
+            if member.fset is None:
+                raise AttributeError(f"{type(self).__name__}.{name} is read-only")
+        object.__setattr__(self, name, value)
+
+    __hash__ = None  # type: ignore[assignment]  # wrappers come and go, Fusion's cannot be hashed
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __bool__(self) -> bool:
+        return True
+
+    def _is_gone(self) -> bool:
+        return False
+
+    @property
+    def isValid(self) -> bool:
+        return not self._is_gone()
+
+    @property
+    def objectType(self) -> str:
+        return type(self).classType()
+
+    @classmethod
+    def classType(cls) -> str:
+        return f"{_api_class(cls)._namespace.replace('.', '::')}::{_api_class(cls).__name__}"
+
+    @classmethod
+    def cast(cls, arg: Any) -> Any:
+        """The object if it is of this class, else None; never an error."""
+        return arg if isinstance(arg, cls) else None
+
+
+def new(cls: type, **fields: Any) -> Any:
+    """An object of the API, as the fake itself makes one.
+
+    Args:
+        cls: Its class.
+        fields: Its private fields, without the underscore.
+    """
+    made = object.__new__(cls)
+    made.__dict__.update({f"_{name}": value for name, value in fields.items()})
+    return made
+
+
+def api(namespace: str) -> Callable[[type], type]:
+    """Make a class part of the API: its public members check thread, life and arguments."""
+
+    def register(cls: type) -> type:
+        cls._namespace = namespace
+        for name, member in _public_members(cls).items():
+            setattr(cls, name, _guarded(cls, name, member))
+        CLASSES[namespace][cls.__name__] = cls
+        return cls
+
+    return register
+
+
+def _public_members(cls: type) -> dict[str, Any]:
+    """Public members of a class and of its bases that are no classes of the API themselves."""
+    found: dict[str, Any] = {}
+    for base in cls.__mro__:
+        if base is Base or (base is not cls and "_namespace" in vars(base)):
+            break
+        for name, member in vars(base).items():
+            if not name.startswith("_"):
+                found.setdefault(name, member)
+    return found
+
+
+def enumeration(namespace: str, name: str, values: dict[str, int]) -> type:
+    """An enumeration of the API: a class that holds plain integers."""
+    made = type(name, (), {**values, "_namespace": namespace, "_values": values})
+    CLASSES[namespace][name] = made
+    return made
+
+
+def check_thread(what: str) -> None:
+    """Refuse a call from another thread than the main one: Fusion would crash or hang.
+
+    Raises:
+        RuntimeError: It is another thread.
+    """
+    if threading.get_ident() != _MAIN:
+        raise RuntimeError(f"2 : InternalValidationError : {what} called from a worker thread")
+
+
+def _api_class(cls: type) -> type:
+    """The class of the API that a class is, or that a handler written by the user derives from."""
+    return next(c for c in cls.__mro__ if "_namespace" in vars(c))
+
+
+def _guarded(cls: type, name: str, member: Any) -> Any:
+    where = f"{cls.__name__}.{name}"
+    if isinstance(member, property):
+        fget = _call(where, member.fget, bound=True)
+        fset = None if member.fset is None else _call(where, member.fset, bound=True)
+        return property(fget, fset, doc=member.__doc__)
+    if isinstance(member, (staticmethod, classmethod)):
+        bound = isinstance(member, classmethod)
+        return type(member)(_call(where, member.__func__, bound=bound, alive=False))
+    if inspect.isfunction(member):
+        return _call(where, member, bound=True)
+    return member
+
+
+def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) -> Callable:
+    """The function behind checks of thread, life and the types of its positional arguments."""
+    checks: list | None = None
+    parameters = list(inspect.signature(function).parameters.values())[bound:]
+    required = sum(p.default is p.empty for p in parameters)
+    if any(p.kind is p.VAR_POSITIONAL for p in parameters):
+        parameters, required, checks = [], 0, []
+    skip_life = where.endswith(".isValid")
+    any_thread = where in ("Application.get", "Application.fireCustomEvent")
+
+    def guarded(*args: Any) -> Any:
+        nonlocal checks
+        if threading.get_ident() != _MAIN and not any_thread:
+            check_thread(where)
+        if alive and not skip_life and args[0]._is_gone():
+            raise RuntimeError(f"2 : InternalValidationError : {where} of a deleted object")
+        if world().missing and where in world().missing:
+            raise AttributeError(f"{where}: this version of Fusion has no such member")
+        values = args[1:] if bound else args
+        if checks is None:
+            checks = [_check(function, p) for p in parameters]
+        if checks or parameters:
+            if not required <= len(values) <= len(parameters):
+                raise TypeError(f"{where} takes {len(parameters)} arguments, not {len(values)}")
+            for value, check, parameter in zip(values, checks, parameters, strict=False):
+                if not check(value):
+                    raise TypeError(
+                        f"in method {where}, argument {parameter.name!r} must be "
+                        f"{parameter.annotation}, not {type(value).__name__} {value!r}"
+                    )
+        try:
+            return function(*args)
+        except AttributeError as error:  # else __getattr__ would hide the fake's own mistake
+            if str(error).startswith("No constructor") or " no such member" in str(error):
+                raise
+            raise FakeMistake(f"in {where}: {error}") from error
+
+    guarded.__name__ = function.__name__
+    guarded.__doc__ = function.__doc__
+    return guarded
+
+
+class FakeMistake(Exception):
+    """The fake itself is wrong: not something that Fusion would do."""
+
+
+def _check(function: Callable, parameter: inspect.Parameter) -> Callable[[Any], bool]:
+    """Whether a value fits an annotation. Annotations are texts that name classes of the API."""
+    text = parameter.annotation
+    if text is parameter.empty:
+        return lambda _: True
+    names = {**vars(sys.modules[function.__module__]), **_every_class()}
+    hint = eval(text, names) if isinstance(text, str) else text
+    return _fits(hint)
+
+
+def _every_class() -> dict[str, type]:
+    return {**CLASSES["adsk.core"], **CLASSES["adsk.fusion"]}
+
+
+def _fits(hint: Any) -> Callable[[Any], bool]:
+    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        options = [_fits(option) for option in typing.get_args(hint)]
+        return lambda value: any(option(value) for option in options)
+    if hint is None or hint is type(None):
+        return lambda value: value is None
+    if hint is Any or hint is object:
+        return lambda _: True
+    if hint is float:
+        return lambda value: isinstance(value, (int, float)) and not isinstance(value, bool)
+    if hint is int:
+        return lambda value: isinstance(value, int) and not isinstance(value, bool)
+    if typing.get_origin(hint) is list:
+        (item,) = typing.get_args(hint)
+        fits = _fits(item)
+        return lambda value: isinstance(value, (list, tuple)) and all(map(fits, value))
+    return lambda value: isinstance(value, hint)

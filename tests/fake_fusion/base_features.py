@@ -1,0 +1,166 @@
+"""Base features: what holds points by coordinates in parametric designs.
+
+Importing this module gives the members to Component, ConstructionPoint and ConstructionPoints. What
+is made through the API is the add-in's, so it is in the fingerprint of everything only.
+
+A construction point of a base feature is made, and deleted, only while the feature is being edited
+[reference: ConstructionPointInput.targetBaseOrFormFeature]; its Point3D is in the frame of the
+component [inferred].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from .base import Base, _guarded, api, new
+from .collections_ import Items, named
+from .component import Component
+from .data import Named, PointData
+from .entity import Deletable, WithName, refuse_reference, unique, wrap, wraps
+from .points import ConstructionPoint, ConstructionPointInput, ConstructionPoints, _place
+from .state import world
+
+
+@dataclass(eq=False)
+class BaseFeatureData(Named):
+    """A base feature."""
+
+    component: Any = None
+    points: list[PointData] = field(default_factory=list)
+    is_edited: bool = False
+
+
+def _features(component: Any) -> list[BaseFeatureData]:
+    return component.__dict__.setdefault("base_features", [])
+
+
+@api("adsk.fusion")
+@wraps(BaseFeatureData)
+class BaseFeature(WithName, Deletable):
+    def _shelf(self) -> list[Any]:
+        return _features(self._data.component)
+
+    def _siblings(self) -> list[Any]:
+        return self._shelf()
+
+    @property
+    def parentComponent(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def constructionPoints(self) -> Any:
+        return new(_PointsOfFeature, feature=self._data)
+
+    def startEdit(self) -> bool:
+        refuse_reference(self._data.component, "BaseFeature.startEdit")
+        if any(f.is_edited for f in self._shelf()):
+            raise RuntimeError("3 : a base feature is being edited already")
+        self._data.is_edited = True
+        return True
+
+    def finishEdit(self) -> bool:
+        world().require_edit("BaseFeature.finishEdit")
+        if not self._data.is_edited:
+            raise RuntimeError("3 : the base feature is not being edited")
+        self._data.is_edited = False
+        return True
+
+    def deleteMe(self) -> bool:
+        if self._data.points:
+            raise RuntimeError("3 : the base feature still holds points")
+        return super().deleteMe()
+
+
+class _PointsOfFeature(ConstructionPoints):
+    """The points of a base feature."""
+
+    def _all(self) -> list[Any]:
+        return [wrap(p) for p in self._feature.points]
+
+
+@api("adsk.fusion")
+@named
+class BaseFeatures(Items):
+    """Of a component."""
+
+    def _all(self) -> list[Any]:
+        return [wrap(f) for f in _features(self._component)]
+
+    def add(self) -> Any:
+        component = self._component
+        refuse_reference(component, "BaseFeatures.add")
+        if component.design.kind == 0:
+            raise RuntimeError("3 : direct designs have no base features")
+        if component.design.intent == 1 and component is component.design.root:
+            raise RuntimeError("3 : an assembly design takes no features")
+        shelf = _features(component)
+        data = BaseFeatureData(unique("BaseFeature1", shelf), component=component)
+        world().append(shelf, data, "BaseFeatures.add")
+        return wrap(data)
+
+
+@api("adsk.fusion")
+class Features(Base):
+    """Of a component; base features are all that there are here."""
+
+    @property
+    def baseFeatures(self) -> Any:
+        return new(BaseFeatures, component=self._component)
+
+
+def _component_features(self: Any) -> Any:
+    return new(Features, component=self._data)
+
+
+def _target(self: Any) -> Any:
+    return self.__dict__.get("_feature")
+
+
+def _set_target(self: Any, value: BaseFeature | None) -> None:
+    self._feature = value
+
+
+def _base_feature(self: Any) -> Any:
+    return wrap(self._data.__dict__.get("base_feature"))
+
+
+_add, _delete = ConstructionPoints.add, ConstructionPoint.deleteMe
+
+
+def _add_to_feature(self: Any, made: ConstructionPointInput) -> Any:
+    feature = made.targetBaseOrFormFeature
+    if feature is None:
+        return _add(self, made)
+    component = self._component
+    refuse_reference(component, "ConstructionPoints.add")
+    if feature._data.component is not component or not feature._data.is_edited:
+        raise RuntimeError("3 : the base feature is of another component, or not being edited")
+    if made._how is None:
+        raise RuntimeError("3 : the input of the construction point is not set")
+    position = _place(component, made._how[1], made._occurrence)
+    name = unique(f"Point{len(component.points) + 1}", component.points)
+    data = PointData(name, component=component, position=position, by_user=False)
+    data.base_feature = feature._data
+    world().append(component.points, data, "ConstructionPoints.add")
+    world().append(feature._data.points, data, "ConstructionPoints.add")
+    return wrap(data)
+
+
+def _delete_from_feature(self: Any) -> bool:
+    feature = self._data.__dict__.get("base_feature")
+    if feature is not None:
+        if not feature.is_edited:
+            raise RuntimeError("3 : the point's base feature is not being edited")
+        world().remove(feature.points, self._data)
+    return _delete(self)
+
+
+for _class, _name, _member in (
+    (Component, "features", property(_component_features)),
+    (ConstructionPoint, "baseFeature", property(_base_feature)),
+    (ConstructionPoint, "deleteMe", _delete_from_feature),
+    (ConstructionPoints, "add", _add_to_feature),
+    (ConstructionPointInput, "targetBaseOrFormFeature", property(_target, _set_target)),
+):
+    setattr(_class, _name, _guarded(_class, _name, _member))

@@ -1,0 +1,302 @@
+"""Bodies, their meshes, vertices, edges and faces."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .collections_ import Items, listing, named
+from .curves import curve_of, surface_of
+from .data import BodyData, TopologyData
+from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
+from .maths import point
+from .physical import physical_properties
+from .state import world
+
+_SEGMENTS = {8: 12, 11: 24, 13: 48, 15: 96}
+"""Number of sides of a circle, by TriangleMeshQualityOptions."""
+
+
+class _Body(Placed, WithName, WithBulb, WithVisibility, Deletable):
+    @property
+    def parentComponent(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def material(self) -> Any:
+        from .component import material
+
+        return material(self._data.material)
+
+
+@api("adsk.fusion")
+@wraps((BodyData, "solid"), (BodyData, "surface"))
+class BRepBody(_Body):
+    def _shelf(self) -> list[Any]:
+        return self._data.component.bodies
+
+    @property
+    def isSolid(self) -> bool:
+        return self._data.kind == "solid"
+
+    @property
+    def isTransient(self) -> bool:
+        return False
+
+    @property
+    def volume(self) -> float:
+        return float(self._data.mass().volume)
+
+    @property
+    def physicalProperties(self) -> Any:
+        return self._physical(0)
+
+    def getPhysicalProperties(self, accuracy: int = 0) -> Any:
+        return self._physical(accuracy)
+
+    def _physical(self, accuracy: int) -> Any:
+        return physical_properties(self._data.mass(), accuracy, self._T)
+
+    @property
+    def meshManager(self) -> Any:
+        return new(MeshManager, body=self)
+
+    @property
+    def vertices(self) -> Any:
+        return new(BRepVertices, body=self, part=0)
+
+    @property
+    def edges(self) -> Any:
+        return new(BRepEdges, body=self, part=1)
+
+    @property
+    def faces(self) -> Any:
+        return new(BRepFaces, body=self, part=2)
+
+
+@api("adsk.fusion")
+@wraps((BodyData, "mesh"))
+class MeshBody(_Body):
+    def _shelf(self) -> list[Any]:
+        return self._data.component.mesh_bodies
+
+    @property
+    def isClosed(self) -> bool:
+        return True
+
+    @property
+    def displayMesh(self) -> Any:
+        return _triangle_mesh(self, _SEGMENTS[11])
+
+
+class _Bodies(Items):
+    """`_component` is ComponentData, `_path` the context."""
+
+    def _all(self) -> list[Any]:
+        return [wrap(body, self._path) for body in self._shelf()]
+
+
+@api("adsk.fusion")
+@named
+class BRepBodies(_Bodies):
+    def _shelf(self) -> list[Any]:
+        return self._component.bodies
+
+
+@api("adsk.fusion")
+@listing
+class MeshBodies(_Bodies):
+    def _shelf(self) -> list[Any]:
+        return self._component.mesh_bodies
+
+
+@api("adsk.fusion")
+class MeshManager(Base):
+    @property
+    def parent(self) -> Any:
+        return self._body
+
+    def createMeshCalculator(self) -> Any:
+        return new(TriangleMeshCalculator, manager=self, segments=_SEGMENTS[11], tolerance=0.0)
+
+
+@api("adsk.fusion")
+class TriangleMeshCalculator(Base):
+    @property
+    def parentMeshManager(self) -> Any:
+        return self._manager
+
+    @property
+    def surfaceTolerance(self) -> float:
+        return self._tolerance
+
+    @surfaceTolerance.setter
+    def surfaceTolerance(self, value: float) -> None:
+        if value < 0.0:
+            raise RuntimeError("3 : invalid argument surfaceTolerance")
+        self._tolerance = float(value)
+
+    def setQuality(self, triangleMeshQuality: int) -> bool:
+        if triangleMeshQuality not in _SEGMENTS:
+            raise RuntimeError("3 : invalid argument triangleMeshQuality")
+        self._segments = _SEGMENTS[triangleMeshQuality]
+        return True
+
+    def calculate(self) -> Any:
+        """The mesh; the surface tolerance, where set, decides the number of sides of a circle."""
+        segments, shape = self._segments, self._manager._body._data.shape
+        radius = max(getattr(shape, "radius", 0.0), getattr(shape, "major", 0.0))
+        if self._tolerance > 0.0 and radius > self._tolerance:
+            half = math.acos(1.0 - self._tolerance / radius)
+            segments = max(4, math.ceil(math.pi / half))
+        return _triangle_mesh(self._manager._body, segments)
+
+
+def _triangle_mesh(body: Any, segments: int) -> Any:
+    nodes, triangles = body._data.shape.mesh(segments)
+    if world().options.mesh_frame == "context":
+        nodes = nodes @ body._T[:3, :3].T + body._T[:3, 3]
+    return new(TriangleMesh, nodes=nodes, triangles=triangles)
+
+
+@api("adsk.fusion")
+class TriangleMesh(Base):
+    """Nodes in cm."""
+
+    @property
+    def nodeCount(self) -> int:
+        return len(self._nodes)
+
+    @property
+    def triangleCount(self) -> int:
+        return len(self._triangles)
+
+    @property
+    def nodeCoordinates(self) -> list:
+        return [point(p) for p in self._nodes]
+
+    @property
+    def nodeCoordinatesAsDouble(self) -> list:
+        return self._nodes.ravel().tolist()
+
+    @property
+    def nodeCoordinatesAsFloat(self) -> list:
+        return self._nodes.astype(np.float32).ravel().tolist()
+
+    @property
+    def nodeIndices(self) -> list:
+        return self._triangles.ravel().tolist()
+
+
+class _Topology(Placed):
+    @property
+    def body(self) -> Any:
+        return wrap(self._data.body, self._path)
+
+    @property
+    def tempId(self) -> int:
+        return 1 + [t is self._data for p in self._data.body.topology() for t in p].index(True)
+
+
+class _TopologyItems(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(t, self._body._path) for t in self._body._data.topology()[self._part]]
+
+
+@api("adsk.fusion")
+@wraps((TopologyData, "vertex"))
+class BRepVertex(_Topology):
+    @property
+    def geometry(self) -> Any:
+        return point(self._placed(self._data.geometry))
+
+
+@api("adsk.fusion")
+@wraps((TopologyData, "edge"))
+class BRepEdge(_Topology):
+    @property
+    def geometry(self) -> Any:
+        return curve_of(self._data.geometry, self._T)
+
+    @property
+    def length(self) -> float:
+        return self._data.geometry.length
+
+
+@api("adsk.fusion")
+@wraps((TopologyData, "face"))
+class BRepFace(_Topology):
+    @property
+    def geometry(self) -> Any:
+        return surface_of(self._data.geometry, self._T)
+
+    @property
+    def pointOnFace(self) -> Any:
+        return point(self._placed(_on_face(self._data.geometry)))
+
+    @property
+    def centroid(self) -> Any:
+        """The centroid of the area; for a whole cylinder, sphere or torus that is on its axis."""
+        return point(self._placed(self._data.geometry.origin))
+
+    @property
+    def edges(self) -> Any:
+        return new(_FaceEdges(), body=self.body, face=self._data)
+
+    @property
+    def boundingBox(self) -> Any:
+        from .curves import bounding_box
+
+        return bounding_box(self._placed(_on_face(self._data.geometry))[None, :])
+
+
+def _FaceEdges() -> type:
+    return BRepEdges
+
+
+def _on_face(face: Any) -> np.ndarray:
+    if face.kind == "plane":
+        return face.origin
+    across = np.eye(3)[int(np.argmin(np.abs(face.axis)))]
+    across = across - (across @ face.axis) * face.axis
+    return face.origin + (face.radius + face.minor) * across / np.linalg.norm(across)
+
+
+@api("adsk.fusion")
+@listing
+class BRepVertices(_TopologyItems):
+    pass
+
+
+@api("adsk.fusion")
+@listing
+class BRepEdges(_TopologyItems):
+    """Edges of a body, or of one of its faces."""
+
+    _face: Any = None
+    _part = 1
+
+    def _all(self) -> list[Any]:
+        edges = super()._all()
+        if self._face is None:
+            return edges
+        return [e for e in edges if _bounds(self._face.geometry, e._data.geometry)]
+
+
+@api("adsk.fusion")
+@listing
+class BRepFaces(_TopologyItems):
+    pass
+
+
+def _bounds(face: Any, edge: Any) -> bool:
+    """Whether an edge bounds a face of one of our shapes."""
+    if face.kind == "cylinder":
+        return edge.radius > 0.0
+    if face.kind != "plane":
+        return False
+    ends = [edge.centre, edge.centre + edge.axis * (edge.length if edge.radius == 0.0 else 0.0)]
+    return all(abs((p - face.origin) @ face.axis) < 1e-9 for p in ends)

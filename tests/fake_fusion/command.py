@@ -1,0 +1,269 @@
+"""Commands that run, and the definitions that they run from."""
+
+# ruff: noqa: A002, N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api, new
+from .command_inputs import CommandInputs
+from .events import (
+    CommandCreatedEvent,
+    CommandEvent,
+    InputChangedEvent,
+    KeyboardEvent,
+    Listeners,
+    SelectionEvent,
+    ValidateInputsEvent,
+    event,
+)
+from .input_selection import SelectionCommandInput
+from .inputs import InputData, TabCommandInput, every_input
+
+_EVENTS = {
+    "execute": CommandEvent,
+    "executePreview": CommandEvent,
+    "activate": CommandEvent,
+    "deactivate": CommandEvent,
+    "destroy": CommandEvent,
+    "inputChanged": InputChangedEvent,
+    "validateInputs": ValidateInputsEvent,
+    "select": SelectionEvent,
+    "unselect": SelectionEvent,
+    "preSelect": SelectionEvent,
+    "preSelectEnd": SelectionEvent,
+    "preSelectStart": SelectionEvent,
+    "preSelectMouseMove": SelectionEvent,
+    "keyDown": KeyboardEvent,
+    "keyUp": KeyboardEvent,
+}
+
+
+class CommandData:
+    """A command that runs, or has run."""
+
+    def __init__(self, definition: Any) -> None:
+        self.definition = definition
+        self.inputs: list[InputData] = []
+        self.listeners = {name: Listeners() for name in _EVENTS}
+        self.gone = False
+        self.tab: InputData | None = None
+        self.focus: InputData | None = None
+        self.fields: dict[str, Any] = {
+            "okButtonText": "OK",
+            "cancelButtonText": "Cancel",
+            "isOKButtonVisible": True,
+            "isRepeatable": True,
+            "isExecutedWhenPreEmpted": True,
+            "isAutoExecute": True,
+            "helpFile": "",
+        }
+
+    def view(self) -> Any:
+        """The API's object."""
+        return new(Command, data=self)
+
+    def event(self, name: str) -> Any:
+        """The API's object of one of its events."""
+        return event(_EVENTS[name], name, self.view(), self.listeners[name])
+
+    def active_tab(self) -> InputData | None:
+        """The tab that is open: the first, unless another was activated."""
+        tabs = [data for data in self.inputs if data.cls is TabCommandInput]
+        return self.tab if self.tab is not None else (tabs[0] if tabs else None)
+
+    def focused(self) -> InputData | None:
+        """The selection input that takes what is picked."""
+        if self.focus is not None and not self.focus.gone:
+            return self.focus
+        shown = [
+            data
+            for data in every_input(self)
+            if data.cls is SelectionCommandInput and data.fields.get("isVisible", True)
+        ]
+        return shown[0] if shown else None
+
+
+def _event_member(name: str) -> property:
+    def fget(self: Any) -> Any:
+        return self._data.event(name)
+
+    return property(fget)
+
+
+def _field(name: str, kind: str) -> property:
+    def fget(self: Any) -> Any:
+        return self._data.fields[name]
+
+    def fset(self: Any, value: Any) -> None:
+        self._data.fields[name] = value
+
+    fset.__annotations__["value"] = kind
+    return property(fget, fset)
+
+
+@api("adsk.core")
+class Command(Base):
+    execute = _event_member("execute")
+    executePreview = _event_member("executePreview")
+    activate = _event_member("activate")
+    deactivate = _event_member("deactivate")
+    destroy = _event_member("destroy")
+    inputChanged = _event_member("inputChanged")
+    validateInputs = _event_member("validateInputs")
+    select = _event_member("select")
+    unselect = _event_member("unselect")
+    preSelect = _event_member("preSelect")
+    preSelectEnd = _event_member("preSelectEnd")
+    preSelectStart = _event_member("preSelectStart")
+    preSelectMouseMove = _event_member("preSelectMouseMove")
+    keyDown = _event_member("keyDown")
+    keyUp = _event_member("keyUp")
+    okButtonText = _field("okButtonText", "str")
+    cancelButtonText = _field("cancelButtonText", "str")
+    isOKButtonVisible = _field("isOKButtonVisible", "bool")
+    isRepeatable = _field("isRepeatable", "bool")
+    isExecutedWhenPreEmpted = _field("isExecutedWhenPreEmpted", "bool")
+    isAutoExecute = _field("isAutoExecute", "bool")
+    helpFile = _field("helpFile", "str")
+
+    def _is_gone(self) -> bool:
+        return self._data.gone
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Command) and self._data is other._data
+
+    @property
+    def commandInputs(self) -> Any:
+        return new(CommandInputs, command=self._data, parent=None)
+
+    @property
+    def parentCommandDefinition(self) -> Any:
+        return self._data.definition.view()
+
+    def setDialogInitialSize(self, width: int, height: int) -> bool:
+        self._data.fields["size"] = (width, height)
+        return True
+
+    def setDialogMinimumSize(self, width: int, height: int) -> bool:
+        return True
+
+    def setDialogSize(self, width: int, height: int) -> bool:
+        self._data.fields["size"] = (width, height)
+        return True
+
+    def doExecute(self, terminate: bool) -> bool:
+        from .driver import running
+
+        return running(self._data).do_execute(terminate)
+
+    def doExecutePreview(self) -> bool:
+        from .driver import running
+
+        running(self._data).preview()
+        return True
+
+
+class DefinitionData:
+    """A command definition."""
+
+    def __init__(self, id: str, name: str, tooltip: str, folder: str, native: bool) -> None:
+        self.id, self.name, self.tooltip = id, name, tooltip
+        self.folder, self.native = folder, native
+        self.tool_clip = ""
+        self.created = Listeners()
+        self.gone = False
+        self.enabled = True
+
+    def view(self) -> Any:
+        """The API's object."""
+        return new(CommandDefinition, data=self)
+
+
+@api("adsk.core")
+class ControlDefinition(Base):
+    @property
+    def isEnabled(self) -> bool:
+        return self._data.enabled
+
+    @isEnabled.setter
+    def isEnabled(self, value: bool) -> None:
+        self._data.enabled = value
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+
+@api("adsk.core")
+class ButtonControlDefinition(ControlDefinition):
+    pass
+
+
+@api("adsk.core")
+class CommandDefinition(Base):
+    def _is_gone(self) -> bool:
+        return self._data.gone
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CommandDefinition) and self._data is other._data
+
+    @property
+    def id(self) -> str:
+        return self._data.id
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+    @name.setter
+    def name(self, value: str) -> None:
+        self._data.name = value
+
+    @property
+    def tooltip(self) -> str:
+        return self._data.tooltip
+
+    @tooltip.setter
+    def tooltip(self, value: str) -> None:
+        self._data.tooltip = value
+
+    @property
+    def toolClipFilename(self) -> str:
+        return self._data.tool_clip
+
+    @toolClipFilename.setter
+    def toolClipFilename(self, value: str) -> None:
+        self._data.tool_clip = value
+
+    @property
+    def resourceFolder(self) -> str:
+        return self._data.folder
+
+    @property
+    def isNative(self) -> bool:
+        return self._data.native
+
+    @property
+    def controlDefinition(self) -> Any:
+        return new(ButtonControlDefinition, data=self._data)
+
+    @property
+    def commandCreated(self) -> Any:
+        return event(CommandCreatedEvent, "commandCreated", self, self._data.created)
+
+    def execute(self) -> bool:
+        from .driver import start
+
+        start(self._data)
+        return True
+
+    def deleteMe(self) -> bool:
+        from .ui_data import ui
+
+        if self._data.native:
+            raise RuntimeError("3 : a native command definition cannot be deleted")
+        self._data.gone = True
+        del ui().definitions[self._data.id]
+        return True

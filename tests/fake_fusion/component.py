@@ -1,0 +1,500 @@
+"""Design, Component and Occurrence."""
+
+# ruff: noqa: A002 -- the API's names
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .bodies import BRepBodies, MeshBodies
+from .collections_ import Items, listing, named
+from .data import (
+    ComponentData,
+    DesignData,
+    OccurrenceData,
+    Path,
+    paths_below,
+    transform,
+)
+from .entity import Entity, Seen, WithName, _same, occurrence, wrap, wraps
+from .maths import is_rigid, matrix
+from .physical import physical_properties
+from .state import world
+
+
+def material(name: str) -> Any:
+    """The Material of that name; None for an empty one."""
+    return new(Material, name=name) if name else None
+
+
+@api("adsk.core")
+class Material(Base):
+    @property
+    def name(self) -> str:
+        return self._name
+
+    @property
+    def id(self) -> str:
+        return f"PrismMaterial-{self._name}"
+
+
+@api("adsk.fusion")
+class BaseComponent(Base):
+    """Base of Component."""
+
+
+def _listed(cls: type, make: Any) -> Any:
+    return new(cls, make=make)
+
+
+@api("adsk.fusion")
+@wraps(ComponentData)
+class Component(WithName, BaseComponent):
+    @property
+    def _component(self) -> ComponentData:
+        return self._data
+
+    def _siblings(self) -> list[Any]:
+        return self._data.design.components
+
+    @property
+    def id(self) -> str:
+        return f"{self._data.design.components.index(self._data):032x}"
+
+    @property
+    def parentDesign(self) -> Any:
+        return wrap(self._data.design)
+
+    @property
+    def description(self) -> str:
+        return ""
+
+    @property
+    def partNumber(self) -> str:
+        return self._data.name
+
+    @property
+    def material(self) -> Any:
+        return material(self._data.material)
+
+    @property
+    def occurrences(self) -> Any:
+        return new(Occurrences, component=self._data)
+
+    @property
+    def allOccurrences(self) -> Any:
+        data = self._data
+        return _listed(OccurrenceList, lambda: [occurrence(p) for p in paths_below(data)])
+
+    def occurrencesByComponent(self, component: Component) -> Any:
+        mine, other = self._data, component._data
+        found = lambda: [occurrence((o,)) for o in mine.occurrences if o.component is other]  # noqa: E731
+        return _listed(OccurrenceList, found)
+
+    def allOccurrencesByComponent(self, component: Component) -> Any:
+        mine, other = self._data, component._data
+        return _listed(
+            OccurrenceList,
+            lambda: [occurrence(p) for p in paths_below(mine) if p[-1].component is other],
+        )
+
+    @property
+    def bRepBodies(self) -> Any:
+        return new(BRepBodies, component=self._data, path=())
+
+    @property
+    def meshBodies(self) -> Any:
+        return new(MeshBodies, component=self._data, path=())
+
+    @property
+    def constructionPoints(self) -> Any:
+        from .points import ConstructionPoints
+
+        return new(ConstructionPoints, component=self._data)
+
+    @property
+    def sketches(self) -> Any:
+        from .sketches import Sketches
+
+        return new(Sketches, component=self._data)
+
+    @property
+    def joints(self) -> Any:
+        from .joints import Joints
+
+        return new(Joints, component=self._data)
+
+    @property
+    def asBuiltJoints(self) -> Any:
+        from .joints import AsBuiltJoints
+
+        return new(AsBuiltJoints, component=self._data)
+
+    @property
+    def jointOrigins(self) -> Any:
+        from .joints import JointOrigins
+
+        return new(JointOrigins, component=self._data)
+
+    @property
+    def rigidGroups(self) -> Any:
+        from .joints import RigidGroups
+
+        return new(RigidGroups, component=self._data)
+
+    @property
+    def customGraphicsGroups(self) -> Any:
+        from .graphics import CustomGraphicsGroups
+
+        return new(CustomGraphicsGroups, component=self._data)
+
+    @property
+    def assemblyConstraints(self) -> Any:
+        from .joints import AssemblyConstraints
+
+        return new(AssemblyConstraints, component=self._data)
+
+    @property
+    def allJoints(self) -> list:
+        self._refuse_constraints("allJoints")
+        return self._everywhere("joints")
+
+    @property
+    def allAsBuiltJoints(self) -> list:
+        self._refuse_constraints("allAsBuiltJoints")
+        return self._everywhere("as_built")
+
+    @property
+    def allRigidGroups(self) -> list:
+        return self._everywhere("groups")
+
+    @property
+    def allJointOrigins(self) -> list:
+        return self._everywhere("joint_origins")
+
+    def _refuse_constraints(self, what: str) -> None:
+        """Fusion fails where assembly constraints exist: ACDC4Robot issue 10."""
+        below = [self._data, *(p[-1].component for p in paths_below(self._data))]
+        if world().options.all_joints_fail and any(c.constraints for c in below):
+            raise RuntimeError(f"2 : InternalValidationError : {what}")
+
+    def _everywhere(self, shelf: str) -> list:
+        """A list of the component and of all below, as proxies in the component's context."""
+        found = [wrap(item) for item in getattr(self._data, shelf)]
+        for path in paths_below(self._data):
+            found += [wrap(item, path) for item in getattr(path[-1].component, shelf)]
+        return found
+
+    @property
+    def physicalProperties(self) -> Any:
+        return physical_properties(self._data.mass(), 0, np.eye(4))
+
+    def getPhysicalProperties(self, accuracy: int = 0) -> Any:
+        return physical_properties(self._data.mass(), accuracy, np.eye(4))
+
+    @property
+    def constructionPlanes(self) -> Any:
+        from .points import ConstructionPlanes
+
+        return new(ConstructionPlanes, component=self._data)
+
+    @property
+    def xYConstructionPlane(self) -> Any:
+        from .points import origin_plane
+
+        return origin_plane(self._data, "XY", (0.0, 0.0, 1.0))
+
+    @property
+    def xZConstructionPlane(self) -> Any:
+        from .points import origin_plane
+
+        return origin_plane(self._data, "XZ", (0.0, 1.0, 0.0))
+
+    @property
+    def yZConstructionPlane(self) -> Any:
+        from .points import origin_plane
+
+        return origin_plane(self._data, "YZ", (1.0, 0.0, 0.0))
+
+    @property
+    def originConstructionPoint(self) -> Any:
+        from .points import origin_point
+
+        return origin_point(self._data)
+
+
+@api("adsk.fusion")
+@wraps(OccurrenceData)
+class Occurrence(Entity):
+    """A component in a place. `_path` ends with the occurrence itself."""
+
+    @property
+    def _component(self) -> ComponentData:
+        return self._data.parent
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+    @property
+    def fullPathName(self) -> str:
+        return "+".join(o.name for o in self._path)
+
+    @property
+    def component(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def sourceComponent(self) -> Any:
+        return wrap(self._path[0].parent)
+
+    @property
+    def assemblyContext(self) -> Any:
+        return occurrence(self._path[:-1])
+
+    @property
+    def nativeObject(self) -> Any:
+        return occurrence(self._path[-1:]) if len(self._path) > 1 else None
+
+    def createForAssemblyContext(self, occurrence: Occurrence) -> Any:
+        if len(self._path) > 1:
+            raise RuntimeError("3 : object is not the native object")
+        if occurrence._data.component is not self._data.parent:
+            raise RuntimeError("3 : invalid argument occurrence: it is of another component")
+        return wrap(self._data, (*occurrence._path, self._data))
+
+    @property
+    def transform2(self) -> Any:
+        return matrix(transform(self._path))
+
+    @transform2.setter
+    def transform2(self, value: Matrix3D) -> None:  # noqa: F821
+        if not is_rigid(value._m):
+            raise RuntimeError("3 : invalid argument transform2: it is not a rigid motion")
+        above = np.linalg.inv(transform(self._path[:-1]))
+        world().set(self._data, "T", above @ value._m, "Occurrence.transform2")
+
+    @property
+    def childOccurrences(self) -> Any:
+        path, data = self._path, self._data
+        children = lambda: [occurrence((*path, o)) for o in data.component.occurrences]  # noqa: E731
+        return _listed(OccurrenceList, children)
+
+    @property
+    def bRepBodies(self) -> Any:
+        return new(BRepBodies, component=self._data.component, path=self._path)
+
+    @property
+    def isReferencedComponent(self) -> bool:
+        return self._data.component.referenced
+
+    @property
+    def isGrounded(self) -> bool:
+        return self._data.grounded
+
+    @isGrounded.setter
+    def isGrounded(self, value: bool) -> None:
+        world().set(self._data, "grounded", value, "Occurrence.isGrounded")
+
+    @property
+    def isGroundToParent(self) -> bool:
+        return self._data.ground_to_parent
+
+    @isGroundToParent.setter
+    def isGroundToParent(self, value: bool) -> None:
+        world().set(self._data, "ground_to_parent", value, "Occurrence.isGroundToParent")
+
+    @property
+    def isLightBulbOn(self) -> bool:
+        return self._data.light_bulb
+
+    @isLightBulbOn.setter
+    def isLightBulbOn(self, value: bool) -> None:
+        world().set(self._data, "light_bulb", value, "Occurrence.isLightBulbOn")
+
+    @property
+    def isVisible(self) -> bool:
+        return all(o.light_bulb for o in self._path)
+
+    @property
+    def physicalProperties(self) -> Any:
+        return self._physical(0)
+
+    def getPhysicalProperties(self, accuracy: int = 0) -> Any:
+        return self._physical(accuracy)
+
+    def _physical(self, accuracy: int) -> Any:
+        return physical_properties(self._data.component.mass(), accuracy, self._T)
+
+    def _affecting(self, shelf: str, touches: Any) -> list:
+        """Joints or groups of the components above that touch this occurrence, as proxies."""
+        found = []
+        for k in range(len(self._path)):
+            above, below = self._path[:k], self._path[k:]
+            for item in getattr(below[0].parent, shelf):
+                if touches(item, below):
+                    found.append(wrap(item, above))
+        return found
+
+    @property
+    def joints(self) -> Any:
+        from .joints import JointList
+
+        found = self._affecting("joints", _joins)
+        return _listed(JointList, lambda: found)
+
+    @property
+    def asBuiltJoints(self) -> Any:
+        from .joints import AsBuiltJointList
+
+        found = self._affecting("as_built", _joins)
+        return _listed(AsBuiltJointList, lambda: found)
+
+    @property
+    def rigidGroups(self) -> Any:
+        from .joints import RigidGroupList
+
+        member = lambda group, path: any(_same(m, path) for m in group.members)  # noqa: E731
+        found = self._affecting("groups", member)
+        return _listed(RigidGroupList, lambda: found)
+
+
+def _joins(joint: Any, path: Path) -> bool:
+    return _same(joint.one, path) or _same(joint.two, path)
+
+
+@api("adsk.fusion")
+@named
+class OccurrenceList(Items):
+    pass
+
+
+@api("adsk.fusion")
+@named
+class Occurrences(Items):
+    def _all(self) -> list[Any]:
+        return [occurrence((o,)) for o in self._component.occurrences]
+
+    @property
+    def asList(self) -> Any:
+        return _listed(OccurrenceList, self._all)
+
+    def asArray(self) -> list:
+        return self._all()
+
+
+@api("adsk.fusion")
+@listing
+class Components(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(c) for c in self._design.components]
+
+    def itemById(self, id: str) -> Any:
+        return next((c for c in self._all() if c.id == id), None)
+
+    def itemByName(self, name: str) -> Any:
+        return self._by_name(name)
+
+
+@api("adsk.core")
+class Product(Seen):
+    """Base of Design."""
+
+
+@api("adsk.fusion")
+@wraps(DesignData)
+class Design(Product):
+    @property
+    def _component(self) -> ComponentData:
+        return self._data.root
+
+    @property
+    def rootComponent(self) -> Any:
+        return wrap(self._data.root)
+
+    @property
+    def activeComponent(self) -> Any:
+        return wrap(self._data.root)
+
+    @property
+    def activeOccurrence(self) -> Any:
+        return None
+
+    @property
+    def allComponents(self) -> Any:
+        return new(Components, design=self._data)
+
+    @property
+    def designType(self) -> int:
+        return self._data.kind
+
+    @property
+    def designIntent(self) -> int:
+        return self._data.intent
+
+    @property
+    def productType(self) -> str:
+        return self._data.product
+
+    @property
+    def parentDocument(self) -> Any:
+        from .app import document_of
+
+        return document_of(self._data)
+
+    @property
+    def unitsManager(self) -> Any:
+        from .app import FusionUnitsManager
+
+        return new(FusionUnitsManager, design=self._data)
+
+    @property
+    def fusionUnitsManager(self) -> Any:
+        from .app import FusionUnitsManager
+
+        return new(FusionUnitsManager, design=self._data)
+
+    def findEntityByToken(self, entityToken: str) -> list:
+        found = world().tokens.get(entityToken)
+        if found is None:
+            return []
+        entity = wrap(*found)
+        return [] if entity._is_gone() else [entity]
+
+    def findAttributes(self, groupName: str, attributeName: str) -> list:
+        """Attributes of entities, not the design's own; empty matches all, `re:` is a pattern."""
+        group, name = _matcher(groupName), _matcher(attributeName)
+        owners = [wrap(d) for d in every_entity(self._data)]
+        return [
+            attribute
+            for owner in owners
+            if owner._data.attributes
+            for attribute in owner.attributes
+            if group(attribute.groupName) and name(attribute.name)
+        ]
+
+
+def _matcher(text: str) -> Any:
+    if text.startswith("re:"):
+        pattern = re.compile(text[3:])
+        return lambda value: pattern.fullmatch(value) is not None
+    return lambda value: not text or value == text
+
+
+def every_entity(design: DesignData) -> list[Any]:
+    """The data of all entities in a design that may have attributes."""
+    found: list[Any] = []
+    for c in design.components:
+        found.append(c)
+        found += [*c.occurrences, *c.points, *c.sketches, *c.joints, *c.as_built]
+        found += [*c.groups, *c.joint_origins, *c.bodies, *c.mesh_bodies]
+        for sketch in c.sketches:
+            found += sketch.points
+        for body in c.bodies:
+            for part in body.parts or ():
+                found += part
+    return found

@@ -1,0 +1,318 @@
+"""The model behind the objects of the API: plain data that the wrappers read and edit.
+
+An occurrence in a place is a path: the tuple of OccurrenceData from the context's component down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .maths import rotation, translation
+from .shapes import NOTHING, Mass, Shape, total
+from .state import world
+
+Path = tuple["OccurrenceData", ...]
+
+
+@dataclass(eq=False)
+class Named:
+    """What most entities have."""
+
+    name: str
+    attributes: dict[tuple[str, str], str] = field(default_factory=dict)
+    light_bulb: bool = True
+    gone: bool = False
+
+
+@dataclass(eq=False)
+class BodyData(Named):
+    """A body. `kind`: `solid`, `surface` or `mesh`."""
+
+    component: Any = None
+    shape: Shape | None = None
+    kind: str = "solid"
+    material: str = "Steel"
+    density: float | None = None
+    parts: tuple[list, list, list] | None = None
+
+    def mass(self) -> Mass:
+        """Mass properties in the component's frame."""
+        return self.shape.mass(self.density) if self.kind == "solid" else NOTHING
+
+    def topology(self) -> tuple[list, list, list]:
+        """Its vertices, edges and faces (TopologyData)."""
+        if self.parts is None:
+            found = self.shape.parts()
+            kinds = ("vertex", "edge", "face")
+            self.parts = tuple(
+                [
+                    TopologyData(f"{kind}{i}", body=self, kind=kind, geometry=g)
+                    for i, g in enumerate(geometries)
+                ]
+                for kind, geometries in zip(kinds, found, strict=True)
+            )
+        return self.parts
+
+
+@dataclass(eq=False)
+class TopologyData(Named):
+    """A vertex, an edge or a face of a body; geometry in the component's frame."""
+
+    body: Any = None
+    kind: str = "vertex"
+    geometry: Any = None
+
+    @property
+    def component(self) -> Any:
+        """The component that its body is in."""
+        return self.body.component
+
+
+@dataclass(eq=False)
+class PointData(Named):
+    """A construction point. `position`: in its component's frame; `source` follows an entity."""
+
+    component: Any = None
+    position: Any = None
+    definition: tuple[str, Any, Path] | None = None
+    health: int = 0
+    problem: str = ""
+    by_user: bool = True
+
+
+@dataclass(eq=False)
+class SketchData(Named):
+    """A sketch. `T`: its plane's frame in the component."""
+
+    component: Any = None
+    T: Any = None
+    points: list[SketchPointData] = field(default_factory=list)
+    circles: list[SketchCircleData] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class SketchPointData(Named):
+    """A point of a sketch, in the sketch's frame."""
+
+    sketch: Any = None
+    position: Any = None
+
+    @property
+    def component(self) -> Any:
+        """The component that its sketch is in."""
+        return self.sketch.component
+
+
+@dataclass(eq=False)
+class SketchCircleData(Named):
+    """A circle of a sketch, in the sketch's frame."""
+
+    sketch: Any = None
+    centre: Any = None
+    radius: float = 1.0
+
+    @property
+    def component(self) -> Any:
+        """The component that its sketch is in."""
+        return self.sketch.component
+
+
+@dataclass(eq=False)
+class PlaneData(Named):
+    """A construction plane: origin and normal in its component's frame."""
+
+    component: Any = None
+    origin: Any = None
+    normal: Any = None
+
+
+@dataclass(eq=False)
+class GroupData(Named):
+    """A rigid group. `members`: paths from its component."""
+
+    component: Any = None
+    members: list[Path] = field(default_factory=list)
+    suppressed: bool = False
+
+
+@dataclass(eq=False)
+class JointOriginData(Named):
+    """A joint origin: a frame in its component."""
+
+    component: Any = None
+    T: Any = None
+
+
+@dataclass
+class Limits:
+    """Limits of one degree of freedom; values stand at 0 unless the user types some."""
+
+    minimum: float = 0.0
+    maximum: float = 0.0
+    rest: float = 0.0
+    has_minimum: bool = False
+    has_maximum: bool = False
+    has_rest: bool = False
+
+
+@dataclass
+class Freedom:
+    """One degree of freedom of a joint.
+
+    Attributes:
+        role: `rotation`, `slide`, `primarySlide`, `secondarySlide`, `pitch`, `yaw`, `roll`.
+        axis: Direction in the joint's frame on occurrenceTwo, at the zero pose.
+        value: In [rad] or [cm].
+        limits: Its limits.
+    """
+
+    role: str
+    axis: Any
+    value: float = 0.0
+    limits: Limits = field(default_factory=Limits)
+
+    @property
+    def turns(self) -> bool:
+        """Whether it rotates."""
+        return "lide" not in self.role
+
+
+@dataclass(eq=False)
+class JointData(Named):
+    """A joint or as-built joint, in its component.
+
+    Attributes:
+        kind: `joint` or `as-built`.
+        type: Its JointTypes value.
+        one, two: Paths from its component; empty for the component itself.
+        T_one, T_two: The joint's frame in the frame of `one` and of `two`; None if there is none.
+        origin_one, origin_two: JointOriginData that define them, if any.
+    """
+
+    component: Any = None
+    kind: str = "joint"
+    type: int = 0
+    one: Path = ()
+    two: Path = ()
+    T_one: Any = None
+    T_two: Any = None
+    origin_one: JointOriginData | None = None
+    origin_two: JointOriginData | None = None
+    freedoms: list[Freedom] = field(default_factory=list)
+    suppressed: bool = False
+    locked: bool = False
+    flipped: bool = False
+    health: int = 0
+    problem: str = ""
+    offsets: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angle: float = 0.0
+    broken_geometry: bool = False
+
+
+@dataclass(eq=False)
+class GraphicsData(Named):
+    """A custom graphics group or one of its entities."""
+
+    kind: str = "group"
+    items: list[GraphicsData] = field(default_factory=list)
+    fields: dict[str, Any] = field(default_factory=dict)
+    parent: Any = None
+
+
+@dataclass(eq=False)
+class OccurrenceData(Named):
+    """A component in a place. `T`: its pose in the component that holds it."""
+
+    component: Any = None
+    parent: Any = None
+    T: Any = None
+    grounded: bool = False
+    ground_to_parent: bool = False
+
+    def __repr__(self) -> str:
+        return f"OccurrenceData({self.name!r})"
+
+
+@dataclass(eq=False)
+class ComponentData(Named):
+    """A component. `referenced`: the design that it lives in, if it is another one's."""
+
+    design: Any = None
+    referenced: bool = False
+    bodies: list[BodyData] = field(default_factory=list)
+    mesh_bodies: list[BodyData] = field(default_factory=list)
+    occurrences: list[OccurrenceData] = field(default_factory=list)
+    points: list[PointData] = field(default_factory=list)
+    planes: list[PlaneData] = field(default_factory=list)
+    origin_planes: dict[str, PlaneData] = field(default_factory=dict)
+    sketches: list[SketchData] = field(default_factory=list)
+    joints: list[JointData] = field(default_factory=list)
+    as_built: list[JointData] = field(default_factory=list)
+    groups: list[GroupData] = field(default_factory=list)
+    joint_origins: list[JointOriginData] = field(default_factory=list)
+    graphics: list[GraphicsData] = field(default_factory=list)
+    constraints: list[str] = field(default_factory=list)
+    user_mass: float | None = None
+    material: str = "Steel"
+
+    def __repr__(self) -> str:
+        return f"ComponentData({self.name!r})"
+
+    def mass(self) -> Mass:
+        """Mass properties with everything below, in the component's frame."""
+        hidden = world().options.hidden_have_mass
+        parts = [b.mass() for b in self.bodies if hidden or b.light_bulb]
+        parts += [o.component.mass().moved(o.T) for o in self.occurrences if hidden or o.light_bulb]
+        whole = total(parts)
+        return whole if self.user_mass is None else whole.with_mass(self.user_mass)
+
+
+@dataclass(eq=False)
+class DesignData(Named):
+    """A design, in its document."""
+
+    root: ComponentData = None  # type: ignore[assignment]
+    components: list[ComponentData] = field(default_factory=list)
+    kind: int = 1
+    intent: int = 2
+    units: str = "mm"
+    product: str = "DesignProductType"
+    counters: dict[int, int] = field(default_factory=dict)
+
+
+def transform(path: Path) -> np.ndarray:
+    """The pose of an occurrence in its context: the product of the poses on its path."""
+    if not path:
+        return np.eye(4)
+    T = path[0].T
+    for occurrence in path[1:]:
+        T = T @ occurrence.T
+    return T
+
+
+def motion(freedoms: list[Freedom]) -> np.ndarray:
+    """How `one` stands relative to `two`, in the joint's frame: the freedoms one after another."""
+    T = np.eye(4)
+    for f in freedoms:
+        axis = np.asarray(f.axis, dtype=float)
+        T = T @ (rotation(f.value, axis) if f.turns else translation(f.value * axis))
+    return T
+
+
+def paths_below(component: ComponentData, above: Path = ()) -> list[Path]:
+    """Paths of all occurrences below a component, depth first."""
+    found: list[Path] = []
+    for occurrence in component.occurrences:
+        path = (*above, occurrence)
+        found.append(path)
+        found += paths_below(occurrence.component, path)
+    return found
+
+
+def relative(path: Path, context: Path) -> Path:
+    """A path below a context, from that context."""
+    assert path[: len(context)] == context
+    return path[len(context) :]

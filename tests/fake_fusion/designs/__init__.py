@@ -1,0 +1,33 @@
+"""Designs to test with. Every function opens a new document and gives the API's Design.
+
+`FEATURES` holds those without arguments that are needed, by name: one for each thing that exporters
+have failed on.
+"""
+
+from __future__ import annotations
+
+from . import features
+from .arm import PLANAR_2R, two_link_arm
+from .features import *  # noqa: F403
+from .parts import chain, nested_place, random_motion
+from .simple import every_joint_type, many_links, shoulder_with_gimbal, single_cube
+
+FEATURES = {
+    name: function
+    for name, function in vars(features).items()
+    if getattr(function, "__module__", "") == features.__name__ and not name.startswith("_")
+}
+
+__all__ = [
+    "FEATURES",
+    "PLANAR_2R",
+    "chain",
+    "every_joint_type",
+    "many_links",
+    "nested_place",
+    "random_motion",
+    "shoulder_with_gimbal",
+    "single_cube",
+    "two_link_arm",
+    *FEATURES,
+]

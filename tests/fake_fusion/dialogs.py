@@ -1,0 +1,239 @@
+"""Dialogs for progress, folders and files: they are recorded, and answered from queues."""
+
+# ruff: noqa: A003 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api
+from .state import ProgressRecord, world
+
+
+@api("adsk.core")
+class ProgressDialog(Base):
+    """Its updates are recorded; World.cancel_progress_after says when the user cancels."""
+
+    _record: Any = None
+    _is_cancel_shown = True
+    _cancel_text = "Cancel"
+    _is_translucent = True
+
+    def show(
+        self, title: str, message: str, minimumValue: int, maximumValue: int, delay: int = 0
+    ) -> bool:
+        if maximumValue <= minimumValue:
+            raise RuntimeError("3 : invalid argument minimumValue or maximumValue")
+        self._record = ProgressRecord(title, message, minimumValue, maximumValue)
+        world().progress.append(self._record)
+        return True
+
+    def hide(self) -> bool:
+        self._shown().hidden = True
+        return True
+
+    def reset(self) -> bool:
+        self._shown().values.clear()
+        return True
+
+    def _shown(self) -> ProgressRecord:
+        if self._record is None:
+            raise RuntimeError("3 : the progress dialog is not shown")
+        return self._record
+
+    @property
+    def isShowing(self) -> bool:
+        return self._record is not None and not self._record.hidden
+
+    @property
+    def wasCancelled(self) -> bool:
+        after = world().cancel_progress_after
+        if self._record is None or after is None or not self._is_cancel_shown:
+            return False
+        return len(self._record.values) >= after
+
+    @property
+    def progressValue(self) -> int:
+        record = self._shown()
+        return record.values[-1] if record.values else record.minimum
+
+    @progressValue.setter
+    def progressValue(self, value: int) -> None:
+        record = self._shown()
+        if not record.minimum <= value <= record.maximum:
+            raise RuntimeError("3 : invalid argument progressValue")
+        record.values.append(value)
+
+    @property
+    def maximumValue(self) -> int:
+        return self._shown().maximum
+
+    @maximumValue.setter
+    def maximumValue(self, value: int) -> None:
+        if value <= self._shown().minimum:
+            raise RuntimeError("3 : invalid argument maximumValue")
+        self._shown().maximum = value
+
+    @property
+    def minimumValue(self) -> int:
+        return self._shown().minimum
+
+    @property
+    def message(self) -> str:
+        return self._shown().message
+
+    @message.setter
+    def message(self, value: str) -> None:
+        self._shown().message = value
+        self._shown().messages.append(value)
+
+    @property
+    def title(self) -> str:
+        return self._shown().title
+
+    @title.setter
+    def title(self, value: str) -> None:
+        self._shown().title = value
+
+    @property
+    def isCancelButtonShown(self) -> bool:
+        return self._is_cancel_shown
+
+    @isCancelButtonShown.setter
+    def isCancelButtonShown(self, value: bool) -> None:
+        self._is_cancel_shown = value
+
+    @property
+    def cancelButtonText(self) -> str:
+        return self._cancel_text
+
+    @cancelButtonText.setter
+    def cancelButtonText(self, value: str) -> None:
+        self._cancel_text = value
+
+    @property
+    def isBackgroundTranslucent(self) -> bool:
+        return self._is_translucent
+
+    @isBackgroundTranslucent.setter
+    def isBackgroundTranslucent(self, value: bool) -> None:
+        self._is_translucent = value
+
+
+@api("adsk.core")
+class FolderDialog(Base):
+    _title = ""
+    _initial = ""
+    _folder = ""
+
+    @property
+    def title(self) -> str:
+        return self._title
+
+    @title.setter
+    def title(self, value: str) -> None:
+        self._title = value
+
+    @property
+    def initialDirectory(self) -> str:
+        return self._initial
+
+    @initialDirectory.setter
+    def initialDirectory(self, value: str) -> None:
+        self._initial = value
+
+    @property
+    def folder(self) -> str:
+        return self._folder
+
+    def showDialog(self) -> int:
+        world().folder_dialogs.append((self._title, self._initial))
+        answer = world().folder_answers.popleft() if world().folder_answers else None
+        if answer is None:
+            return 1
+        self._folder = str(answer)
+        return 0
+
+
+@api("adsk.core")
+class FileDialog(Base):
+    _title = ""
+    _initial = ""
+    _initial_name = ""
+    _filter = ""
+    _filter_index = 0
+    _many = False
+    _files: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        return self._title
+
+    @title.setter
+    def title(self, value: str) -> None:
+        self._title = value
+
+    @property
+    def initialDirectory(self) -> str:
+        return self._initial
+
+    @initialDirectory.setter
+    def initialDirectory(self, value: str) -> None:
+        self._initial = value
+
+    @property
+    def initialFilename(self) -> str:
+        return self._initial_name
+
+    @initialFilename.setter
+    def initialFilename(self, value: str) -> None:
+        self._initial_name = value
+
+    @property
+    def filter(self) -> str:
+        return self._filter
+
+    @filter.setter
+    def filter(self, value: str) -> None:
+        self._filter = value
+
+    @property
+    def filterIndex(self) -> int:
+        return self._filter_index
+
+    @filterIndex.setter
+    def filterIndex(self, value: int) -> None:
+        self._filter_index = value
+
+    @property
+    def isMultiSelectEnabled(self) -> bool:
+        return self._many
+
+    @isMultiSelectEnabled.setter
+    def isMultiSelectEnabled(self, value: bool) -> None:
+        self._many = value
+
+    @property
+    def filename(self) -> str:
+        return self._files[0] if self._files else ""
+
+    @property
+    def filenames(self) -> list:
+        return list(self._files)
+
+    def showOpen(self) -> int:
+        return self._show()
+
+    def showSave(self) -> int:
+        return self._show()
+
+    def _show(self) -> int:
+        world().file_dialogs.append((self._title, self._filter))
+        answer = world().file_answers.popleft() if world().file_answers else None
+        if answer is None:
+            return 1
+        files = answer if isinstance(answer, list) else [answer]
+        if len(files) > 1 and not self._many:
+            raise AssertionError("a dialog for one file cannot give several")
+        self._files = tuple(map(str, files))
+        return 0

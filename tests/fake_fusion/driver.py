@@ -1,0 +1,379 @@
+"""Plays the user of a command: presses its button, picks, types, presses OK or Cancel.
+
+    command = fake.run_command("defineMuscles")
+    command.pick("points", vertex)          # refused as Fusion does where a filter says so
+    command.set("muscle", "biceps")         # text, number, truth, item of a drop-down, items
+    command.press("add")                    # a button
+    command.row("table", 2)
+    command.cell("table", 1, 0)             # the input in a cell; set(id, ...) changes it
+    command.ok()                            # or cancel()
+
+After each of the user's steps Fusion fires inputChanged, validateInputs and, where the inputs are
+valid, executePreview, whose edits of the model are undone before anything else.
+"""
+
+# ruff: noqa: A002, N818 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import FakeMistake, new
+from .command import CommandData, DefinitionData
+from .events import (
+    CommandCreatedEventArgs,
+    CommandEventArgs,
+    InputChangedEventArgs,
+    KeyboardEventArgs,
+    Selection,
+    SelectionEventArgs,
+    ValidateInputsEventArgs,
+    event,
+    fire,
+)
+from .filters import passes
+from .input_lists import select_item
+from .input_selection import SelectionCommandInput
+from .inputs import (
+    BoolValueCommandInput,
+    InputData,
+    TextBoxCommandInput,
+    ValueCommandInput,
+    every_input,
+)
+from .maths import point
+from .state import roll_back, world
+
+COMPLETED, CANCELLED, PREEMPTED = 1, 2, 4
+
+
+class Refused(Exception):
+    """What the user cannot do: pick what a filter refuses, press a button that is grey."""
+
+
+def start(definition: DefinitionData) -> Driver:
+    """Run a command as its button does; whatever runs is ended first."""
+    if world().running is not None:
+        world().running.preempt()
+    if definition.native:
+        raise FakeMistake(f"{definition.id} is Fusion's own")
+    if not definition.enabled:
+        raise Refused(f"the button of {definition.id} is disabled")
+    driver = Driver(CommandData(definition))
+    world().running = driver
+    driver.open()
+    return driver
+
+
+def running(data: CommandData) -> Driver:
+    """The driver of a command that runs."""
+    assert world().running is not None
+    assert world().running.data is data
+    return world().running
+
+
+class Driver:
+    """A command that runs.
+
+    Attributes:
+        data: The command.
+        is_open: Whether its dialog is on the screen.
+        failed: Message of an execute that failed; empty if none did.
+    """
+
+    def __init__(self, data: CommandData) -> None:
+        self.data = data
+        self.is_open = True
+        self.failed = ""
+        self._steps: list[Any] = []
+        self._is_result = False
+
+    # What the user does ------------------------------------------------------------------------
+
+    def pick(self, id: str, entity: Any, at: Any = None) -> None:
+        """Click an entity while the selection input of that id has the focus.
+
+        Raises:
+            Refused: Its filters, or a handler of preSelect, refuse it, or it is invisible.
+        """
+        data = self._input(id)
+        self._must_be(data, SelectionCommandInput)
+        self._must_be_usable(data)
+        self._must_be_pickable(entity, data)
+        self.data.focus = data
+        chosen = new(Selection, entity=entity, point=point((0.0, 0.0, 0.0)) if at is None else at)
+        fields = {"input": data.view(), "selection": chosen}
+        if not fire(self.data.event("preSelect"), SelectionEventArgs, **fields)._isSelectable:
+            raise Refused(f"{id}: the add-in does not let {entity!r} be selected")
+        _, most = data.fields["limits"]
+        selections = data.fields["selections"]
+        if most and len(selections) >= most:
+            selections.pop()
+        selections.append(chosen)
+        fire(self.data.event("select"), SelectionEventArgs, **fields)
+        self._changed(data)
+
+    def set(self, id: str, value: Any) -> None:
+        """Type a value, choose an item by name, tick a box.
+
+        Args:
+            id: The input.
+            value: A text, number or truth; name of the item; names of all ticked items.
+
+        Raises:
+            Refused: The input is read-only, disabled, invisible, or has no such item.
+        """
+        data = self._input(id)
+        self._must_be_usable(data)
+        view = data.view()
+        if "items" in data.fields:
+            self._choose(data, value)
+        elif isinstance(view, ValueCommandInput) and isinstance(value, str):
+            view.expression = value
+        elif isinstance(view, TextBoxCommandInput):
+            view.text = value
+        else:
+            view.value = value
+        self._changed(data)
+
+    def press(self, id: str) -> None:
+        """Click a button."""
+        data = self._input(id)
+        self._must_be(data, BoolValueCommandInput)
+        self._must_be_usable(data)
+        data.fields["value"] = not data.fields["value"]
+        self._changed(data)
+
+    def row(self, id: str, row: int) -> None:
+        """Click a row of a table; -1 clicks beside it."""
+        data = self._input(id)
+        data.view().selectedRow = row
+        if world().options.row_selection_fires:
+            self._changed(data)
+
+    def tab(self, id: str) -> None:
+        """Open a tab."""
+        self.data.tab = self._input(id)
+        self._changed(self.data.tab)
+
+    def key(self, code: int, modifiers: int = 0) -> None:
+        """Press a key."""
+        fire(self.data.event("keyDown"), KeyboardEventArgs, code=code, modifiers=modifiers)
+        fire(self.data.event("keyUp"), KeyboardEventArgs, code=code, modifiers=modifiers)
+
+    def ok(self) -> None:
+        """Press OK.
+
+        Raises:
+            Refused: It is disabled or not there.
+        """
+        self._must_be_open()
+        if not self.data.fields["isOKButtonVisible"]:
+            raise Refused("there is no OK button")
+        if not self.is_valid():
+            raise Refused("the OK button is disabled")
+        self._execute()
+        self._close(COMPLETED)
+
+    def cancel(self) -> None:
+        """Press Cancel."""
+        self._must_be_open()
+        self._close(CANCELLED)
+
+    # What a test looks at ----------------------------------------------------------------------
+
+    def __getitem__(self, id: str) -> Any:
+        """The API's input of that id."""
+        return self._input(id).view()
+
+    def ids(self) -> list[str]:
+        """Ids of all inputs."""
+        return [data.id for data in every_input(self.data)]
+
+    def items(self, id: str) -> list[str]:
+        """Names of the items of a drop-down."""
+        return [item.name for item in self._input(id).fields["items"]]
+
+    def chosen(self, id: str) -> list[str]:
+        """Names of its chosen items."""
+        return [item.name for item in self._input(id).fields["items"] if item.selected]
+
+    def cell(self, id: str, row: int, column: int) -> Any:
+        """The API's input in a cell of a table; None where there is none."""
+        return self[id].getInputAtPosition(row, column)
+
+    def table(self, id: str) -> list[list[Any]]:
+        """What a table shows: value or chosen item of every cell, row by row."""
+        view = self[id]
+        columns = range(view.numberOfColumns)
+        return [
+            [_shown(view.getInputAtPosition(r, c)) for c in columns] for r in range(view.rowCount)
+        ]
+
+    def is_valid(self) -> bool:
+        """Whether OK can be pressed."""
+        for data in every_input(self.data):
+            if data.cls is SelectionCommandInput and data.fields.get("isVisible", True):
+                least, _ = data.fields["limits"]
+                if len(data.fields["selections"]) < least:
+                    return False
+            if data.cls is ValueCommandInput and not data.view().isValidExpression:
+                return False
+        firing = self.data.event("validateInputs")
+        args = fire(firing, ValidateInputsEventArgs, command=self.data.view())
+        return bool(args._areInputsValid)
+
+    # What Fusion does --------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Let the add-in make the dialog; a command without inputs is executed at once."""
+        definition = self.data.definition
+        firing = event(
+            type(definition.view().commandCreated),
+            "commandCreated",
+            definition.view(),
+            definition.created,
+        )
+        try:
+            fire(firing, CommandCreatedEventArgs, command=self.data.view())
+            if self.data.inputs:
+                self._fire("activate")
+                self.preview()
+                return
+        except BaseException:
+            self._abort()
+            raise
+        if self.data.fields["isAutoExecute"]:
+            self._execute()
+        self._close(COMPLETED)
+
+    def preview(self) -> None:
+        """Undo the last preview and fire executePreview where the inputs are valid."""
+        self._undo_preview()
+        if not self.is_open or not self.is_valid():
+            return
+        world().journal = []
+        try:
+            args = self._fire("executePreview")
+            self._is_result = args._isValidResult
+        finally:
+            self._steps, world().journal = world().journal or [], None
+
+    def do_execute(self, terminate: bool) -> bool:
+        """Execute; and close if so wanted."""
+        self._execute()
+        if terminate:
+            self._close(COMPLETED)
+        return True
+
+    def preempt(self) -> None:
+        """Another command was started."""
+        if self.data.fields["isExecutedWhenPreEmpted"] and self.is_valid():
+            self._execute()
+        self._close(PREEMPTED)
+
+    def terminate(self) -> None:
+        """Another part of the program ends the command."""
+        self._close(CANCELLED)
+
+    def _execute(self) -> None:
+        if self._is_result:
+            if self._steps:
+                world().undo_steps.append(self._steps)
+            self._steps, self._is_result = [], False
+            return
+        self._undo_preview()
+        args: list[Any] = []
+        with world().transaction(keep=lambda: not args[0]._executeFailed):
+            args.append(self._fire("execute"))
+        if args[0]._executeFailed:
+            self.failed = args[0]._executeFailedMessage or "failed"
+            world().show_message(self.failed)
+
+    def _undo_preview(self) -> None:
+        roll_back(self._steps)
+        self._steps, self._is_result = [], False
+
+    def _close(self, reason: int) -> None:
+        self._undo_preview()
+        self.is_open = False
+        if world().running is self:
+            world().running = None
+        try:
+            self._fire("destroy", terminationReason=reason)
+        finally:
+            self.data.gone = True
+
+    def _abort(self) -> None:
+        self._undo_preview()
+        self.is_open, self.data.gone = False, True
+        world().running = None
+
+    def _fire(self, name: str, **fields: Any) -> Any:
+        return fire(self.data.event(name), CommandEventArgs, command=self.data.view(), **fields)
+
+    def _changed(self, data: InputData) -> None:
+        self._undo_preview()
+        fire(self.data.event("inputChanged"), InputChangedEventArgs, input=data.view())
+        if self.is_open:
+            self.preview()
+
+    # Checks ------------------------------------------------------------------------------------
+
+    def _must_be_open(self) -> None:
+        if not self.is_open:
+            raise Refused("the dialog is closed")
+
+    def _input(self, id: str) -> InputData:
+        self._must_be_open()
+        found = [data for data in every_input(self.data) if data.id == id]
+        if not found:
+            raise KeyError(f"no input {id!r} among {', '.join(self.ids())}")
+        return found[0]
+
+    def _must_be(self, data: InputData, cls: type) -> None:
+        if data.cls is not cls:
+            raise FakeMistake(f"{data.id} is a {data.cls.__name__}, not a {cls.__name__}")
+
+    def _must_be_usable(self, data: InputData) -> None:
+        holder: InputData | None = data
+        while holder is not None:
+            shown = holder.fields.get("isVisible", True)
+            if not shown or not holder.fields.get("isEnabled", True):
+                raise Refused(f"{data.id}: it is disabled or not visible")
+            holder = holder.parent
+        if data.fields.get("isReadOnly"):
+            raise Refused(f"{data.id}: it is read-only")
+
+    def _must_be_pickable(self, entity: Any, data: InputData) -> None:
+        design = world().active
+        context = (
+            entity._path[0].parent if entity._path else getattr(entity._data, "component", None)
+        )
+        if entity._data is not design.root and context is not design.root:
+            raise FakeMistake(f"{entity!r}: what the user picks is in the root's context")
+        if not passes(entity, data.fields["filters"]):
+            wanted = ", ".join(data.fields["filters"])
+            raise Refused(f"{data.id}: {entity!r} is none of {wanted}")
+        if any(entity == chosen.entity for chosen in data.fields["selections"]):
+            raise Refused(f"{data.id}: {entity!r} is selected already")
+
+    def _choose(self, data: InputData, value: Any) -> None:
+        items = data.fields["items"]
+        wanted = [value] if isinstance(value, str) else list(value)
+        unknown = set(wanted) - {item.name for item in items}
+        if unknown:
+            raise Refused(f"{data.id}: no item {unknown} among {[i.name for i in items]}")
+        if data.fields["many"]:
+            for item in items:
+                item.selected = item.name in wanted
+            return
+        select_item(data, next(item for item in items if item.name == wanted[0]), True)
+
+
+def _shown(view: Any) -> Any:
+    if view is None:
+        return None
+    if "items" in view._data.fields:
+        return view.selectedItem.name if view.selectedItem else ""
+    return view._data.fields.get("value", view._data.fields.get("text"))

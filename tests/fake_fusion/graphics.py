@@ -1,0 +1,277 @@
+"""Custom graphics: lines, points, texts, meshes. Part of the model: edits need a transaction."""
+
+# ruff: noqa: N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api, new
+from .collections_ import Items, listing
+from .curves import Color
+from .data import GraphicsData
+from .entity import wrap, wraps
+from .maths import Matrix3D, point
+from .state import world
+
+
+@api("adsk.fusion")
+class CustomGraphicsCoordinates(Base):
+    """x, y, z of points in a row, in [cm]."""
+
+    @staticmethod
+    def create(coordinates: list[float]) -> CustomGraphicsCoordinates:
+        if len(coordinates) % 3:
+            raise RuntimeError("3 : invalid argument coordinates")
+        return new(CustomGraphicsCoordinates, xyz=[float(v) for v in coordinates])
+
+    @property
+    def coordinates(self) -> list:
+        return list(self._xyz)
+
+    @property
+    def coordinateCount(self) -> int:
+        return len(self._xyz) // 3
+
+    def getCoordinate(self, index: int) -> Any:
+        return point(self._xyz[3 * index : 3 * index + 3])
+
+
+@api("adsk.fusion")
+class CustomGraphicsColorEffect(Base):
+    pass
+
+
+@api("adsk.fusion")
+class CustomGraphicsSolidColorEffect(CustomGraphicsColorEffect):
+    @staticmethod
+    def create(color: Color) -> CustomGraphicsSolidColorEffect:
+        return new(CustomGraphicsSolidColorEffect, rgba=color)
+
+    @property
+    def color(self) -> Any:
+        return self._rgba
+
+
+@api("adsk.fusion")
+class CustomGraphicsBillBoard(Base):
+    @staticmethod
+    def create(anchorPoint: Point3D | None) -> CustomGraphicsBillBoard:  # noqa: F821
+        return new(CustomGraphicsBillBoard, anchor=anchorPoint, style=1)
+
+    @property
+    def anchorPoint(self) -> Any:
+        return self._anchor
+
+    @property
+    def billBoardStyle(self) -> int:
+        return self._style
+
+    @billBoardStyle.setter
+    def billBoardStyle(self, value: int) -> None:
+        self._style = value
+
+
+@api("adsk.fusion")
+class CustomGraphicsViewScale(Base):
+    @staticmethod
+    def create(pixelScale: float, anchorPoint: Point3D) -> CustomGraphicsViewScale:  # noqa: F821
+        return new(CustomGraphicsViewScale, scale=float(pixelScale), anchor=anchorPoint)
+
+    @property
+    def pixelScale(self) -> float:
+        return self._scale
+
+    @property
+    def anchorPoint(self) -> Any:
+        return self._anchor
+
+
+def _field(name: str, kind: str, default: Any, doc: str = "") -> property:
+    """A property that lives in the data's fields; `kind` is its annotation."""
+
+    def fget(self: Any) -> Any:
+        return self._data.fields.get(name, default)
+
+    def fset(self: Any, value: Any) -> None:
+        world().put(self._data.fields, name, value, f"{type(self).__name__}.{name}")
+
+    fset.__annotations__["value"] = kind
+    return property(fget, fset, doc=doc)
+
+
+@api("adsk.fusion")
+class CustomGraphicsEntity(Base):
+    """Base of all graphics."""
+
+    _data: GraphicsData
+    _path = ()
+
+    color = _field("color", "CustomGraphicsColorEffect | None", None)
+    depthPriority = _field("depthPriority", "int", 0)
+    isSelectable = _field("isSelectable", "bool", True)
+    isVisible = _field("isVisible", "bool", True)
+    id = _field("id", "str", "")
+    name = _field("name", "str", "")
+    transform = _field("transform", "Matrix3D", None)
+    billBoarding = _field("billBoarding", "CustomGraphicsBillBoard | None", None)
+    viewScale = _field("viewScale", "CustomGraphicsViewScale | None", None)
+    cullMode = _field("cullMode", "int", 2)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CustomGraphicsEntity) and self._data is other._data
+
+    def _is_gone(self) -> bool:
+        data = self._data
+        while isinstance(data, GraphicsData):
+            if data.gone:
+                return True
+            data = data.parent
+        return False
+
+    @property
+    def parent(self) -> Any:
+        parent = self._data.parent
+        if isinstance(parent, GraphicsData):
+            return wrap(parent)
+        return new(CustomGraphicsGroups, component=parent)
+
+    def setOpacity(self, opacity: float, isOverride: bool) -> bool:
+        world().put(self._data.fields, "opacity", float(opacity), "setOpacity")
+        return True
+
+    def deleteMe(self) -> bool:
+        parent = self._data.parent
+        shelf = parent.items if isinstance(parent, GraphicsData) else parent.graphics
+        world().set(self._data, "gone", True, "CustomGraphicsEntity.deleteMe")
+        world().remove(shelf, self._data)
+        return True
+
+
+@api("adsk.fusion")
+@wraps((GraphicsData, "lines"))
+class CustomGraphicsLines(CustomGraphicsEntity):
+    coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
+    weight = _field("weight", "float", 1.0)
+    isLineStrip = _field("isLineStrip", "bool", True)
+    isScreenSpaceLineStyle = _field("isScreenSpaceLineStyle", "bool", True)
+    lineStyleScale = _field("lineStyleScale", "float", 1.0)
+    lineStylePattern = _field("lineStylePattern", "int", 0)
+
+    @property
+    def indexList(self) -> list:
+        return self._data.fields["indexList"]
+
+    @property
+    def lineStripLengths(self) -> list:
+        return self._data.fields["lineStripLengths"]
+
+
+@api("adsk.fusion")
+@wraps((GraphicsData, "points"))
+class CustomGraphicsPointSet(CustomGraphicsEntity):
+    coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
+
+    @property
+    def pointType(self) -> int:
+        return self._data.fields["pointType"]
+
+    @property
+    def pointImage(self) -> str:
+        return self._data.fields["pointImage"]
+
+
+@api("adsk.fusion")
+@wraps((GraphicsData, "text"))
+class CustomGraphicsText(CustomGraphicsEntity):
+    formattedText = _field("formattedText", "str", "")
+    font = _field("font", "str", "")
+    size = _field("size", "float", 1.0)
+    isBold = _field("isBold", "bool", False)
+    isItalic = _field("isItalic", "bool", False)
+
+
+@api("adsk.fusion")
+@wraps((GraphicsData, "mesh"))
+class CustomGraphicsMesh(CustomGraphicsEntity):
+    coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
+
+
+@api("adsk.fusion")
+@listing
+@wraps((GraphicsData, "group"))
+class CustomGraphicsGroup(Items, CustomGraphicsEntity):
+    def _all(self) -> list[Any]:
+        return [wrap(item) for item in self._data.items]
+
+    def _add(self, kind: str, **fields: Any) -> Any:
+        data = GraphicsData("", kind=kind, fields=fields, parent=self._data)
+        world().append(self._data.items, data, f"CustomGraphicsGroup.add {kind}")
+        return wrap(data)
+
+    def addGroup(self) -> Any:
+        return self._add("group")
+
+    def addLines(
+        self,
+        coordinates: CustomGraphicsCoordinates,
+        indexList: list[int],
+        isLineStrip: bool,
+        lineStripLengths: list[int] = [],  # noqa: B006
+    ) -> Any:
+        _check_indices(coordinates, indexList)
+        return self._add(
+            "lines",
+            coordinates=coordinates,
+            indexList=list(indexList),
+            isLineStrip=isLineStrip,
+            lineStripLengths=list(lineStripLengths),
+        )
+
+    def addPointSet(
+        self,
+        coordinates: CustomGraphicsCoordinates,
+        indexList: list[int],
+        pointType: int,
+        pointImage: str,
+    ) -> Any:
+        _check_indices(coordinates, indexList)
+        if pointType not in (0, 1):
+            raise RuntimeError("3 : invalid argument pointType")
+        return self._add(
+            "points", coordinates=coordinates, pointType=pointType, pointImage=pointImage
+        )
+
+    def addText(self, formattedText: str, font: str, size: float, transform: Matrix3D) -> Any:
+        if not formattedText or size <= 0.0:
+            raise RuntimeError("3 : invalid argument formattedText or size")
+        return self._add(
+            "text", formattedText=formattedText, font=font, size=float(size), transform=transform
+        )
+
+    def addMesh(
+        self,
+        coordinates: CustomGraphicsCoordinates,
+        coordinateIndexList: list[int],
+        normalVectors: list[float],
+        normalIndexList: list[int],
+    ) -> Any:
+        _check_indices(coordinates, coordinateIndexList)
+        return self._add("mesh", coordinates=coordinates)
+
+
+def _check_indices(coordinates: Any, indices: Any) -> None:
+    if any(not 0 <= i < coordinates.coordinateCount for i in indices):
+        raise RuntimeError("3 : invalid argument indexList: out of range")
+
+
+@api("adsk.fusion")
+@listing
+class CustomGraphicsGroups(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(group) for group in self._component.graphics]
+
+    def add(self) -> Any:
+        data = GraphicsData("", parent=self._component)
+        world().append(self._component.graphics, data, "CustomGraphicsGroups.add")
+        return wrap(data)

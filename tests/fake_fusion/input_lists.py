@@ -1,0 +1,121 @@
+"""Drop-downs, button rows and radio buttons: inputs that hold items."""
+
+# ruff: noqa: N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api, new
+from .collections_ import Items, listing
+from .inputs import CommandInput, InputData, field
+
+
+class _ItemData:
+    def __init__(self, name: str, selected: bool, icon: str) -> None:
+        self.name, self.selected, self.icon = name, selected, icon
+
+
+@api("adsk.core")
+class ListItem(Base):
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ListItem) and self._item is other._item
+
+    def _is_gone(self) -> bool:
+        return self._item not in self._data.fields["items"]
+
+    @property
+    def name(self) -> str:
+        return self._item.name
+
+    @name.setter
+    def name(self, value: str) -> None:
+        self._item.name = value
+
+    @property
+    def icon(self) -> str:
+        return self._item.icon
+
+    @property
+    def index(self) -> int:
+        return self._data.fields["items"].index(self._item)
+
+    @property
+    def isSeparator(self) -> bool:
+        return False
+
+    @property
+    def isSelected(self) -> bool:
+        return self._item.selected
+
+    @isSelected.setter
+    def isSelected(self, value: bool) -> None:
+        select_item(self._data, self._item, value)
+
+    @property
+    def parentList(self) -> Any:
+        return new(ListItems, data=self._data)
+
+    def deleteMe(self) -> bool:
+        self._data.fields["items"].remove(self._item)
+        return True
+
+
+def select_item(data: InputData, item: _ItemData, selected: bool) -> None:
+    """Select an item of a list: the only one, unless the list has check boxes."""
+    if selected and not data.fields["many"]:
+        for other in data.fields["items"]:
+            other.selected = False
+    item.selected = selected
+
+
+@api("adsk.core")
+@listing
+class ListItems(Items):
+    def _is_gone(self) -> bool:
+        return self._data.gone or self._data.command.gone
+
+    def _all(self) -> list[Any]:
+        return [new(ListItem, data=self._data, item=i) for i in self._data.fields["items"]]
+
+    def add(
+        self, name: str, isSelected: bool = False, icon: str = "", beforeIndex: int = -1
+    ) -> Any:
+        item = _ItemData(name, False, icon)
+        items = self._data.fields["items"]
+        items.insert(len(items) if beforeIndex < 0 else beforeIndex, item)
+        if isSelected:
+            select_item(self._data, item, True)
+        return new(ListItem, data=self._data, item=item)
+
+    def clear(self) -> bool:
+        self._data.fields["items"].clear()
+        return True
+
+
+class _List(CommandInput):
+    @property
+    def listItems(self) -> Any:
+        return new(ListItems, data=self._data)
+
+    @property
+    def selectedItem(self) -> Any:
+        """None where nothing is selected."""
+        items = [i for i in self._data.fields["items"] if i.selected]
+        return new(ListItem, data=self._data, item=items[0]) if items else None
+
+
+@api("adsk.core")
+class DropDownCommandInput(_List):
+    dropDownStyle = field("style", "int", 0, writable=False)
+    maxVisibleItems = field("maxVisibleItems", "int", 10)
+
+
+@api("adsk.core")
+class ButtonRowCommandInput(_List):
+    isMultiSelectEnabled = field("many", "bool", False, writable=False)
+
+
+@api("adsk.core")
+class RadioButtonGroupCommandInput(_List):
+    pass

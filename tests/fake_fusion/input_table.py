@@ -1,0 +1,95 @@
+"""Tables of inputs."""
+
+# ruff: noqa: A002, N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import api
+from .input_lists import ButtonRowCommandInput
+from .input_selection import SelectionCommandInput
+from .inputs import CommandInput, InputData, field
+
+
+@api("adsk.core")
+class TableCommandInput(CommandInput):
+    """`cells`: the inputs by row and column; rows below a deleted one move up."""
+
+    minimumVisibleRows = field("minimumVisibleRows", "int", 2)
+    maximumVisibleRows = field("maximumVisibleRows", "int", 4)
+    columnRatio = field("columnRatio", "str", "")
+    columnSpacing = field("columnSpacing", "int", 1)
+    rowSpacing = field("rowSpacing", "int", 1)
+    hasGrid = field("hasGrid", "bool", False)
+    tablePresentationStyle = field("tablePresentationStyle", "int", 0)
+
+    @property
+    def _cells(self) -> dict[tuple[int, int], InputData]:
+        return self._data.fields["cells"]
+
+    @property
+    def rowCount(self) -> int:
+        return 1 + max((row for row, _ in self._cells), default=-1)
+
+    @property
+    def numberOfColumns(self) -> int:
+        return 1 + max((column for _, column in self._cells), default=-1)
+
+    @property
+    def selectedRow(self) -> int:
+        return self._data.fields.get("selectedRow", -1)
+
+    @selectedRow.setter
+    def selectedRow(self, value: int) -> None:
+        if not -1 <= value < self.rowCount:
+            raise RuntimeError("3 : invalid argument selectedRow")
+        self._data.fields["selectedRow"] = value
+
+    def addCommandInput(
+        self, input: CommandInput, row: int, column: int, rowSpan: int = 0, columnSpan: int = 0
+    ) -> bool:
+        if isinstance(input, (SelectionCommandInput, ButtonRowCommandInput)):
+            raise RuntimeError("3 : selections and button rows cannot be used within a table")
+        if rowSpan or row < 0 or column < 0 or (row, column) in self._cells:
+            raise RuntimeError("3 : invalid argument row, column or rowSpan")
+        for k in range(columnSpan + 1):
+            self._cells[row, column + k] = input._data
+        input._data.table = self._data
+        return True
+
+    def addToolbarCommandInput(self, input: CommandInput) -> bool:
+        self._data.fields["toolbar"].append(input._data)
+        input._data.table = self._data
+        return True
+
+    def getInputAtPosition(self, row: int, column: int) -> Any:
+        found = self._cells.get((row, column))
+        return None if found is None else found.view()
+
+    def getPosition(self, input: CommandInput) -> tuple:
+        places = [place for place, data in self._cells.items() if data is input._data]
+        if not places:
+            return (False, -1, -1, 0, 0)
+        (row, column), span = min(places), len(places) - 1
+        return (True, row, column, 0, span)
+
+    def removeInput(self, row: int, column: int) -> bool:
+        return self._cells.pop((row, column), None) is not None
+
+    def deleteRow(self, row: int) -> bool:
+        if not 0 <= row < self.rowCount:
+            raise RuntimeError("3 : invalid argument row")
+        for place in [place for place in self._cells if place[0] == row]:
+            self._cells.pop(place).remove()
+        moved = {(r - (r > row), c): data for (r, c), data in self._cells.items()}
+        self._data.fields["cells"] = moved
+        if self.selectedRow >= self.rowCount or self.selectedRow == row:
+            self._data.fields["selectedRow"] = -1
+        return True
+
+    def clear(self) -> bool:
+        for data in [*self._cells.values(), *self._data.fields["toolbar"]]:
+            data.remove()
+        self._data.fields.update(cells={}, toolbar=[], selectedRow=-1)
+        return True

@@ -1,0 +1,262 @@
+"""Command inputs: what a command's dialog holds."""
+
+# ruff: noqa: A002, N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api, new
+
+_LENGTHS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "deg": 0.017453292519943295, "rad": 1.0}
+
+
+class InputData:
+    """One input of a dialog; the API's object is a view of it."""
+
+    def __init__(self, cls: type, id: str, name: str, command: Any, parent: Any) -> None:
+        self.cls = cls
+        self.id = id
+        self.name = name
+        self.command = command
+        self.parent = parent
+        self.children: list[InputData] = []
+        self.gone = False
+        self.table: InputData | None = None
+        self.fields: dict[str, Any] = {}
+
+    def view(self) -> Any:
+        """The API's object."""
+        return new(self.cls, data=self)
+
+    def remove(self) -> None:
+        """Take it out of the dialog, with all that is in it."""
+        self.gone = True
+        for child in self.children:
+            child.remove()
+        holder = self.parent.children if self.parent else self.command.inputs
+        if self in holder:
+            holder.remove(self)
+
+
+def field(name: str, kind: str, default: Any, *, writable: bool = True) -> property:
+    """A member that lives in the input's fields; `kind` is its annotation."""
+
+    def fget(self: Any) -> Any:
+        return self._data.fields.get(name, default)
+
+    def fset(self: Any, value: Any) -> None:
+        self._data.fields[name] = value
+
+    fset.__annotations__["value"] = kind
+    return property(fget, fset if writable else None)
+
+
+@api("adsk.core")
+class CommandInput(Base):
+    """Base of all inputs."""
+
+    tooltip = field("tooltip", "str", "")
+    tooltipDescription = field("tooltipDescription", "str", "")
+    toolClipFilename = field("toolClipFilename", "str", "")
+    isEnabled = field("isEnabled", "bool", True)
+    isVisible = field("isVisible", "bool", True)
+    isFullWidth = field("isFullWidth", "bool", False)
+
+    def _is_gone(self) -> bool:
+        return self._data.gone or self._data.command.gone
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CommandInput) and self._data is other._data
+
+    @property
+    def id(self) -> str:
+        return self._data.id
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+    @property
+    def commandInputs(self) -> Any:
+        """Those that this one is among: the command's, or those of the tab or group it is in."""
+        from .command_inputs import CommandInputs
+
+        return new(CommandInputs, command=self._data.command, parent=self._data.parent)
+
+    @property
+    def parentCommand(self) -> Any:
+        return self._data.command.view()
+
+    @property
+    def parentCommandInput(self) -> Any:
+        return None if self._data.parent is None else self._data.parent.view()
+
+    def deleteMe(self) -> bool:
+        self._data.remove()
+        return True
+
+
+class _Holder(CommandInput):
+    @property
+    def children(self) -> Any:
+        from .command_inputs import CommandInputs
+
+        return new(CommandInputs, command=self._data.command, parent=self._data)
+
+
+@api("adsk.core")
+class TabCommandInput(_Holder):
+    resourceFolder = field("resourceFolder", "str", "", writable=False)
+
+    @property
+    def isActive(self) -> bool:
+        return self._data.command.active_tab() is self._data
+
+    def activate(self) -> bool:
+        self._data.command.tab = self._data
+        return True
+
+
+@api("adsk.core")
+class GroupCommandInput(_Holder):
+    isExpanded = field("isExpanded", "bool", True)
+    isEnabledCheckBoxDisplayed = field("isEnabledCheckBoxDisplayed", "bool", False)
+    isEnabledCheckBoxChecked = field("isEnabledCheckBoxChecked", "bool", True)
+
+
+@api("adsk.core")
+class BoolValueCommandInput(CommandInput):
+    value = field("value", "bool", False)
+    isCheckBox = field("isCheckBox", "bool", True, writable=False)
+    resourceFolder = field("resourceFolder", "str", "")
+    text = field("text", "str", "")
+
+
+@api("adsk.core")
+class StringValueCommandInput(CommandInput):
+    value = field("value", "str", "")
+    isReadOnly = field("isReadOnly", "bool", False)
+    isPassword = field("isPassword", "bool", False)
+    isValueError = field("isValueError", "bool", False)
+
+
+@api("adsk.core")
+class TextBoxCommandInput(CommandInput):
+    isReadOnly = field("isReadOnly", "bool", False)
+    numRows = field("numRows", "int", 1)
+    formattedText = field("text", "str", "")
+    text = field("text", "str", "")
+
+
+@api("adsk.core")
+class ImageCommandInput(CommandInput):
+    imageFile = field("imageFile", "str", "")
+
+
+@api("adsk.core")
+class SeparatorCommandInput(CommandInput):
+    pass
+
+
+class _Spinner(CommandInput):
+    @property
+    def value(self) -> float:
+        return self._data.fields["value"]
+
+    def _write(self, value: float) -> None:
+        if not self._data.fields["min"] <= value <= self._data.fields["max"]:
+            raise RuntimeError("3 : invalid argument value: out of range")
+        self._data.fields["value"] = value
+
+
+@api("adsk.core")
+class IntegerSpinnerCommandInput(_Spinner):
+    minimumValue = field("min", "int", 0, writable=False)
+    maximumValue = field("max", "int", 0, writable=False)
+    spinStep = field("step", "int", 1, writable=False)
+
+    @property
+    def value(self) -> int:
+        return self._data.fields["value"]
+
+    @value.setter
+    def value(self, value: int) -> None:
+        self._write(value)
+
+
+@api("adsk.core")
+class FloatSpinnerCommandInput(_Spinner):
+    """Value in internal units."""
+
+    minimumValue = field("min", "float", 0.0, writable=False)
+    maximumValue = field("max", "float", 0.0, writable=False)
+    spinStep = field("step", "float", 1.0, writable=False)
+    unitType = field("unitType", "str", "", writable=False)
+
+    @property
+    def value(self) -> float:
+        return self._data.fields["value"]
+
+    @value.setter
+    def value(self, value: float) -> None:
+        self._write(float(value))
+
+
+@api("adsk.core")
+class ValueCommandInput(CommandInput):
+    """Value in internal units, and the text that the user typed."""
+
+    unitType = field("unitType", "str", "")
+
+    @property
+    def value(self) -> float:
+        return self._data.fields["value"]
+
+    @value.setter
+    def value(self, value: float) -> None:
+        self._data.fields["value"] = float(value)
+        self._data.fields["expression"] = repr(float(value) / unit_of(self.unitType))
+
+    @property
+    def expression(self) -> str:
+        return self._data.fields["expression"]
+
+    @expression.setter
+    def expression(self, value: str) -> None:
+        self._data.fields["expression"] = value
+        number = evaluate(value, self.unitType)
+        if number is not None:
+            self._data.fields["value"] = number
+
+    @property
+    def isValidExpression(self) -> bool:
+        return evaluate(self.expression, self.unitType) is not None
+
+
+def unit_of(name: str) -> float:
+    return _LENGTHS.get(name, 1.0)
+
+
+def evaluate(text: str, unit: str) -> float | None:
+    """The number that a text such as `5 mm` means, in internal units; None if it means none."""
+    words = text.split()
+    try:
+        number = float(words[0])
+    except (ValueError, IndexError):
+        return None
+    if len(words) == 2 and words[1] in _LENGTHS:
+        return number * _LENGTHS[words[1]]
+    return number * unit_of(unit) if len(words) == 1 else None
+
+
+def below(inputs: list[InputData]) -> list[InputData]:
+    found = []
+    for data in inputs:
+        found += [data, *below(data.children)]
+    return found
+
+
+def every_input(command: Any) -> list[InputData]:
+    """All inputs of a command, wherever they are in the dialog."""
+    return below(command.inputs)

@@ -1,0 +1,101 @@
+"""Puts the fake where `import adsk.core, adsk.fusion` finds it."""
+
+from __future__ import annotations
+
+import sys
+import types
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from . import (
+    app,
+    base_features,
+    bodies,
+    component,
+    curves,
+    entity,
+    enums,
+    graphics,
+    joints,
+    maths,
+    points,
+    rigid_groups,
+)
+from .base import CLASSES, Base, api, check_thread
+from .events import CustomEvent, CustomEventArgs, event, fire
+from .state import replace_world, world
+
+__all__ = [
+    "app",
+    "base_features",
+    "bodies",
+    "component",
+    "curves",
+    "entity",
+    "enums",
+    "graphics",
+    "install",
+    "joints",
+    "maths",
+    "modules",
+    "points",
+    "rigid_groups",
+]
+
+_MODULES: dict[str, types.ModuleType] = {}
+
+
+def do_events() -> None:
+    """`adsk.doEvents`: lets the user interface live."""
+    check_thread("adsk.doEvents")
+    world().do_events += 1
+    fired, world().fired = world().fired, []
+    for name, info in fired:
+        firing = event(CustomEvent, name, app.Application.get(), world().custom_events[name])
+        fire(firing, CustomEventArgs, info=info)
+
+
+def adsk_modules() -> dict[str, types.ModuleType]:
+    """The modules `adsk`, `adsk.core`, `adsk.fusion`, by name; always the same ones."""
+    if not _MODULES:
+        api("adsk.core")(Base)
+        adsk = types.ModuleType("adsk", "The fake of Fusion's API.")
+        adsk.__path__ = []  # type: ignore[attr-defined]
+        adsk.doEvents = do_events  # type: ignore[attr-defined]
+        _MODULES["adsk"] = adsk
+        for name in ("adsk.core", "adsk.fusion"):
+            module = types.ModuleType(name)
+            module.__dict__.update(CLASSES[name])
+            setattr(adsk, name.partition(".")[2], module)
+            _MODULES[name] = module
+    return _MODULES
+
+
+@contextmanager
+def modules() -> Iterator[None]:
+    """Make `import adsk.core, adsk.fusion` give the fake; afterwards as it was."""
+    made = adsk_modules()
+    before = {name: sys.modules.get(name) for name in made}
+    sys.modules.update(made)
+    try:
+        yield
+    finally:
+        for name, module in before.items():
+            if module is None:
+                sys.modules.pop(name, None)
+            else:
+                sys.modules[name] = module
+
+
+@contextmanager
+def install() -> Iterator[Any]:
+    """A newly started Fusion without documents, and the modules; gives the Fake to control it."""
+    from .control import Fake
+
+    before = replace_world()
+    try:
+        with modules():
+            yield Fake()
+    finally:
+        replace_world(before)

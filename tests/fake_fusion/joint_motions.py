@@ -1,0 +1,211 @@
+"""Motions of joints and their limits."""
+
+# ruff: noqa: N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .data import Freedom, motion
+from .maths import vector
+from .state import world
+
+RIGID, REVOLUTE, SLIDER, CYLINDRICAL, PIN_SLOT, PLANAR, BALL, INFERRED = range(8)
+
+
+@api("adsk.fusion")
+class JointLimits(Base):
+    """Values stand at 0 until they are enabled and typed."""
+
+    @property
+    def minimumValue(self) -> float:
+        return self._limits.minimum
+
+    @minimumValue.setter
+    def minimumValue(self, value: float) -> None:
+        world().set(self._limits, "minimum", float(value), "JointLimits.minimumValue")
+
+    @property
+    def maximumValue(self) -> float:
+        return self._limits.maximum
+
+    @maximumValue.setter
+    def maximumValue(self, value: float) -> None:
+        world().set(self._limits, "maximum", float(value), "JointLimits.maximumValue")
+
+    @property
+    def restValue(self) -> float:
+        return self._limits.rest
+
+    @property
+    def isMinimumValueEnabled(self) -> bool:
+        return self._limits.has_minimum
+
+    @isMinimumValueEnabled.setter
+    def isMinimumValueEnabled(self, value: bool) -> None:
+        world().set(self._limits, "has_minimum", value, "JointLimits.isMinimumValueEnabled")
+
+    @property
+    def isMaximumValueEnabled(self) -> bool:
+        return self._limits.has_maximum
+
+    @isMaximumValueEnabled.setter
+    def isMaximumValueEnabled(self, value: bool) -> None:
+        world().set(self._limits, "has_maximum", value, "JointLimits.isMaximumValueEnabled")
+
+    @property
+    def isRestValueEnabled(self) -> bool:
+        return self._limits.has_rest
+
+
+@api("adsk.fusion")
+class JointMotion(Base):
+    """Motion of a joint, seen in the joint's context."""
+
+    def _is_gone(self) -> bool:
+        return self._joint._is_gone()
+
+    @property
+    def jointType(self) -> int:
+        return self._joint._data.type
+
+    def _freedom(self, role: str) -> Freedom:
+        return next(f for f in self._joint._data.freedoms if f.role == role)
+
+    def _value(self, role: str) -> float:
+        return self._freedom(role).value
+
+    def _limits(self, role: str) -> Any:
+        return new(JointLimits, limits=self._freedom(role).limits)
+
+    def _vector(self, role: str) -> Any:
+        """Direction in the context: carried by `two`, and by the freedoms before it if so set."""
+        freedoms = self._joint._data.freedoms
+        freedom = self._freedom(role)
+        R = self._joint._frame("two")[:3, :3]
+        if world().options.ball_vectors == "carried" and self.jointType == BALL:
+            R = R @ motion(freedoms[: freedoms.index(freedom)])[:3, :3]
+        return vector(R @ np.asarray(freedom.axis, dtype=float))
+
+    def _direction(self, role: str) -> int:
+        """JointDirections: x 0, y 1, z 2, custom 3."""
+        axis = tuple(float(v) for v in self._freedom(role).axis)
+        units = [tuple(row) for row in np.eye(3).tolist()]
+        return units.index(axis) if axis in units else 3
+
+
+def _value(role: str) -> property:
+    def fget(self: Any) -> float:
+        return JointMotion._value(self, role)
+
+    return property(fget)
+
+
+def _limits(role: str) -> property:
+    def fget(self: Any) -> Any:
+        return JointMotion._limits(self, role)
+
+    return property(fget)
+
+
+def _axis(role: str) -> property:
+    def fget(self: Any) -> Any:
+        return JointMotion._vector(self, role)
+
+    return property(fget)
+
+
+def _direction(role: str) -> property:
+    def fget(self: Any) -> int:
+        return JointMotion._direction(self, role)
+
+    return property(fget)
+
+
+@api("adsk.fusion")
+class RigidJointMotion(JointMotion):
+    pass
+
+
+@api("adsk.fusion")
+class RevoluteJointMotion(JointMotion):
+    rotationAxis = _direction("rotation")
+    rotationAxisVector = _axis("rotation")
+    rotationLimits = _limits("rotation")
+    rotationValue = _value("rotation")
+
+
+@api("adsk.fusion")
+class SliderJointMotion(JointMotion):
+    slideDirection = _direction("slide")
+    slideDirectionVector = _axis("slide")
+    slideLimits = _limits("slide")
+    slideValue = _value("slide")
+
+
+@api("adsk.fusion")
+class CylindricalJointMotion(JointMotion):
+    """Slides along the axis that it turns about: there is no slide direction."""
+
+    rotationAxis = _direction("rotation")
+    rotationAxisVector = _axis("rotation")
+    rotationLimits = _limits("rotation")
+    rotationValue = _value("rotation")
+    slideLimits = _limits("slide")
+    slideValue = _value("slide")
+
+
+@api("adsk.fusion")
+class PinSlotJointMotion(JointMotion):
+    rotationAxis = _direction("rotation")
+    rotationAxisVector = _axis("rotation")
+    rotationLimits = _limits("rotation")
+    rotationValue = _value("rotation")
+    slideDirection = _direction("slide")
+    slideDirectionVector = _axis("slide")
+    slideLimits = _limits("slide")
+    slideValue = _value("slide")
+
+
+@api("adsk.fusion")
+class PlanarJointMotion(JointMotion):
+    normalDirection = _direction("rotation")
+    normalDirectionVector = _axis("rotation")
+    rotationLimits = _limits("rotation")
+    rotationValue = _value("rotation")
+    primarySlideDirection = _direction("primarySlide")
+    primarySlideDirectionVector = _axis("primarySlide")
+    primarySlideLimits = _limits("primarySlide")
+    primarySlideValue = _value("primarySlide")
+    secondarySlideDirectionVector = _axis("secondarySlide")
+    secondarySlideLimits = _limits("secondarySlide")
+    secondarySlideValue = _value("secondarySlide")
+
+
+@api("adsk.fusion")
+class BallJointMotion(JointMotion):
+    pitchDirection = _direction("pitch")
+    pitchDirectionVector = _axis("pitch")
+    pitchLimits = _limits("pitch")
+    pitchValue = _value("pitch")
+    yawDirection = _direction("yaw")
+    yawDirectionVector = _axis("yaw")
+    yawLimits = _limits("yaw")
+    yawValue = _value("yaw")
+    rollDirectionVector = _axis("roll")
+    rollLimits = _limits("roll")
+    rollValue = _value("roll")
+
+
+MOTIONS = {
+    RIGID: RigidJointMotion,
+    REVOLUTE: RevoluteJointMotion,
+    SLIDER: SliderJointMotion,
+    CYLINDRICAL: CylindricalJointMotion,
+    PIN_SLOT: PinSlotJointMotion,
+    PLANAR: PlanarJointMotion,
+    BALL: BallJointMotion,
+}

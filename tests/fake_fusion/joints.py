@@ -1,0 +1,316 @@
+"""Joints, as-built joints, joint origins, rigid groups and assembly constraints."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .collections_ import Items, named
+from .data import JointData, JointOriginData, transform
+from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, occurrence, wrap, wraps
+from .joint_motions import INFERRED, MOTIONS, RIGID
+from .maths import inverse, matrix, point, vector
+from .state import world
+
+
+@api("adsk.fusion")
+class JointGeometry(Base):
+    """Transient: a frame, as far as the joint's context tells."""
+
+    @property
+    def origin(self) -> Any:
+        return point(self._T[:3, 3])
+
+    @property
+    def primaryAxisVector(self) -> Any:
+        return vector(self._T[:3, 2])
+
+    @property
+    def secondaryAxisVector(self) -> Any:
+        return vector(self._T[:3, 0])
+
+    @property
+    def thirdAxisVector(self) -> Any:
+        return vector(self._T[:3, 1])
+
+    @property
+    def geometryType(self) -> int:
+        return 3
+
+    @property
+    def keyPointType(self) -> int:
+        return 3
+
+    @property
+    def entityOne(self) -> Any:
+        return None
+
+    @property
+    def entityTwo(self) -> Any:
+        return None
+
+
+def _geometry(T_context: np.ndarray, T_component: np.ndarray) -> Any:
+    """A JointGeometry whose component stands at T_component in the context.
+
+    Args:
+        T_context: The frame in the context.
+        T_component: Pose of the occurrence that the geometry belongs to, in the context.
+    """
+    if world().options.geometry_origin == "component":
+        return new(JointGeometry, T=inverse(T_component) @ T_context)
+    return new(JointGeometry, T=T_context)
+
+
+class Sibling(Placed, WithName, Deletable):
+    @property
+    def parentComponent(self) -> Any:
+        return wrap(self._data.component)
+
+    def _siblings(self) -> list[Any]:
+        return self._shelf()
+
+
+@api("adsk.fusion")
+@wraps(JointOriginData)
+class JointOrigin(Sibling, WithBulb):
+    """Has no origin of its own: that is its geometry's."""
+
+    def _shelf(self) -> list[Any]:
+        return self._data.component.joint_origins
+
+    @property
+    def transform(self) -> Any:
+        return matrix(self._T @ self._data.T)
+
+    @property
+    def geometry(self) -> Any:
+        return _geometry(self._T @ self._data.T, self._T)
+
+    @property
+    def primaryAxisVector(self) -> Any:
+        return vector((self._T @ self._data.T)[:3, 2])
+
+    @property
+    def secondaryAxisVector(self) -> Any:
+        return vector((self._T @ self._data.T)[:3, 0])
+
+    @property
+    def thirdAxisVector(self) -> Any:
+        return vector((self._T @ self._data.T)[:3, 1])
+
+
+class _AnyJoint(Sibling, WithBulb, WithVisibility):
+    @property
+    def _nested_native(self) -> bool:
+        return not self._path and self._data.component is not self._data.component.design.root
+
+    def createForAssemblyContext(self, occurrence: Occurrence) -> Any:  # noqa: F821
+        if self._path:
+            return None
+        if occurrence._data.component is not self._component:
+            raise RuntimeError("3 : invalid argument occurrence: it is of another component")
+        return wrap(self._data, occurrence._path)
+
+    def _frame(self, side: str) -> np.ndarray:
+        """The joint's frame on `one` or `two` in the context."""
+        T = self._T @ transform(getattr(self._data, side))
+        return T @ getattr(self._data, f"T_{side}")
+
+    @property
+    def occurrenceOne(self) -> Any:
+        return occurrence((*self._path, *self._data.one)) if self._data.one else None
+
+    @property
+    def occurrenceTwo(self) -> Any:
+        return occurrence((*self._path, *self._data.two)) if self._data.two else None
+
+    @property
+    def isSuppressed(self) -> bool:
+        return self._data.suppressed
+
+    @isSuppressed.setter
+    def isSuppressed(self, value: bool) -> None:
+        world().set(self._data, "suppressed", value, f"{type(self).__name__}.isSuppressed")
+
+    @property
+    def jointMotion(self) -> Any:
+        cls = MOTIONS.get(self._data.type)
+        return None if cls is None else new(cls, joint=self)
+
+
+@api("adsk.fusion")
+@wraps((JointData, "joint"))
+class Joint(_AnyJoint):
+    def _shelf(self) -> list[Any]:
+        return self._data.component.joints
+
+    def _geometry_or_origin(self, side: str) -> Any:
+        data = self._data
+        if data.type == INFERRED or data.broken_geometry:
+            return None
+        if self._nested_native and world().options.nested_native_geometry == "null":
+            return None
+        path = (*self._path, *getattr(data, side))
+        origin = getattr(data, f"origin_{side}")
+        if origin is not None:
+            return wrap(origin, path)
+        return _geometry(self._frame(side), transform(path))
+
+    @property
+    def geometryOrOriginOne(self) -> Any:
+        return self._geometry_or_origin("one")
+
+    @property
+    def geometryOrOriginTwo(self) -> Any:
+        return self._geometry_or_origin("two")
+
+    @property
+    def geometryOneTransform(self) -> Any:
+        return None if self._data.type == INFERRED else matrix(self._frame("one"))
+
+    @property
+    def geometryTwoTransform(self) -> Any:
+        return None if self._data.type == INFERRED else matrix(self._frame("two"))
+
+    @property
+    def isLocked(self) -> bool:
+        return self._data.locked
+
+    @isLocked.setter
+    def isLocked(self, value: bool) -> None:
+        world().set(self._data, "locked", value, "Joint.isLocked")
+
+    @property
+    def isFlipped(self) -> bool:
+        return self._data.flipped
+
+    @property
+    def healthState(self) -> int:
+        return 3 if self._data.suppressed else self._data.health
+
+    @property
+    def errorOrWarningMessage(self) -> str:
+        return self._data.problem
+
+    @property
+    def angle(self) -> Any:
+        return _parameter(self._data, self._data.angle)
+
+    @property
+    def offset(self) -> Any:
+        return _parameter(self._data, self._data.offsets[2])
+
+    @property
+    def offsetX(self) -> Any:
+        return _parameter(self._data, self._data.offsets[0])
+
+    @property
+    def offsetY(self) -> Any:
+        return _parameter(self._data, self._data.offsets[1])
+
+
+@api("adsk.fusion")
+@wraps((JointData, "as-built"))
+class AsBuiltJoint(_AnyJoint):
+    """Has neither health, nor lock, nor a second geometry."""
+
+    def _shelf(self) -> list[Any]:
+        return self._data.component.as_built
+
+    @property
+    def geometry(self) -> Any:
+        if self._data.type == RIGID or self._data.broken_geometry:
+            return None
+        if self._nested_native and world().options.nested_native_geometry == "null":
+            return None
+        return _geometry(self._frame("two"), transform((*self._path, *self._data.two)))
+
+    @property
+    def transform(self) -> Any:
+        return None if self._data.type == RIGID else matrix(self._frame("two"))
+
+
+def _parameter(joint: JointData, value: float) -> Any:
+    return None if joint.type == INFERRED else new(ModelParameter, value=value)
+
+
+@api("adsk.fusion")
+class Parameter(Base):
+    @property
+    def value(self) -> float:
+        return self._value
+
+
+@api("adsk.fusion")
+class ModelParameter(Parameter):
+    pass
+
+
+class _Shelf(Items):
+    """`_component` is ComponentData."""
+
+    _name = ""
+
+    def _all(self) -> list[Any]:
+        return [wrap(item) for item in getattr(self._component, self._name)]
+
+
+@api("adsk.fusion")
+@named
+class Joints(_Shelf):
+    _name = "joints"
+
+
+@api("adsk.fusion")
+@named
+class AsBuiltJoints(_Shelf):
+    _name = "as_built"
+
+
+@api("adsk.fusion")
+@named
+class JointOrigins(_Shelf):
+    _name = "joint_origins"
+
+
+@api("adsk.fusion")
+@named
+class RigidGroups(_Shelf):
+    _name = "groups"
+
+
+@api("adsk.fusion")
+@named
+class JointList(Items):
+    pass
+
+
+@api("adsk.fusion")
+@named
+class AsBuiltJointList(Items):
+    pass
+
+
+@api("adsk.fusion")
+@named
+class RigidGroupList(Items):
+    pass
+
+
+@api("adsk.fusion")
+class AssemblyConstraint(Base):
+    """Here a name only."""
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+
+@api("adsk.fusion")
+@named
+class AssemblyConstraints(Items):
+    def _all(self) -> list[Any]:
+        return [new(AssemblyConstraint, name=n) for n in self._component.constraints]

@@ -1,0 +1,330 @@
+"""Points, vectors, matrices and curves of adsk.core, with Fusion's meaning. Lengths are in cm."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+
+_TOLERANCE = 1e-6  # cm; Fusion's for points
+
+
+def point(xyz: Any) -> Point3D:
+    """A Point3D of three numbers, in [cm]."""
+    x, y, z = (float(v) for v in xyz)
+    return new(Point3D, x=x, y=y, z=z)
+
+
+def vector(xyz: Any) -> Vector3D:
+    """A Vector3D of three numbers."""
+    x, y, z = (float(v) for v in xyz)
+    return new(Vector3D, x=x, y=y, z=z)
+
+
+def matrix(cells: Any) -> Matrix3D:
+    """A Matrix3D of a 4x4 array."""
+    return new(Matrix3D, m=np.array(cells, dtype=float).reshape(4, 4))
+
+
+def xyz(item: Any) -> np.ndarray:
+    """The three numbers of a Point3D or Vector3D."""
+    return np.array((item._x, item._y, item._z))
+
+
+def apply(m: np.ndarray, p: Any) -> np.ndarray:
+    """A point moved by a 4x4 matrix."""
+    return m[:3, :3] @ np.asarray(p, dtype=float) + m[:3, 3]
+
+
+class _Triple(Base):
+    """x, y, z that can be written."""
+
+    @property
+    def x(self) -> float:
+        return self._x
+
+    @x.setter
+    def x(self, value: float) -> None:
+        self._x = float(value)
+
+    @property
+    def y(self) -> float:
+        return self._y
+
+    @y.setter
+    def y(self, value: float) -> None:
+        self._y = float(value)
+
+    @property
+    def z(self) -> float:
+        return self._z
+
+    @z.setter
+    def z(self, value: float) -> None:
+        self._z = float(value)
+
+    def asArray(self) -> tuple:
+        return (self._x, self._y, self._z)
+
+    def copy(self) -> Any:
+        return new(type(self), x=self._x, y=self._y, z=self._z)
+
+    def setWithArray(self, coordinates: list[float]) -> bool:
+        if len(coordinates) != 3:
+            raise RuntimeError("3 : invalid argument coordinates")
+        return self._set(coordinates)
+
+    def _set(self, values: Any) -> bool:
+        self._x, self._y, self._z = (float(v) for v in values)
+        return True
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._x!r}, {self._y!r}, {self._z!r})"
+
+
+@api("adsk.core")
+class Point3D(_Triple):
+    @staticmethod
+    def create(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Point3D:
+        return point((x, y, z))
+
+    def set(self, x: float, y: float, z: float) -> bool:
+        return self._set((x, y, z))
+
+    def getData(self) -> tuple:
+        return (True, self._x, self._y, self._z)
+
+    def asVector(self) -> Vector3D:
+        return vector(xyz(self))
+
+    def vectorTo(self, point: Point3D) -> Vector3D:
+        return vector(xyz(point) - xyz(self))
+
+    def distanceTo(self, point: Point3D) -> float:
+        return float(np.linalg.norm(xyz(point) - xyz(self)))
+
+    def isEqualTo(self, point: Point3D) -> bool:
+        return self.distanceTo(point) <= _TOLERANCE
+
+    def isEqualToByTolerance(self, point: Point3D, tolerance: float) -> bool:
+        return self.distanceTo(point) <= tolerance
+
+    def translateBy(self, vector: Vector3D) -> bool:
+        return self._set(xyz(self) + xyz(vector))
+
+    def transformBy(self, matrix: Matrix3D) -> bool:
+        return self._set(apply(matrix._m, xyz(self)))
+
+
+@api("adsk.core")
+class Vector3D(_Triple):
+    @staticmethod
+    def create(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Vector3D:
+        return vector((x, y, z))
+
+    @property
+    def length(self) -> float:
+        return math.sqrt(self._x**2 + self._y**2 + self._z**2)
+
+    def add(self, vector: Vector3D) -> bool:
+        return self._set(xyz(self) + xyz(vector))
+
+    def subtract(self, vector: Vector3D) -> bool:
+        return self._set(xyz(self) - xyz(vector))
+
+    def scaleBy(self, scale: float) -> bool:
+        return self._set(scale * xyz(self))
+
+    def normalize(self) -> bool:
+        length = self.length
+        return length > 0.0 and self._set(xyz(self) / length)
+
+    def dotProduct(self, vector: Vector3D) -> float:
+        return float(xyz(self) @ xyz(vector))
+
+    def crossProduct(self, vector: Vector3D) -> Vector3D:
+        return _vector(np.cross(xyz(self), xyz(vector)))
+
+    def angleTo(self, vector: Vector3D) -> float:
+        cross = np.linalg.norm(np.cross(xyz(self), xyz(vector)))
+        return math.atan2(cross, self.dotProduct(vector))
+
+    def isParallelTo(self, vector: Vector3D) -> bool:
+        return min(self.angleTo(vector), math.pi - self.angleTo(vector)) <= _TOLERANCE
+
+    def isPerpendicularTo(self, vector: Vector3D) -> bool:
+        return abs(self.angleTo(vector) - math.pi / 2) <= _TOLERANCE
+
+    def isEqualTo(self, vector: Vector3D) -> bool:
+        return float(np.linalg.norm(xyz(vector) - xyz(self))) <= _TOLERANCE
+
+    def asPoint(self) -> Point3D:
+        return point(xyz(self))
+
+    def transformBy(self, matrix: Matrix3D) -> bool:
+        """Turned and scaled, not moved."""
+        return self._set(matrix._m[:3, :3] @ xyz(self))
+
+
+_vector = vector
+
+
+def rotation(angle: float, axis: Any, origin: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """The 4x4 matrix that turns by an angle, in [rad], about an axis through a point."""
+    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    R = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
+    T = np.eye(4)
+    T[:3, :3] = R
+    T[:3, 3] = np.asarray(origin) - R @ np.asarray(origin, dtype=float)
+    return T
+
+
+def translation(xyz: Any) -> np.ndarray:
+    """The 4x4 matrix that moves by a vector."""
+    T = np.eye(4)
+    T[:3, 3] = xyz
+    return T
+
+
+def inverse(T: np.ndarray) -> np.ndarray:
+    """The inverse of a rigid 4x4 matrix."""
+    made = np.eye(4)
+    made[:3, :3] = T[:3, :3].T
+    made[:3, 3] = -T[:3, :3].T @ T[:3, 3]
+    return made
+
+
+def is_rigid(T: np.ndarray) -> bool:
+    """Whether a 4x4 matrix turns and moves only."""
+    R = T[:3, :3]
+    right = np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0.0
+    return bool(right and np.array_equal(T[3], (0.0, 0.0, 0.0, 1.0)))
+
+
+def frame(origin: Any, z: Any = (0.0, 0.0, 1.0), x: Any = None) -> np.ndarray:
+    """A 4x4 matrix with that origin, third axis and (roughly) first axis."""
+    z = np.asarray(z, dtype=float) / np.linalg.norm(z)
+    if x is None:
+        x = np.eye(3)[int(np.argmin(np.abs(z)))]
+    x = np.asarray(x, dtype=float)
+    x = x - (x @ z) * z
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, origin
+    return T
+
+
+@api("adsk.core")
+class Matrix3D(Base):
+    """A 4x4 matrix that acts on column vectors; arrays are row by row."""
+
+    @staticmethod
+    def create() -> Matrix3D:
+        return matrix(np.eye(4))
+
+    def setToIdentity(self) -> bool:
+        self._m = np.eye(4)
+        return True
+
+    def copy(self) -> Matrix3D:
+        return matrix(self._m)
+
+    def asArray(self) -> tuple:
+        return tuple(self._m.ravel().tolist())
+
+    def setWithArray(self, cells: list[float]) -> bool:
+        if len(cells) != 16:
+            raise RuntimeError("3 : invalid argument cells")
+        self._m = np.array(cells, dtype=float).reshape(4, 4)
+        return True
+
+    def getCell(self, row: int, column: int) -> float:
+        if not (0 <= row < 4 and 0 <= column < 4):
+            raise RuntimeError("3 : invalid argument row or column")
+        return float(self._m[row, column])
+
+    def setCell(self, row: int, column: int, value: float) -> bool:
+        if not (0 <= row < 4 and 0 <= column < 4):
+            raise RuntimeError("3 : invalid argument row or column")
+        self._m[row, column] = value
+        return True
+
+    @property
+    def determinant(self) -> float:
+        return float(np.linalg.det(self._m))
+
+    @property
+    def translation(self) -> Vector3D:
+        return vector(self._m[:3, 3])
+
+    @translation.setter
+    def translation(self, value: Vector3D) -> None:
+        self._m[:3, 3] = xyz(value)
+
+    def invert(self) -> bool:
+        if abs(np.linalg.det(self._m)) < 1e-300:
+            return False
+        self._m = inverse(self._m) if is_rigid(self._m) else np.linalg.inv(self._m)
+        return True
+
+    def transformBy(self, matrix: Matrix3D) -> bool:
+        """This motion, then the other one: this = matrix · this."""
+        self._m = matrix._m @ self._m
+        return True
+
+    def isEqualTo(self, matrix: Matrix3D) -> bool:
+        return bool(np.allclose(self._m, matrix._m, rtol=0.0, atol=_TOLERANCE))
+
+    def getAsCoordinateSystem(self) -> tuple:
+        x, y, z, origin = (self._m[:3, k] for k in range(4))
+        return (point(origin), vector(x), vector(y), vector(z))
+
+    def setWithCoordinateSystem(
+        self, origin: Point3D, xAxis: Vector3D, yAxis: Vector3D, zAxis: Vector3D
+    ) -> bool:
+        self._m = _columns(origin, xAxis, yAxis, zAxis)
+        return True
+
+    def setToAlignCoordinateSystems(
+        self,
+        fromOrigin: Point3D,
+        fromXAxis: Vector3D,
+        fromYAxis: Vector3D,
+        fromZAxis: Vector3D,
+        toOrigin: Point3D,
+        toXAxis: Vector3D,
+        toYAxis: Vector3D,
+        toZAxis: Vector3D,
+    ) -> bool:
+        source = _columns(fromOrigin, fromXAxis, fromYAxis, fromZAxis)
+        self._m = _columns(toOrigin, toXAxis, toYAxis, toZAxis) @ np.linalg.inv(source)
+        return True
+
+    def setToRotation(self, angle: float, axis: Vector3D, origin: Point3D) -> bool:
+        if axis.length == 0.0:
+            return False
+        self._m = rotation(angle, xyz(axis), xyz(origin))
+        return True
+
+    def setToRotateTo(self, from_: Vector3D, to: Vector3D, axis: Vector3D | None = None) -> bool:
+        a, b = xyz(from_) / from_.length, xyz(to) / to.length
+        cross = np.cross(a, b)
+        if np.linalg.norm(cross) < 1e-12:
+            cross = xyz(axis) if axis is not None else frame((0, 0, 0), a)[:3, 0]
+            self._m = np.eye(4) if a @ b > 0.0 else rotation(math.pi, cross)
+            return True
+        self._m = rotation(math.atan2(np.linalg.norm(cross), a @ b), cross)
+        return True
+
+    def __repr__(self) -> str:
+        return f"Matrix3D({self._m.tolist()!r})"
+
+
+def _columns(origin: Any, x: Any, y: Any, z: Any) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = xyz(x), xyz(y), xyz(z), xyz(origin)
+    return T

@@ -1,0 +1,81 @@
+"""PhysicalProperties: exact at the highest accuracy, wrong in a known way below it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .maths import point, vector
+from .shapes import Mass
+from .state import world
+
+VERY_HIGH = 3
+_ERROR = {0: 1e-2, 1: 1e-3, 2: 1e-4, 3: 0.0}
+
+
+def physical_properties(mass: Mass, accuracy: int, T: np.ndarray) -> Any:
+    """The API's object.
+
+    Args:
+        mass: In the frame of the component.
+        accuracy: A CalculationAccuracy value.
+        T: Pose of the component in the context.
+
+    Raises:
+        RuntimeError: It is no accuracy, or there is nothing to weigh.
+    """
+    if accuracy not in _ERROR:
+        raise RuntimeError("3 : invalid argument accuracy")
+    error = _ERROR[accuracy]
+    blurred = Mass(
+        mass.mass * (1.0 + error),
+        mass.com * (1.0 - error),
+        mass.inertia * (1.0 - error),
+        mass.volume * (1.0 + error),
+    )
+    return new(PhysicalProperties, mass=blurred.moved(T), accuracy=accuracy)
+
+
+@api("adsk.fusion")
+class PhysicalProperties(Base):
+    """`_mass`: in the context's frame."""
+
+    @property
+    def accuracy(self) -> int:
+        return self._accuracy
+
+    @property
+    def mass(self) -> float:
+        return float(self._mass.mass)
+
+    @property
+    def volume(self) -> float:
+        return float(self._mass.volume)
+
+    @property
+    def density(self) -> float:
+        return float(self._mass.mass / self._mass.volume) if self._mass.volume else 0.0
+
+    @property
+    def centerOfMass(self) -> Any:
+        return point(self._mass.com)
+
+    def getXYZMomentsOfInertia(self) -> tuple:
+        """About the origin and axes of the context, in [kg·cm²]: (ok, xx, yy, zz, xy, yz, xz)."""
+        inertia = self._mass.about_origin()
+        sign = 1.0 if world().options.product_sign == "tensor" else -1.0
+        xx, yy, zz = np.diag(inertia).tolist()
+        xy, yz, xz = (sign * float(inertia[i, j]) for i, j in ((0, 1), (1, 2), (0, 2)))
+        return (True, xx, yy, zz, xy, yz, xz)
+
+    def getPrincipalMomentsOfInertia(self) -> tuple:
+        """About the centre of mass, in [kg·cm²], in no documented order."""
+        return (True, *np.linalg.eigvalsh(self._mass.inertia).tolist())
+
+    def getPrincipalAxes(self) -> tuple:
+        _, axes = np.linalg.eigh(self._mass.inertia)
+        if np.linalg.det(axes) < 0.0:
+            axes[:, 2] *= -1.0
+        return (True, *(vector(axes[:, k]) for k in range(3)))

@@ -1,0 +1,248 @@
+"""Construction points."""
+
+# ruff: noqa: A002 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .bodies import BRepEdge, BRepFace, BRepVertex
+from .collections_ import Items, named
+from .component import Occurrence
+from .curves import surface_of
+from .data import ComponentData, PlaneData, PointData, transform
+from .entity import (
+    Deletable,
+    Entity,
+    Placed,
+    WithBulb,
+    WithName,
+    WithVisibility,
+    refuse_reference,
+    unique,
+    wrap,
+    wraps,
+)
+from .maths import Point3D, apply, inverse, point, xyz
+from .shapes import FaceShape
+from .sketches import SketchCircle, SketchPoint
+from .state import world
+
+
+@api("adsk.fusion")
+class ConstructionPointDefinition(Base):
+    @property
+    def parentConstructionPoint(self) -> Any:
+        return self._point
+
+
+@api("adsk.fusion")
+class ConstructionPointPointDefinition(ConstructionPointDefinition):
+    @property
+    def pointEntity(self) -> Any:
+        _, data, path = self._point._data.definition
+        return wrap(data, path)
+
+
+@api("adsk.fusion")
+class ConstructionPointCenterDefinition(ConstructionPointDefinition):
+    @property
+    def circularEntity(self) -> Any:
+        _, data, path = self._point._data.definition
+        return wrap(data, path)
+
+
+@api("adsk.fusion")
+@wraps(PointData)
+class ConstructionPoint(Placed, WithName, WithBulb, WithVisibility, Deletable):
+    def _shelf(self) -> list[Any]:
+        return self._data.component.points
+
+    def _siblings(self) -> list[Any]:
+        return self._shelf()
+
+    @property
+    def component(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def parent(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def geometry(self) -> Any:
+        """In the context's frame."""
+        return point(self._placed(self._data.position))
+
+    @property
+    def definition(self) -> Any:
+        """How it was made; None in direct modelling."""
+        if self._data.definition is None:
+            return None
+        by_centre = self._data.definition[0] == "center"
+        cls = ConstructionPointCenterDefinition if by_centre else ConstructionPointPointDefinition
+        return new(cls, point=self)
+
+    @property
+    def isParametric(self) -> bool:
+        return self._data.definition is not None
+
+    @property
+    def isDeletable(self) -> bool:
+        return not self._data.component.referenced
+
+    @property
+    def healthState(self) -> int:
+        return self._data.health
+
+    @property
+    def errorOrWarningMessage(self) -> str:
+        return self._data.problem
+
+
+@api("adsk.fusion")
+@wraps(PlaneData)
+class ConstructionPlane(Placed, WithName, WithBulb, WithVisibility):
+    @property
+    def component(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def geometry(self) -> Any:
+        """In the context's frame."""
+        face = FaceShape("plane", np.asarray(self._data.origin), np.asarray(self._data.normal))
+        return surface_of(face, self._T)
+
+
+@api("adsk.fusion")
+class ConstructionPointInput(Base):
+    @property
+    def creationOccurrence(self) -> Any:
+        return self._occurrence
+
+    @creationOccurrence.setter
+    def creationOccurrence(self, value: Occurrence | None) -> None:
+        self._occurrence = value
+
+    def setByPoint(self, point: Base) -> bool:
+        """A vertex, a sketch point or, in direct modelling, a Point3D; add() fails otherwise."""
+        if not isinstance(point, (BRepVertex, SketchPoint, Point3D)):
+            raise RuntimeError("3 : invalid argument point: a vertex, sketch point or Point3D")
+        self._how = ("point", point)
+        return True
+
+    def setByCenter(self, circularEntity: Base) -> bool:
+        """A circular edge, a sphere or torus face, a sketch circle."""
+        if not _is_circular(circularEntity):
+            raise RuntimeError("3 : invalid argument circularEntity: it has no centre")
+        self._how = ("center", circularEntity)
+        return True
+
+
+def _is_circular(entity: Any) -> bool:
+    if isinstance(entity, BRepEdge):
+        return entity._data.geometry.radius > 0.0
+    if isinstance(entity, BRepFace):
+        return entity._data.geometry.kind in ("sphere", "torus")
+    return isinstance(entity, SketchCircle)
+
+
+def position_of(entity: Any) -> np.ndarray:
+    """Where a construction point on an entity is, in the frame of the entity's context, in [cm]."""
+    if isinstance(entity, Point3D):
+        return xyz(entity)
+    if isinstance(entity, (BRepVertex, ConstructionPoint)):
+        return xyz(entity.geometry)
+    if isinstance(entity, SketchPoint):
+        return xyz(entity.worldGeometry)
+    if isinstance(entity, SketchCircle):
+        return xyz(entity.worldGeometry.center)
+    if isinstance(entity, BRepEdge):
+        return xyz(entity.geometry.center)
+    return xyz(entity.geometry.origin)
+
+
+@api("adsk.fusion")
+@named
+class ConstructionPoints(Items):
+    """Of a component."""
+
+    def _all(self) -> list[Any]:
+        return [wrap(p) for p in self._component.points]
+
+    @property
+    def component(self) -> Any:
+        return wrap(self._component)
+
+    def createInput(self, occurrenceForCreation: Occurrence | None = None) -> Any:
+        return new(ConstructionPointInput, occurrence=occurrenceForCreation, how=None)
+
+    def add(self, input: ConstructionPointInput) -> Any:
+        component = self._component
+        refuse_reference(component, "ConstructionPoints.add")
+        if component.design.intent == 1 and component is component.design.root:
+            raise RuntimeError("3 : an assembly design takes no features")
+        if input._how is None:
+            raise RuntimeError("3 : the input of the construction point is not set")
+        how, entity = input._how
+        if isinstance(entity, Point3D) and component.design.kind == 1:
+            raise RuntimeError("3 : Environment is not supported: Point3D in a parametric design")
+        position = _place(component, entity, input._occurrence)
+        definition = None
+        if isinstance(entity, Entity) and component.design.kind == 1:
+            definition = (how, entity._data, entity._path)
+        data = PointData(
+            unique(f"Point{len(component.points) + 1}", component.points),
+            component=component,
+            position=position,
+            definition=definition,
+            by_user=False,
+        )
+        world().append(component.points, data, "ConstructionPoints.add")
+        return wrap(data)
+
+
+def _place(component: ComponentData, entity: Any, creation: Any) -> np.ndarray:
+    """Position in the component's frame, or Fusion's refusal of a mixed context.
+
+    Raises:
+        RuntimeError: The entity is of another component and no occurrence says where this one is.
+    """
+    position = position_of(entity)
+    if isinstance(entity, Point3D):
+        return position
+    context = entity._path
+    if not context and entity._data.component is component:
+        return position
+    top = context[0].parent if context else entity._data.component
+    if top is component:  # a proxy in this component's own context
+        return position
+    if creation is None or creation._data.component is not component:
+        raise RuntimeError("3 : Provided input paths are not valid.")
+    if top is not creation._path[0].parent:
+        raise RuntimeError("3 : Provided input paths are not valid.")
+    return apply(inverse(transform(creation._path)), position)
+
+
+@api("adsk.fusion")
+@named
+class ConstructionPlanes(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(p) for p in self._component.planes]
+
+
+def origin_plane(component: ComponentData, name: str, normal: Any) -> Any:
+    """One of the three planes through a component's origin."""
+    found = component.origin_planes.get(name)
+    if found is None:
+        found = PlaneData(name, component=component, origin=np.zeros(3), normal=np.array(normal))
+        component.origin_planes[name] = found
+    return wrap(found)
+
+
+def origin_point(component: ComponentData) -> Any:
+    """The construction point at a component's origin, which the user cannot delete."""
+    return wrap(PointData("Origin", component=component, position=np.zeros(3)))

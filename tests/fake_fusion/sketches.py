@@ -1,0 +1,139 @@
+"""Sketches of the user, with points and circles: to pick, not to touch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .base import Base, api, new
+from .collections_ import Items, listing, named
+from .curves import curve_of
+from .data import SketchCircleData, SketchData, SketchPointData
+from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
+from .maths import matrix, point
+from .shapes import EdgeShape
+from .state import world
+
+
+@api("adsk.fusion")
+@wraps(SketchData)
+class Sketch(Placed, WithName, WithBulb, WithVisibility, Deletable):
+    def _shelf(self) -> list[Any]:
+        return self._data.component.sketches
+
+    def _siblings(self) -> list[Any]:
+        return self._shelf()
+
+    @property
+    def parentComponent(self) -> Any:
+        return wrap(self._data.component)
+
+    @property
+    def transform(self) -> Any:
+        return matrix(self._T @ self._data.T)
+
+    @property
+    def sketchPoints(self) -> Any:
+        return new(SketchPoints, sketch=self)
+
+    @property
+    def sketchCurves(self) -> Any:
+        return new(SketchCurves, sketch=self)
+
+
+@api("adsk.fusion")
+@named
+class Sketches(Items):
+    """`add` is refused: the add-in must not make sketches."""
+
+    def _all(self) -> list[Any]:
+        return [wrap(s) for s in self._component.sketches]
+
+
+@api("adsk.fusion")
+class SketchEntity(Base):
+    pass
+
+
+@api("adsk.fusion")
+class SketchCurve(SketchEntity):
+    pass
+
+
+class _InSketch(Placed):
+    @property
+    def parentSketch(self) -> Any:
+        return wrap(self._data.sketch, self._path)
+
+    @property
+    def _T_sketch(self) -> np.ndarray:
+        return self._T @ self._data.sketch.T
+
+    def _is_gone(self) -> bool:
+        return super()._is_gone() or self._data.sketch.gone
+
+
+@api("adsk.fusion")
+@wraps(SketchPointData)
+class SketchPoint(_InSketch, SketchEntity):
+    @property
+    def geometry(self) -> Any:
+        """In the sketch's frame."""
+        return point(self._data.position)
+
+    @property
+    def worldGeometry(self) -> Any:
+        """In the context's frame."""
+        T = self._T_sketch
+        return point(T[:3, :3] @ np.asarray(self._data.position) + T[:3, 3])
+
+    def deleteMe(self) -> bool:
+        world().set(self._data, "gone", True, "SketchPoint.deleteMe")
+        world().remove(self._data.sketch.points, self._data)
+        return True
+
+
+@api("adsk.fusion")
+@wraps(SketchCircleData)
+class SketchCircle(_InSketch, SketchCurve):
+    def _edge(self) -> EdgeShape:
+        centre = np.asarray(self._data.centre, dtype=float)
+        return EdgeShape(centre, np.array([0.0, 0.0, 1.0]), self._data.radius)
+
+    @property
+    def geometry(self) -> Any:
+        return curve_of(self._edge(), np.eye(4))
+
+    @property
+    def worldGeometry(self) -> Any:
+        return curve_of(self._edge(), self._T_sketch)
+
+    @property
+    def radius(self) -> float:
+        return self._data.radius
+
+
+@api("adsk.fusion")
+@listing
+class SketchPoints(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(p, self._sketch._path) for p in self._sketch._data.points]
+
+
+@api("adsk.fusion")
+@listing
+class SketchCircles(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(c, self._sketch._path) for c in self._sketch._data.circles]
+
+
+@api("adsk.fusion")
+@listing
+class SketchCurves(Items):
+    def _all(self) -> list[Any]:
+        return [wrap(c, self._sketch._path) for c in self._sketch._data.circles]
+
+    @property
+    def sketchCircles(self) -> Any:
+        return new(SketchCircles, sketch=self._sketch)

@@ -1,0 +1,220 @@
+"""What the fake knows beyond the objects: the transaction, the options, what the user was shown."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+ProductSign = Literal["tensor", "integral"]
+
+
+@dataclass
+class Options:
+    """What is not known about Fusion, or differs between its versions and designs.
+
+    Attributes:
+        product_sign: `tensor`: xy of getXYZMomentsOfInertia is -∫xy dm; `integral`: +∫xy dm.
+        nested_native_geometry: What geometryOrOriginOne of a joint in a sub-component gives where
+            it is not read through a proxy: `null`, or `local` to that component.
+        geometry_origin: Frame of JointGeometry.origin and its vectors: `context`, that of the
+            joint's proxy, or `component`, that of the component which the geometry belongs to.
+        ball_vectors: Directions of a ball joint: `fixed`, those at its zero pose, carried by
+            occurrenceTwo alone; or `carried`, those about which it turns where it stands.
+        mesh_frame: Frame of the mesh of a body's proxy: `context` or `component`.
+        row_selection_fires: Whether a click on a row of a table fires inputChanged.
+        all_joints_fail: allJoints and allAsBuiltJoints of a design with assembly constraints raise
+            InternalValidationError.
+        hidden_have_mass: Whether hidden bodies count in the mass of components.
+    """
+
+    product_sign: ProductSign = "tensor"
+    nested_native_geometry: Literal["null", "local"] = "null"
+    geometry_origin: Literal["context", "component"] = "context"
+    ball_vectors: Literal["fixed", "carried"] = "fixed"
+    mesh_frame: Literal["context", "component"] = "context"
+    row_selection_fires: bool = False
+    all_joints_fail: bool = False
+    hidden_have_mass: bool = True
+
+
+@dataclass
+class ProgressRecord:
+    """One progress dialog that was shown."""
+
+    title: str
+    message: str
+    minimum: int
+    maximum: int
+    values: list[int] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+    hidden: bool = False
+
+
+class World:
+    """All that one running Fusion holds.
+
+    Attributes:
+        options: See Options.
+        missing: Members, such as `Design.designIntent`, that this version does not have.
+        documents: Open documents (private data).
+        active: The active one, or None.
+        messages: Texts of message boxes, in order.
+        message_boxes: The same with title, buttons and icon.
+        log: Texts given to app.log, with level and type.
+        message_answers: DialogResults to answer message boxes with; OK (or Yes) when empty.
+        folder_answers: Folders to answer folder dialogs with; None cancels, as does an empty queue.
+        file_answers: Files to answer file dialogs with; likewise.
+        folder_dialogs: Title and first folder of every folder dialog shown.
+        file_dialogs: Title and filter of every file dialog shown.
+        progress: Progress dialogs that were shown.
+        in_design: Whether the user is in the Design workspace; else the product is no design.
+        modeling_orientation: The preference: 0 y up, 1 z up.
+        cancel_progress_after: Number of updates after which a progress dialog is cancelled.
+        do_events: How often adsk.doEvents was called.
+    """
+
+    def __init__(self) -> None:
+        self.options = Options()
+        self.missing: set[str] = set()
+        self.documents: list[Any] = []
+        self.active: Any = None
+        self.messages: list[str] = []
+        self.message_boxes: list[tuple[str, str, int, int]] = []
+        self.log: list[tuple[str, int, int]] = []
+        self.message_answers: deque[int] = deque()
+        self.folder_answers: deque[str | None] = deque()
+        self.file_answers: deque[list[str] | str | None] = deque()
+        self.folder_dialogs: list[tuple[str, str]] = []
+        self.file_dialogs: list[tuple[str, str]] = []
+        self.progress: list[ProgressRecord] = []
+        self.cancel_progress_after: int | None = None
+        self.do_events = 0
+        self.tokens: dict[str, tuple[Any, Any]] = {}
+        self.undo_steps: list[list[Callable[[], None]]] = []
+        self.journal: list[Callable[[], None]] | None = None
+        self.why: str = ""
+        self.ui: Any = None
+        self.running: Any = None
+        self.in_design = True
+        self.modeling_orientation = 1
+        self.text_commands: list[str] = []
+        self.custom_events: dict[str, Any] = {}
+        self.fired: list[tuple[str, str]] = []
+        self.document_events: dict[str, Any] = {}
+        self.camera: dict[str, Any] = {
+            "target": (0.0, 0.0, 0.0),
+            "eye": (0.0, -100.0, 0.0),
+            "fit": False,
+            "smooth": True,
+        }
+
+    def show_message(self, text: str, title: str = "", buttons: int = 0, icon: int = 0) -> int:
+        """Show a message box; gives the answer: the next of `message_answers`, else OK or Yes."""
+        self.messages.append(text)
+        self.message_boxes.append((text, title, buttons, icon))
+        if self.message_answers:
+            return self.message_answers.popleft()
+        return 2 if buttons in (3, 4) else 0
+
+    # Edits of the model ----------------------------------------------------------------------
+
+    def require_edit(self, what: str) -> None:
+        """Refuse an edit where Fusion has no transaction open.
+
+        Raises:
+            RuntimeError: It is not within a command's execute or executePreview.
+        """
+        if self.journal is None:
+            where = f" (now in {self.why})" if self.why else ""
+            raise RuntimeError(
+                f"3 : {what}: the model is edited outside of execute and executePreview{where}"
+            )
+
+    def set(self, owner: Any, name: str, value: Any, what: str = "") -> None:
+        """Set a field of the model's data, so that it can be undone."""
+        self.require_edit(what or name)
+        old = getattr(owner, name)
+        self.journal.append(lambda: setattr(owner, name, old))  # type: ignore[union-attr]
+        setattr(owner, name, value)
+
+    def append(self, items: list, item: Any, what: str = "") -> None:
+        """Append to a list of the model's data, so that it can be undone."""
+        self.require_edit(what)
+        self.journal.append(lambda: _remove(items, item))  # type: ignore[union-attr]
+        items.append(item)
+
+    def remove(self, items: list, item: Any, what: str = "") -> None:
+        """Remove from a list of the model's data, so that it can be undone."""
+        self.require_edit(what)
+        i = next(k for k, other in enumerate(items) if other is item)
+        self.journal.append(lambda: items.insert(i, item))  # type: ignore[union-attr]
+        del items[i]
+
+    def put(self, mapping: dict, key: Any, value: Any, what: str = "") -> None:
+        """Set or, with None, drop an entry of the model's data, so that it can be undone."""
+        self.require_edit(what)
+        old = dict(mapping)
+
+        def undo() -> None:
+            mapping.clear()
+            mapping.update(old)
+
+        self.journal.append(undo)  # type: ignore[union-attr]
+        if value is None:
+            mapping.pop(key, None)
+        else:
+            mapping[key] = value
+
+    @contextmanager
+    def transaction(self, *, keep: Callable[[], bool] = lambda: True) -> Iterator[None]:
+        """Allow edits; they are one undo step, or are undone at once where `keep()` is False."""
+        outer, self.journal = self.journal, []
+        done = False
+        try:
+            yield
+            done = keep()
+        finally:
+            steps, self.journal = self.journal, outer
+            if not done:
+                roll_back(steps)
+            elif steps and outer is not None:
+                outer.extend(steps)
+            elif steps:
+                self.undo_steps.append(steps)
+
+    @contextmanager
+    def building(self) -> Iterator[None]:
+        """Allow edits that the user made before: no undo step."""
+        outer, self.journal = self.journal, []
+        try:
+            yield
+        finally:
+            self.journal = outer
+
+
+def roll_back(steps: list[Callable[[], None]]) -> None:
+    """Undo edits, the last first."""
+    for undo in reversed(steps):
+        undo()
+
+
+def _remove(items: list, item: Any) -> None:
+    del items[next(k for k, other in enumerate(items) if other is item)]
+
+
+_current = World()
+
+
+def world() -> World:
+    """The Fusion that runs now."""
+    return _current
+
+
+def replace_world(other: World | None = None) -> World:
+    """Let another Fusion run, a new one without documents if none is given; gives the old one."""
+    global _current
+    old, _current = _current, other or World()
+    return old

@@ -1,0 +1,269 @@
+"""Command definitions, buttons, panels, tabs and workspaces."""
+
+# ruff: noqa: A002 -- the API's names
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .base import Base, api, new
+from .collections_ import Items, listing
+from .command import CommandDefinition, DefinitionData
+from .ui_data import (
+    ControlData,
+    PanelData,
+    TabData,
+    check_id,
+    ui,
+)
+
+
+@api("adsk.core")
+@listing
+class CommandDefinitions(Items):
+    def _all(self) -> list[Any]:
+        return [data.view() for data in ui().definitions.values()]
+
+    def itemById(self, id: str) -> Any:
+        found = ui().definitions.get(id)
+        return None if found is None else found.view()
+
+    def addButtonDefinition(
+        self, id: str, name: str, tooltip: str, resourceFolder: str = ""
+    ) -> Any:
+        check_id(id, ui().definitions)
+        _check_icons(resourceFolder)
+        made = DefinitionData(id, name, tooltip, resourceFolder, False)
+        ui().definitions[id] = made
+        return made.view()
+
+
+def _check_icons(folder: str) -> None:
+    """A resource folder must hold icons of both sizes, as PNG or SVG."""
+    if not folder:
+        return
+    for size in ("16x16", "32x32"):
+        if not any((Path(folder) / f"{size}.{kind}").is_file() for kind in ("png", "svg")):
+            raise RuntimeError(f"3 : invalid argument resourceFolder: no {size} icon in {folder}")
+
+
+@api("adsk.core")
+class ToolbarControl(Base):
+    def _is_gone(self) -> bool:
+        return self._data.panel is not None and self._data not in self._data.panel.controls
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ToolbarControl) and self._data is other._data
+
+    @property
+    def id(self) -> str:
+        return self._data.definition.id
+
+    @property
+    def index(self) -> int:
+        return self._data.panel.controls.index(self._data)
+
+    @property
+    def isVisible(self) -> bool:
+        return self._data.visible
+
+    @isVisible.setter
+    def isVisible(self, value: bool) -> None:
+        self._data.visible = value
+
+    @property
+    def parent(self) -> Any:
+        return new(ToolbarPanel, data=self._data.panel)
+
+    def deleteMe(self) -> bool:
+        self._data.panel.controls.remove(self._data)
+        return True
+
+
+@api("adsk.core")
+class CommandControl(ToolbarControl):
+    @property
+    def commandDefinition(self) -> Any:
+        return self._data.definition.view()
+
+    @property
+    def isPromoted(self) -> bool:
+        return self._data.promoted
+
+    @isPromoted.setter
+    def isPromoted(self, value: bool) -> None:
+        self._data.promoted = value
+
+    @property
+    def isPromotedByDefault(self) -> bool:
+        return self._data.promoted_by_default
+
+    @isPromotedByDefault.setter
+    def isPromotedByDefault(self, value: bool) -> None:
+        self._data.promoted_by_default = value
+
+
+@api("adsk.core")
+@listing
+class ToolbarControls(Items):
+    def _all(self) -> list[Any]:
+        return [new(CommandControl, data=data) for data in self._panel.controls]
+
+    def itemById(self, id: str) -> Any:
+        return next((c for c in self._all() if c._data.definition.id == id), None)
+
+    def addCommand(
+        self, commandDefinition: CommandDefinition, positionID: str = "", isBefore: bool = True
+    ) -> Any:
+        controls = self._panel.controls
+        if any(c.definition is commandDefinition._data for c in controls):
+            raise RuntimeError("3 : the command is in this panel already")
+        places = [i for i, c in enumerate(controls) if c.definition.id == positionID]
+        place = places[0] + (not isBefore) if places else len(controls)
+        made = ControlData(commandDefinition._data, self._panel)
+        controls.insert(place, made)
+        return new(CommandControl, data=made)
+
+
+@api("adsk.core")
+class ToolbarPanel(Base):
+    def _is_gone(self) -> bool:
+        return self._data not in ui().panels
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ToolbarPanel) and self._data is other._data
+
+    @property
+    def id(self) -> str:
+        return self._data.id
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+    @property
+    def controls(self) -> Any:
+        return new(ToolbarControls, panel=self._data)
+
+    @property
+    def isVisible(self) -> bool:
+        return True
+
+    def deleteMe(self) -> bool:
+        if self._data.native:
+            raise RuntimeError("3 : a native panel cannot be deleted")
+        ui().panels.remove(self._data)
+        return True
+
+
+@api("adsk.core")
+@listing
+class ToolbarPanels(Items):
+    """Of a tab; of a workspace, or all, where `_tab` is empty."""
+
+    def _all(self) -> list[Any]:
+        return [
+            new(ToolbarPanel, data=data)
+            for data in ui().panels
+            if not self._tab or data.tab == self._tab
+        ]
+
+    def itemById(self, id: str) -> Any:
+        return next((panel for panel in self._all() if panel.id == id), None)
+
+    def add(self, id: str, name: str, positionID: str = "", isBefore: bool = True) -> Any:
+        check_id(id, [panel.id for panel in ui().panels])
+        made = PanelData(id, name, self._tab)
+        ui().panels.append(made)
+        return new(ToolbarPanel, data=made)
+
+
+@api("adsk.core")
+class ToolbarTab(Base):
+    def _is_gone(self) -> bool:
+        return self._data not in ui().tabs
+
+    @property
+    def id(self) -> str:
+        return self._data.id
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+    @property
+    def isNative(self) -> bool:
+        return self._data.native
+
+    @property
+    def toolbarPanels(self) -> Any:
+        return new(ToolbarPanels, tab=self._data.id)
+
+    def deleteMe(self) -> bool:
+        if self._data.native:
+            raise RuntimeError("3 : a native tab cannot be deleted")
+        ui().tabs.remove(self._data)
+        return True
+
+
+@api("adsk.core")
+@listing
+class ToolbarTabs(Items):
+    def _all(self) -> list[Any]:
+        return [new(ToolbarTab, data=data) for data in ui().tabs]
+
+    def itemById(self, id: str) -> Any:
+        return next((tab for tab in self._all() if tab.id == id), None)
+
+    def add(self, id: str, name: str) -> Any:
+        check_id(id, [tab.id for tab in ui().tabs])
+        made = TabData(id, name)
+        ui().tabs.append(made)
+        return new(ToolbarTab, data=made)
+
+
+@api("adsk.core")
+class Workspace(Base):
+    """The Design workspace."""
+
+    @property
+    def id(self) -> str:
+        return "FusionSolidEnvironment"
+
+    @property
+    def name(self) -> str:
+        return "Design"
+
+    @property
+    def productType(self) -> str:
+        return "DesignProductType"
+
+    @property
+    def isActive(self) -> bool:
+        return True
+
+    @property
+    def isNative(self) -> bool:
+        return True
+
+    def activate(self) -> bool:
+        return True
+
+    @property
+    def toolbarPanels(self) -> Any:
+        return new(ToolbarPanels, tab="")
+
+    @property
+    def toolbarTabs(self) -> Any:
+        return new(ToolbarTabs)
+
+
+@api("adsk.core")
+@listing
+class Workspaces(Items):
+    def _all(self) -> list[Any]:
+        return [new(Workspace)]
+
+    def itemById(self, id: str) -> Any:
+        return next((workspace for workspace in self._all() if workspace.id == id), None)

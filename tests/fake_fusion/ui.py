@@ -1,0 +1,190 @@
+"""The user interface as a whole: message boxes, palettes, what is selected."""
+
+# ruff: noqa: A002, N815 -- the API's names
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Base, api, new
+from .collections_ import Items, listing
+from .dialogs import FileDialog, FolderDialog, ProgressDialog
+from .events import (
+    ActiveSelectionEvent,
+    ApplicationCommandEvent,
+    HTMLEvent,
+    Selection,
+    UserInterfaceGeneralEvent,
+    event,
+)
+from .maths import point
+from .state import world
+from .toolbars import CommandDefinitions, ToolbarPanels, ToolbarTabs, Workspace, Workspaces
+from .ui_data import (
+    PaletteData,
+    check_id,
+    ui,
+)
+
+
+@api("adsk.core")
+class Palette(Base):
+    def _is_gone(self) -> bool:
+        return self._data not in ui().palettes
+
+    @property
+    def id(self) -> str:
+        return self._data.id
+
+    @property
+    def name(self) -> str:
+        return self._data.name
+
+    @property
+    def htmlFileURL(self) -> str:
+        return self._data.url
+
+    @htmlFileURL.setter
+    def htmlFileURL(self, value: str) -> None:
+        self._data.url = value
+
+    @property
+    def isVisible(self) -> bool:
+        return self._data.visible
+
+    @isVisible.setter
+    def isVisible(self, value: bool) -> None:
+        self._data.visible = value
+
+    @property
+    def incomingFromHTML(self) -> Any:
+        return event(HTMLEvent, "incomingFromHTML", self, self._data.incoming)
+
+    @property
+    def closed(self) -> Any:
+        return event(UserInterfaceGeneralEvent, "closed", self, self._data.closed)
+
+    def sendInfoToHTML(self, action: str, data: str) -> str:
+        self._data.sent.append((action, data))
+        return ""
+
+    def deleteMe(self) -> bool:
+        ui().palettes.remove(self._data)
+        return True
+
+
+@api("adsk.core")
+@listing
+class Palettes(Items):
+    def _all(self) -> list[Any]:
+        return [new(Palette, data=data) for data in ui().palettes]
+
+    def itemById(self, id: str) -> Any:
+        return next((palette for palette in self._all() if palette.id == id), None)
+
+    def add2(
+        self,
+        id: str,
+        name: str,
+        htmlFileURL: str,
+        isVisible: bool,
+        showCloseButton: bool,
+        isResizable: bool,
+        width: int = 0,
+        height: int = 0,
+    ) -> Any:
+        check_id(id, [palette.id for palette in ui().palettes])
+        made = PaletteData(id, name, htmlFileURL, isVisible)
+        ui().palettes.append(made)
+        return new(Palette, data=made)
+
+
+# The whole ---------------------------------------------------------------------------------------
+
+
+@api("adsk.core")
+@listing
+class Selections(Items):
+    """What is highlighted."""
+
+    def _all(self) -> list[Any]:
+        return ui().selections
+
+    def add(self, entity: Base) -> bool:
+        ui().selections.append(new(Selection, entity=entity, point=point((0.0, 0.0, 0.0))))
+        return True
+
+    def clear(self) -> bool:
+        ui().selections.clear()
+        return True
+
+
+def _listened(cls: type, name: str) -> property:
+    def fget(self: Any) -> Any:
+        return event(cls, name, self, ui().listeners[name])
+
+    return property(fget)
+
+
+@api("adsk.core")
+class UserInterface(Base):
+    commandStarting = _listened(ApplicationCommandEvent, "commandStarting")
+    commandTerminated = _listened(ApplicationCommandEvent, "commandTerminated")
+    commandCreated = _listened(ApplicationCommandEvent, "commandCreated")
+    activeSelectionChanged = _listened(ActiveSelectionEvent, "activeSelectionChanged")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, UserInterface)
+
+    @property
+    def commandDefinitions(self) -> Any:
+        return new(CommandDefinitions)
+
+    @property
+    def workspaces(self) -> Any:
+        return new(Workspaces)
+
+    @property
+    def activeWorkspace(self) -> Any:
+        return new(Workspace)
+
+    @property
+    def allToolbarPanels(self) -> Any:
+        return new(ToolbarPanels, tab="")
+
+    @property
+    def allToolbarTabs(self) -> Any:
+        return new(ToolbarTabs)
+
+    @property
+    def palettes(self) -> Any:
+        return new(Palettes)
+
+    @property
+    def activeSelections(self) -> Any:
+        return new(Selections)
+
+    @property
+    def activeCommand(self) -> str:
+        """Id of the running command; that of selecting where none is."""
+        running = world().running
+        return "SelectCommand" if running is None else running.data.definition.id
+
+    def terminateActiveCommand(self) -> bool:
+        if world().running is not None:
+            world().running.terminate()
+        return True
+
+    def messageBox(self, text: str, title: str = "", buttons: int = 0, icon: int = 0) -> int:
+        if buttons not in range(5) or icon not in range(5):
+            raise RuntimeError("3 : invalid argument buttons or icon")
+        return world().show_message(text, title, buttons, icon)
+
+    def createProgressDialog(self) -> Any:
+        return new(ProgressDialog)
+
+    def createFolderDialog(self) -> Any:
+        return new(FolderDialog)
+
+    def createFileDialog(self) -> Any:
+        return new(FileDialog)

@@ -1,0 +1,110 @@
+"""What the user interface holds: buttons, panels, tabs, palettes."""
+
+# ruff: noqa: A002 -- the API's names
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+from .command import DefinitionData
+from .events import (
+    Listeners,
+)
+from .state import world
+
+_ID = re.compile(r"[A-Za-z0-9_]+")
+_NATIVE_PANELS = {
+    "SolidCreatePanel": "SolidTab",
+    "SolidModifyPanel": "SolidTab",
+    "AssemblePanel": "SolidTab",
+    "InspectPanel": "SolidTab",
+    "InsertPanel": "SolidTab",
+    "SelectPanel": "SolidTab",
+    "SolidScriptsAddinsPanel": "ToolsTab",
+    "UtilityPanel": "ToolsTab",
+}
+
+
+@dataclass(eq=False)
+class ControlData:
+    """A button in a panel."""
+
+    definition: DefinitionData
+    panel: Any
+    promoted: bool = False
+    promoted_by_default: bool = False
+    visible: bool = True
+
+
+@dataclass(eq=False)
+class PanelData:
+    """A panel of a tab."""
+
+    id: str
+    name: str
+    tab: str = ""
+    native: bool = False
+    controls: list[ControlData] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class TabData:
+    """A tab of a workspace's toolbar."""
+
+    id: str
+    name: str
+    native: bool = False
+
+
+@dataclass(eq=False)
+class PaletteData:
+    """A palette, and what was sent to it."""
+
+    id: str
+    name: str
+    url: str
+    visible: bool = True
+    sent: list[tuple[str, str]] = field(default_factory=list)
+    incoming: Listeners = field(default_factory=Listeners)
+    closed: Listeners = field(default_factory=Listeners)
+
+
+class UiData:
+    """What the user interface holds."""
+
+    def __init__(self) -> None:
+        self.definitions: dict[str, DefinitionData] = {}
+        native = DefinitionData("ScriptsManagerCommand", "Scripts and Add-Ins", "", "", True)
+        self.definitions[native.id] = native
+        self.tabs = [TabData("SolidTab", "SOLID", True), TabData("ToolsTab", "UTILITIES", True)]
+        self.panels = [PanelData(name, name, tab, True) for name, tab in _NATIVE_PANELS.items()]
+        self.panel("SolidScriptsAddinsPanel").controls.append(ControlData(native, None))
+        self.palettes: list[PaletteData] = []
+        self.selections: list[Any] = []
+        self.listeners = {
+            name: Listeners()
+            for name in (
+                "commandStarting",
+                "commandTerminated",
+                "commandCreated",
+                "activeSelectionChanged",
+            )
+        }
+
+    def panel(self, id: str) -> Any:
+        """The panel of that id, or None."""
+        return next((panel for panel in self.panels if panel.id == id), None)
+
+
+def ui() -> UiData:
+    """The user interface of the Fusion that runs."""
+    if world().ui is None:
+        world().ui = UiData()
+    return world().ui
+
+
+def check_id(id: str, taken: Any) -> None:
+    if not _ID.fullmatch(id) or id in taken:
+        raise RuntimeError(f"3 : invalid argument id {id!r}: taken, or not of A-Z a-z 0-9 _")
