@@ -75,7 +75,9 @@ def platform_flags() -> list[str]:
     if sys.platform == "win32":
         return ["-shared"]
     flags = ["-shared", "-fPIC"]
-    return flags + ([] if sys.platform == "darwin" else ["-D_GNU_SOURCE", "-lm", "-ldl"])
+    if sys.platform == "darwin":
+        return flags
+    return [*flags, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
 
 
 def compile_library(library: Library, output: Path, extra: list[str]) -> Path:

@@ -15,15 +15,17 @@ if TYPE_CHECKING:
     from .results import Result as Result
     from .simulation import build as build
     from .simulation import run as run
+    from .system_run import run_system as run_system
 
 _HOMES = {
     "Experiment": "experiment",
     "build": "simulation",
     "run": "simulation",
+    "run_system": "system_run",
     "Result": "results",
 }
 
-__all__ = ["Experiment", "Result", "__version__", "build", "run"]
+__all__ = ["Experiment", "Result", "__version__", "build", "run", "run_system"]
 
 
 def __getattr__(name: str) -> Any:

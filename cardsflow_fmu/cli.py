@@ -24,7 +24,7 @@ from .version import __version__  # noqa: E402
 if TYPE_CHECKING:
     from .experiment import Experiment
     from .master import Progress
-    from .results import Result
+    from .results import SystemResult
 
 BAD_INPUT, FAILED, GOOD = 2, 1, 0
 
@@ -96,9 +96,9 @@ def _add_command(
     return parser
 
 
-def _add_experiment(parser: argparse.ArgumentParser) -> None:
+def _add_experiment(parser: argparse.ArgumentParser, others: str = "") -> None:
     parser.add_argument(
-        "experiment", type=Path, help="an experiment.toml, or the folder that holds one"
+        "experiment", type=Path, help=f"an experiment.toml, or the folder that holds one{others}"
     )
     parser.add_argument(
         "--set",
@@ -114,10 +114,11 @@ def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
         commands,
         common,
         "run",
-        "Build the FMUs of an experiment, co-simulate them, write results and a figure.",
+        "Build the FMUs of an experiment, or take those of an .ssp file; co-simulate them; "
+        "write results and a figure.",
         "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
     )
-    _add_experiment(parser)
+    _add_experiment(parser, "; or an .ssp file")
     parser.add_argument("-o", "--output", type=Path, help="folder for the results")
     parser.add_argument(
         "--direct", action="store_true", help="step plain Python objects instead of FMUs"
@@ -131,11 +132,29 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
         commands,
         common,
         "build",
-        "Build plant.fmu, controller.fmu and reference.fmu of an experiment.",
+        "Build plant.fmu, controller.fmu and reference.fmu of an experiment, and system.ssp.",
         "cardsflow build examples/planar_2r -o fmus",
     )
     _add_experiment(parser)
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the FMUs")
+    parser.add_argument(
+        "--fmi",
+        choices=("2.0", "3.0"),
+        default="2.0",
+        help="version of FMI; the .ssp holds FMUs of FMI 2.0 all the same",
+    )
+    parser.add_argument(
+        "--scalars",
+        action="store_true",
+        help="variables one by one in FMI 3.0 too, for tools without arrays",
+    )
+    parser.add_argument(
+        "--platforms",
+        type=lambda text: text.split(","),
+        metavar="NAME,...",
+        help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; this platform "
+        "when not given; others need the extra `cross`",
+    )
     parser.set_defaults(command=_build)
 
 
@@ -270,6 +289,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.experiment.suffix == ".ssp":
+        return _run_system(options)
     from .simulation import RunError, Through, run
 
     experiment = _experiment(options)
@@ -282,6 +303,21 @@ def _run(options: argparse.Namespace) -> int:
                 experiment, options.output, through=through, progress=progress, started=_STARTED
             )
     except RunError as error:
+        _print_result(error.result, options.json)
+        raise
+    _print_result(result, options.json)
+    return GOOD
+
+
+def _run_system(options: argparse.Namespace) -> int:
+    from .system_run import SystemRunError, run_system
+
+    if options.direct:
+        raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
+    settings = _settings(options.set)
+    try:
+        result = run_system(options.experiment, options.output, settings, started=_STARTED)
+    except SystemRunError as error:
         _print_result(error.result, options.json)
         raise
     _print_result(result, options.json)
@@ -304,7 +340,7 @@ def _progress_bar(steps: int) -> Iterator[Progress | None]:
         yield show
 
 
-def _print_result(result: Result, as_json: bool) -> None:
+def _print_result(result: SystemResult, as_json: bool) -> None:
     if as_json:
         print(json.dumps(result.summary, indent=1))
     else:
@@ -312,9 +348,16 @@ def _print_result(result: Result, as_json: bool) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from .simulation import build
+    from .simulation import SYSTEM_FILE, build
 
-    for path in build(_experiment(options), options.output).values():
+    files = build(
+        _experiment(options),
+        options.output,
+        fmi=options.fmi,
+        arrays=not options.scalars,
+        platforms=options.platforms,
+    )
+    for path in (*files.values(), options.output / SYSTEM_FILE):
         print(path)
     return GOOD
 

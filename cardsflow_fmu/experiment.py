@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,8 @@ from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.trajectory import Space, Trajectory
 
 from .control_types import TYPES
+from .coupling import Coupling
+from .foreign_fmu import ForeignFmu
 
 _RESOURCE = "experiment.json"
 
@@ -199,11 +201,13 @@ class RunSettings:
         duration: In [s].
         step: Communication step, in [s].
         output: Folder for the results.
+        coupling: In what order plant, controller and reference are stepped.
     """
 
     duration: float
     step: float
     output: Path
+    coupling: Coupling = field(default_factory=Coupling)
 
     @property
     def steps(self) -> int:
@@ -228,6 +232,7 @@ class Experiment:
         run: Settings of the co-simulation.
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
             -> `plant.q.elbow`, or the number that it is held at.
+        fmus: FMUs of others that take the place of plant, controller or reference, by that name.
     """
 
     file: Path
@@ -241,6 +246,7 @@ class Experiment:
     controller: ControllerSettings
     run: RunSettings
     wiring: Mapping[str, str | float]
+    fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

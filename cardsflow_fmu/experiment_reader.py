@@ -16,6 +16,7 @@ from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import Reading, read
 
 from .controller_reader import followed_space, read_controller
+from .coupling import SCHEMES, Coupling, Scheme
 from .experiment import (
     DisturbanceSettings,
     Experiment,
@@ -23,6 +24,7 @@ from .experiment import (
     ReferenceSettings,
     RunSettings,
 )
+from .foreign_fmu import ROLES, read_fmus
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
 from .tables import Table
@@ -97,6 +99,7 @@ def _experiment(top: Table) -> Experiment:
         controller=read_controller(controller, robot, run, reference, start),
         run=run,
         wiring=_wiring(top.table("wiring"), robot, disturbance),
+        fmus=read_fmus(top.table("fmus")),
     )
     top.close()
     return experiment
@@ -167,9 +170,21 @@ def _run(table: Table, reference: ReferenceSettings) -> RunSettings:
     step = table.positive("step", 1e-3)
     duration = table.positive("duration", reference.duration)
     output = table.file.parent / table.text("output", "results")
+    coupling = _coupling(table)
     table.close()
     table.multiple("duration", duration, step, "run.step")
-    return RunSettings(duration, step, output)
+    return RunSettings(duration, step, output, coupling)
+
+
+def _coupling(table: Table) -> Coupling:
+    """The coupling scheme; `gauss_seidel` needs an order of all three participants."""
+    scheme = cast(Scheme, table.choice("coupling", "coupling", SCHEMES, "sampled"))
+    if scheme != "gauss_seidel":
+        return Coupling(scheme)
+    order = table.value("order")
+    if not isinstance(order, list | tuple) or sorted(map(str, order)) != sorted(ROLES):
+        raise table.error("order", f"must be a list of {', '.join(ROLES)} in any order")
+    return Coupling(scheme, tuple(order))
 
 
 def _plant(table: Table, robot: Robot, run: RunSettings) -> PlantSettings:

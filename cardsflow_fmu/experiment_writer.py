@@ -15,12 +15,13 @@ if TYPE_CHECKING:
         Experiment,
         FlowerSettings,
         ReferenceSettings,
+        RunSettings,
         TaskSettings,
     )
 
 
 def experiment_data(experiment: Experiment) -> dict[str, Any]:
-    """Everything but the robot's files.
+    """Everything but the robot's files and the FMUs of others.
 
     Args:
         experiment: What to write.
@@ -49,7 +50,7 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         },
         "controller": _controller(experiment.controller),
         "reference": _reference(experiment.reference),
-        "run": {"duration": experiment.run.duration, "step": experiment.run.step},
+        "run": _run(experiment.run),
         "wiring": {
             model: {
                 target.removeprefix(f"{model}."): source
@@ -63,6 +64,12 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         frames = [f.name for f in robot.task_frames if not f.is_orientation]
         data["disturbance"] = _disturbance(experiment.disturbance, frames)
     return data
+
+
+def _run(run: RunSettings) -> dict[str, Any]:
+    data = {"duration": run.duration, "step": run.step, "coupling": run.coupling.scheme}
+    ordered = run.coupling.scheme == "gauss_seidel"
+    return data | ({"order": list(run.coupling.order)} if ordered else {})
 
 
 def _controller(controller: ControllerSettings) -> dict[str, Any]:

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
 import uuid
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from addin_sdfusion.robot import InputError
 
-from .model_description import model_description
+from .archive import write_archive
+from .fmu_extras import extra_files
+from .model_description import FmiVersion, FmuDescription, model_description
 from .models.model import FmuModel
 from .ports import Port
-from .runtime.library import library_path, library_suffix, platform_name
+from .runtime.carried_module import carried_files
+from .runtime.library import find_platform, library_path, this_platform
 from .runtime.model_file import MODEL_FILE, ModelFile, class_path
 from .runtime.port_table import encode_port_table, ports_digest
+from .variables import array_variables, scalar_variables
 from .version import __version__
 
 _PORTS_FILE = "ports.bin"
-_EARLIEST_TIME = (1980, 1, 1, 0, 0, 0)
-_UNIX = 3
-_READABLE = 0o644 << 16
+_PYTHON_FILE = "python.txt"  # the interpreter that a worker process uses, where it exists
 
 
 def write_fmu(
@@ -34,8 +36,12 @@ def write_fmu(
     resources: Mapping[str, bytes | Path],
     step: float,
     stop_time: float | None = None,
+    internal_step: float | None = None,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    libraries: Mapping[str, Path] | None = None,
 ) -> Path:
-    """Pack a model into an FMU for FMI 2.0 co-simulation.
+    """Pack a model into an FMU for co-simulation.
 
     Args:
         path: The file to write.
@@ -45,6 +51,11 @@ def write_fmu(
         resources: What `model_class.from_resources` reads: relative path with `/`, and contents.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
+        internal_step: What communication steps have to be multiples of, in [s].
+        fmi: Version of FMI.
+        arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
+        libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
+            None.
 
     Returns:
         The path.
@@ -53,36 +64,51 @@ def write_fmu(
         InputError: A name that FMI does not allow, or a file that cannot be read or written.
     """
     path = Path(path)
+    variables = array_variables(ports) if arrays and fmi == "3.0" else scalar_variables(ports)
+    fmu = FmuDescription(
+        variables,
+        model_name,
+        model_class.description,
+        step,
+        stop_time,
+        internal_step,
+        model_class.any_step,
+        model_class.has_derivatives,
+    )
     files = {_resource_name(name): _contents(source) for name, source in resources.items()}
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
     files[f"resources/{MODEL_FILE}"] = record.encode()
-
-    def describe(guid: str) -> bytes:
-        return model_description(
-            ports,
-            model_name=model_name,
-            guid=guid,
-            description=model_class.description,
-            step=step,
-            stop_time=stop_time,
-        )
-
-    guid = _guid({**files, "modelDescription.xml": describe("")})
-    files["modelDescription.xml"] = describe(guid)
+    for name, source in carried_files(model_class).items():
+        files[f"resources/{name}"] = _contents(source)
+    guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
+    files["modelDescription.xml"] = model_description(fmu, guid, fmi)
     files[f"resources/{_PORTS_FILE}"] = encode_port_table(
-        ports, guid=guid, model_name=model_name, package=__version__
+        variables, guid=guid, model_name=model_name, package=__version__, step=step
     )
-    binary = f"binaries/{platform_name()}/{model_name}{library_suffix()}"
-    files[binary] = library_path().read_bytes()
-    _write_archive(path, files)
+    # Not in the fingerprint: the same model built by another Python is the same FMU.
+    files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
+    files |= _binaries(libraries, model_name, fmi) | extra_files(fmu, fmi)
+    write_archive(path, files)
     return path
+
+
+def _binaries(
+    libraries: Mapping[str, Path] | None, model_name: str, fmi: FmiVersion
+) -> dict[str, bytes]:
+    if libraries is None:
+        libraries = {this_platform().tuple: library_path()}
+    platforms = {find_platform(name): library for name, library in libraries.items()}
+    return {
+        f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": _contents(library)
+        for entry, library in platforms.items()
+    }
 
 
 def _resource_name(name: str) -> str:
     parts = PurePosixPath(name).parts
     if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
         raise InputError(f"{name!r} is not a relative path below an FMU's resources")
-    if name in (MODEL_FILE, _PORTS_FILE):
+    if name in (MODEL_FILE, _PORTS_FILE, _PYTHON_FILE):
         raise InputError(f"the resource name {name!r} is taken by the FMU itself")
     return str(PurePosixPath("resources", *parts))
 
@@ -103,25 +129,3 @@ def _guid(files: Mapping[str, bytes]) -> str:
         digest.update(f"{name}\0{len(files[name])}\0".encode())
         digest.update(files[name])
     return f"{{{uuid.UUID(bytes=digest.digest()[:16])}}}"
-
-
-def _write_archive(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write aside and move into place, so that nobody sees half a file."""
-    aside = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(aside, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name in sorted(files):
-                archive.writestr(_entry(name), files[name])
-        aside.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from None
-    finally:
-        aside.unlink(missing_ok=True)
-
-
-def _entry(name: str) -> zipfile.ZipInfo:
-    entry = zipfile.ZipInfo(name, _EARLIEST_TIME)
-    entry.create_system = _UNIX
-    entry.external_attr = _READABLE
-    entry.compress_type = zipfile.ZIP_DEFLATED
-    return entry

@@ -1,60 +1,35 @@
-"""An FMI 2.0 co-simulation FMU as a participant, through FMPy with preallocated buffers."""
+"""An FMI 2.0 or FMI 3.0 co-simulation FMU as a participant."""
 
 from __future__ import annotations
 
-import ctypes
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import fmpy
-import fmpy.fmi1
-import fmpy.fmi2
-import numpy as np
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 
-from .participants import FloatArray
-
-_DISCARD = 2  # the first fmi2Status that means failure
-
-
-class _Reals:
-    """Real variables of an FMU with their value references and a buffer, laid out once."""
-
-    def __init__(self, references: list[int]) -> None:
-        n = len(references)
-        buffer = (ctypes.c_double * n)()
-        self.values: FloatArray = np.ctypeslib.as_array(buffer)
-        self.arguments = ((ctypes.c_uint * n)(*references), ctypes.c_size_t(n), buffer)
-
-
-class _Booleans:
-    """Boolean variables of an FMU, read into a slice of numbers."""
-
-    def __init__(self, references: list[int]) -> None:
-        n = len(references)
-        buffer = (ctypes.c_int * n)()
-        self.values = np.ctypeslib.as_array(buffer)
-        self.arguments = ((ctypes.c_uint * n)(*references), ctypes.c_size_t(n), buffer)
+from .fmu_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
+from .fmu_signals import Row, Signal, read_signals
+from .units import Unit
 
 
 class FmuInstance:
-    """A loaded, initialised FMU.
-
-    FMPy loads and instantiates it; the calls of a step go to its library directly, since FMPy
-    builds new arrays at every call.
+    """A loaded, initialised FMU; elements of arrays are ports of their own.
 
     Args:
         name: Its name in the wiring.
         file: The .fmu.
         folder: An empty folder to unpack it into; it must live as long as the instance.
-        start_values: Values for parameters, by name.
+        start_values: Values for parameters and other variables at the start, by name.
 
     Raises:
         InputError: The file is no FMU that can be used.
         SimulationError: The FMU refuses to start; the message is its own.
+        UnknownNameError: There is no variable for a start value.
     """
 
     def __init__(
@@ -67,113 +42,78 @@ class FmuInstance:
         self.name = name
         self._file = file
         self._log: list[str] = []
+        self._calls: FmuCalls | None = None
         description = _description(file, folder)
-        variables = {variable.name: variable for variable in description.modelVariables}
-        inputs = [v for v in variables.values() if v.causality == "input"]
-        reals = [v for v in variables.values() if v.causality == "output" and v.type == "Real"]
-        booleans = [
-            v for v in variables.values() if v.causality == "output" and v.type == "Boolean"
-        ]
-        for variable in inputs:
-            if variable.type != "Real":
-                raise InputError(f"input {variable.name} is no Real", file=file)
-        self.input_names = tuple(v.name for v in inputs)
-        self.output_names = tuple(v.name for v in (*reals, *booleans))
-        self._inputs = _Reals([v.valueReference for v in inputs])
-        self._reals = _Reals([v.valueReference for v in reals])
-        self._booleans = _Booleans([v.valueReference for v in booleans])
-        self.inputs = self._inputs.values
-        self.outputs: FloatArray = np.zeros(len(self.output_names))
-        self._fmu = self._instantiate(description, folder)
+        signals = read_signals(description, folder)
+        taken = Row([signal for signal in signals if signal.causality == "input"])
+        given = Row([signal for signal in signals if signal.causality == "output"])
+        self.input_names, self.inputs = taken.names, taken.values
+        self.output_names, self.outputs = given.names, given.values
+        self.units: Mapping[str, Unit] = {n: u for s in signals for n, u in s.units.items()}
+        self._taken, self._given = taken, given
+        calls = Fmi2Calls if description.fmiVersion.startswith("2") else Fmi3Calls
         try:
-            self._bind()
-            self._initialize(variables, start_values or {})
+            self._calls = calls(name, description, folder, self._on_log)
+        except Exception as error:
+            raise SimulationError(f"{file}: {self._messages() or error}") from None
+        try:
+            self._bind(self._calls)
+            self._initialize(self._calls, self._started(signals, start_values or {}))
         except BaseException:
             self.close()
             raise
 
     def step(self, t: float, h: float) -> None:
         """Set the inputs, advance from t to t + h, get the outputs."""
-        if (
-            self._set_real(self._component, *self._inputs.arguments) >= _DISCARD
-            or self._do_step(self._component, t, h, 1) >= _DISCARD
-        ):
+        self._taken.write()
+        if self._set() >= DISCARD or self._advance(t, h) >= DISCARD:
             self._fail(f"at t = {t:.6g} s")
         self._read_outputs()
 
     def close(self) -> None:
-        """Free the instance; its library stays loaded, as other instances may use it."""
-        if self._fmu is not None:
-            self._fmu.fmi2FreeInstance(self._fmu.component)
-            self._fmu = None
+        """Free the instance."""
+        calls, self._calls = self._calls, None
+        if calls is not None:
+            calls.free()
 
-    def _instantiate(self, description: Any, folder: Path) -> Any:
-        callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(self._on_log)
-        callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        try:
-            fmu = fmpy.fmi2.FMU2Slave(
-                instanceName=self.name,
-                guid=description.guid,
-                modelIdentifier=description.coSimulation.modelIdentifier,
-                unzipDirectory=str(folder),
-            )
-            fmu.instantiate(callbacks=callbacks)
-        except Exception as error:
-            raise SimulationError(f"{self._file}: {self._messages() or error}") from None
-        return fmu
+    def _bind(self, calls: FmuCalls) -> None:
+        self._set, self._get = calls.setter(self._taken), calls.getter(self._given)
+        self._advance = calls.step
 
-    def _bind(self) -> None:
-        """Functions of their own, without FMPy's conversion of every argument."""
-        library = self._fmu.dll
-        self._component = ctypes.c_void_p(self._fmu.component)
-        self._set_real = library["fmi2SetReal"]
-        self._get_real = library["fmi2GetReal"]
-        self._get_boolean = library["fmi2GetBoolean"]
-        self._do_step = library["fmi2DoStep"]
-        self._do_step.argtypes = [
-            ctypes.c_void_p,
-            ctypes.c_double,
-            ctypes.c_double,
-            ctypes.c_int,
-        ]
+    def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
+        """What to set before the initialization: whole variables, with the new values in them."""
+        by_element = {name: signal for signal in signals for name in signal.names}
+        for name in values:
+            if name not in by_element:
+                raise UnknownNameError("variable", name, by_element, file=self._file)
+        changed = {by_element[name].names: by_element[name] for name in values}
+        rows = []
+        for signal in changed.values():
+            pairs = zip(signal.names, signal.start, strict=True)
+            start = tuple(float(values.get(name, old)) for name, old in pairs)
+            rows.append(Row([replace(signal, start=start)]))
+            if signal.causality == "input":
+                for name, value in zip(signal.names, start, strict=True):
+                    self.inputs[self.input_names.index(name)] = value
+        return rows
 
-    def _initialize(self, variables: Mapping[str, Any], start_values: Mapping[str, float]) -> None:
-        fmu = self._fmu
-        try:
-            # No stop time: the last tick of a slower controller may reach beyond the end.
-            fmu.setupExperiment(startTime=0.0)
-            for name, value in start_values.items():
-                if name not in variables:
-                    raise UnknownNameError("variable", name, variables, file=self._file)
-                fmu.setReal([variables[name].valueReference], [value])
-            fmu.enterInitializationMode()
-            fmu.exitInitializationMode()
-        except fmpy.fmi1.FMICallException:
+    def _initialize(self, calls: FmuCalls, rows: list[Row]) -> None:
+        for row in rows:
+            row.write()
+            if calls.setter(row)() >= DISCARD:
+                self._fail("at the start")
+        if calls.enter_initialization() >= DISCARD or calls.exit_initialization() >= DISCARD:
             self._fail("at the start")
         self._read_outputs()
 
     def _read_outputs(self) -> None:
-        if self._get_real(self._component, *self._reals.arguments) >= _DISCARD:
+        if self._get() >= DISCARD:
             self._fail("while reading its outputs")
-        reals = self._reals.values
-        self.outputs[: reals.size] = reals
-        if self._booleans.values.size:
-            if self._get_boolean(self._component, *self._booleans.arguments) >= _DISCARD:
-                self._fail("while reading its outputs")
-            self.outputs[reals.size :] = self._booleans.values
+        self._given.read()
 
-    def _on_log(
-        self, _: int | None, instance: bytes, status: int, category: bytes, message: bytes
-    ) -> None:
-        """Keep a message, with FMI 2's doubled `%` and `#` undone.
-
-        FMPy's own formatting proxy is left alone: it serves one logger a process.
-        """
+    def _on_log(self, status: int, text: str) -> None:
         if status:
-            text = message.decode("utf-8", "replace")
-            self._log.append(text.replace("%%", "%").replace("##", "#"))
+            self._log.append(text)
 
     def _messages(self) -> str:
         return "\n".join(self._log).strip()
@@ -192,6 +132,21 @@ def _description(file: Path, folder: Path) -> Any:
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error))
         raise InputError(f"is no FMU: {reason}", file=file) from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise InputError("is no FMI 2.0 co-simulation FMU", file=file)
+    version = str(description.fmiVersion)
+    if not version.startswith(("2.", "3.")):
+        raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is needed", file=file)
+    if description.coSimulation is None:
+        kinds = [
+            name
+            for name, kind in (
+                ("model exchange", description.modelExchange),
+                ("scheduled execution", getattr(description, "scheduledExecution", None)),
+            )
+            if kind is not None
+        ]
+        raise InputError(
+            f"is for {' and '.join(kinds) or 'nothing'} only, not for co-simulation: "
+            "export it for co-simulation",
+            file=file,
+        )
     return description

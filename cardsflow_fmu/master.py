@@ -1,43 +1,32 @@
-"""The fixed-step co-simulation master.
-
-Coupling scheme `sampled`: at every tick the outputs of plant and reference are read, the controller
-is stepped with them, and its forces are held while the plant and the reference advance. A
-controller may tick every k-th communication step; its forces then hold for k steps.
-"""
+"""The fixed-step co-simulation master: participants of any number, under a named coupling."""
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, InputError, SimulationError, UnknownNameError
+from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 
+from .coupling import Coupling
+from .interruption import interruptible
 from .participants import FloatArray, Participant
 from .ports import SOLVE_TIME
+from .units import Conversion
+from .wiring import Copy, Indices, Wiring, connect, indices
 
-COUPLING = "sampled"
-
-Indices = slice | list[int]
 Progress = Callable[[int], None]
 
 
 @dataclass(frozen=True, slots=True)
-class _Copy:
-    """Outputs of one participant that are inputs of another."""
+class _Turn:
+    """A participant in the order of a step: what it is given, and how often it is stepped."""
 
-    source: FloatArray
-    source_indices: Indices
-    target: FloatArray
-    target_indices: Indices
-
-    def __call__(self) -> None:
-        self.target[self.target_indices] = self.source[self.source_indices]
+    participant: Participant
+    copies: list[Copy]
+    every: int
 
 
 @dataclass(frozen=True)
@@ -47,7 +36,8 @@ class Recording:
     Attributes:
         names: Name of every column; the first is `time`.
         rows: Shape (rows, len(names)).
-        ticks: Rows at which the controller was stepped.
+        units: Unit of every column that has one, by its name.
+        ticks: Rows at which what the controller gave at a tick stands first.
         solve_times: How long the controller took at each tick, in [s], where it tells. Apart from
             the rows, which are equal whenever the same experiment is run.
         failure: Why the run ended early, None when it is complete.
@@ -55,54 +45,65 @@ class Recording:
 
     names: tuple[str, ...]
     rows: FloatArray
+    units: Mapping[str, str]
     ticks: list[int]
     solve_times: list[float]
     failure: CardsflowError | None
 
 
 class Master:
-    """Steps a plant, its controller and a reference.
+    """Steps participants that feed each other.
+
+    A participant that is stepped every k-th communication step only holds its outputs for k steps.
 
     Args:
-        plant, controller, reference: The participants, initialised.
+        participants: Initialised, with different names; their outputs are the columns, in order. A
+            name that several of them have is led by the participant's.
         wiring: Outputs, or numbers, for inputs that are not wired by equal names, by full name.
         step: Communication step, in [s].
         steps: Number of communication steps.
-        ticks_every: Communication steps a tick of the controller.
+        coupling: The coupling scheme.
+        every: Communication steps between two steps of a participant, by its name; 1 if absent.
+        by_name: Whether inputs that the wiring leaves out take the output of the same name;
+            otherwise they stay at their start values.
+        changes: What is done to the value of an input on its way, by its full name, where that is
+            not what the units of both ends ask for.
 
     Raises:
-        InputError: An input has no output to take its value from.
+        InputError: An input has no output to take its value from, a size or a unit does not fit, or
+            the coupling does not fit the participants.
         UnknownNameError: The wiring names a port that does not exist.
     """
 
     def __init__(
         self,
-        plant: Participant,
-        controller: Participant,
-        reference: Participant,
-        wiring: Mapping[str, str | float],
+        participants: Sequence[Participant],
+        wiring: Wiring,
         *,
         step: float,
         steps: int,
-        ticks_every: int = 1,
+        coupling: Coupling | None = None,
+        every: Mapping[str, int] | None = None,
+        by_name: bool = True,
+        changes: Mapping[str, Conversion] | None = None,
     ) -> None:
-        self._plant, self._controller, self._reference = plant, controller, reference
-        self._step, self._steps, self._ticks_every = step, steps, ticks_every
-        participants = [plant, controller, reference]
-        held = {name: value for name, value in wiring.items() if not isinstance(value, str)}
-        routes = _routes(participants, wiring)
-        _hold(participants, held)
-        self._to_controller = _copies(controller, participants, routes)
-        self._to_plant = _copies(plant, participants, routes)
-        names, self._columns = ["time"], []
-        for p in (plant, reference, controller):
-            kept = [k for k, name in enumerate(p.output_names) if name != SOLVE_TIME]
-            columns = slice(len(names), len(names) + len(kept))
-            self._columns.append((p.outputs, _indices(tuple(kept)), columns))
-            names += [p.output_names[k] for k in kept]
-        self.names = tuple(names)
-        timed = SOLVE_TIME in controller.output_names
-        self._timer = controller.output_names.index(SOLVE_TIME) if timed else None
+        self._step, self._steps = step, steps
+        by_its_name = {p.name: p for p in participants}
+        if len(by_its_name) < len(participants):
+            raise InputError("two participants have the same name")
+        groups, before = (coupling or Coupling()).stages(list(by_its_name))
+        copies = connect(participants, wiring, by_name=by_name, changes=changes)
+        stages = [
+            [_Turn(by_its_name[name], copies[name], (every or {}).get(name, 1)) for name in group]
+            for group in groups
+        ]
+        self._before, self._after = stages[:before], stages[before:]
+        self.names, self._units, self._columns = _columns(participants)
+        self._ticking = by_its_name.get("controller")
+        self._ticks: list[int] = []
+        self._solve_times: list[float] = []
+        outputs = () if self._ticking is None else self._ticking.output_names
+        self._timer = outputs.index(SOLVE_TIME) if SOLVE_TIME in outputs else None
 
     def run(self, progress: Progress | None = None) -> Recording:
         """Run to the end, to the first failure, or until Ctrl-C.
@@ -111,13 +112,12 @@ class Master:
             progress: Called now and then with the number of steps done.
         """
         rows = np.empty((self._steps + 1, len(self.names)))
-        ticks: list[int] = []
-        self._solve_times: list[float] = []
+        self._ticks, self._solve_times = [], []
         failure: CardsflowError | None = None
         self._recorded = done = 0
-        with _interruptible() as interrupted:
+        with interruptible() as interrupted:
             try:
-                for done in self._loop(rows, ticks):
+                for done in self._loop(rows):
                     if interrupted:
                         raise SimulationError("interrupted")
                     if progress and done % 128 == 0:
@@ -128,129 +128,58 @@ class Master:
                 failure = SimulationError("interrupted")
         if progress:
             progress(done)
-        return Recording(self.names, rows[: self._recorded], ticks, self._solve_times, failure)
+        recorded = rows[: self._recorded]
+        return Recording(self.names, recorded, self._units, self._ticks, self._solve_times, failure)
 
-    def _loop(self, rows: FloatArray, ticks: list[int]) -> Iterator[int]:
+    def _loop(self, rows: FloatArray) -> Iterator[int]:
         """One communication step an iteration; yields the number of steps done."""
-        plant, controller, reference = self._plant, self._controller, self._reference
-        step, ticks_every = self._step, self._ticks_every
-        period = ticks_every * step
         for k in range(self._steps):
-            t = k * step
-            if k % ticks_every == 0:
-                for copy in self._to_controller:
-                    copy()
-                controller.step(t, period)
-                ticks.append(k)
-                if self._timer is not None:
-                    self._solve_times.append(float(controller.outputs[self._timer]))
-            self._record(rows[k], t)
-            for copy in self._to_plant:
-                copy()
-            plant.step(t, step)
-            reference.step(t, step)
+            for stage in self._before:
+                self._advance(stage, k, k)
+            self._record(rows[k], k * self._step)
+            for stage in self._after:
+                self._advance(stage, k, k + 1)
             yield k + 1
-        self._record(rows[self._steps], self._steps * step)
+        self._record(rows[self._steps], self._steps * self._step)
+
+    def _advance(self, stage: Sequence[_Turn], k: int, row: int) -> None:
+        """Give every participant of a stage its inputs, then step every one.
+
+        Args:
+            stage: The participants.
+            k: Number of the step.
+            row: The first row to show it.
+        """
+        due = [turn for turn in stage if k % turn.every == 0]
+        for turn in due:
+            for copy in turn.copies:
+                copy()
+        for turn in due:
+            turn.participant.step(k * self._step, turn.every * self._step)
+            if turn.participant is self._ticking:
+                self._ticks.append(row)
+                if self._timer is not None:
+                    self._solve_times.append(float(turn.participant.outputs[self._timer]))
 
     def _record(self, row: FloatArray, t: float) -> None:
         row[0] = t
-        for outputs, indices, columns in self._columns:
-            row[columns] = outputs[indices]
+        for outputs, places, columns in self._columns:
+            row[columns] = outputs[places]
         self._recorded += 1
 
 
-def _routes(participants: list[Participant], wiring: Mapping[str, str | float]) -> dict[str, str]:
-    """The full name of the output that feeds each input, by the input's full name.
-
-    It is empty for an input that is held at a number.
-    """
-    outputs = [f"{p.name}.{name}" for p in participants for name in p.output_names]
-    inputs = [f"{p.name}.{name}" for p in participants for name in p.input_names]
-    for target, source in wiring.items():
-        if target not in inputs:
-            raise UnknownNameError("input", target, inputs, key="wiring")
-        if isinstance(source, str) and source not in outputs:
-            raise UnknownNameError("output", source, outputs, key=f"wiring.{target}")
-    routes = {t: source if isinstance(source, str) else "" for t, source in wiring.items()}
+def _columns(
+    participants: Sequence[Participant],
+) -> tuple[tuple[str, ...], dict[str, str], list[tuple[FloatArray, Indices, slice]]]:
+    """Names of the columns, their units, and where their values stand."""
+    count = Counter(name for p in participants for name in p.output_names)
+    names, units, columns = ["time"], {"time": "s"}, []
     for p in participants:
-        for name in p.input_names:
-            target = f"{p.name}.{name}"
-            sources = [o for o in outputs if o.split(".", 1)[1] == name]
-            if target not in routes and len(sources) != 1:
-                found = f"outputs of that name: {', '.join(sources) or 'none'}"
-                raise InputError(f"input {target} needs one output; {found}", key="wiring")
-            routes.setdefault(target, sources[0] if sources else "")
-    return routes
-
-
-def _hold(participants: list[Participant], held: Mapping[str, float]) -> None:
-    """Set the inputs that are held at a number, once."""
-    for p in participants:
-        for k, name in enumerate(p.input_names):
-            if f"{p.name}.{name}" in held:
-                p.inputs[k] = held[f"{p.name}.{name}"]
-
-
-def _copies(
-    target: Participant, participants: list[Participant], routes: Mapping[str, str]
-) -> list[_Copy]:
-    copies = []
-    for source in participants:
-        where = {f"{source.name}.{name}": k for k, name in enumerate(source.output_names)}
-        pairs = [
-            (where[routes[f"{target.name}.{name}"]], k)
-            for k, name in enumerate(target.input_names)
-            if routes[f"{target.name}.{name}"] in where
-        ]
-        if pairs:
-            froms, tos = zip(*pairs, strict=True)
-            copies.append(_Copy(source.outputs, _indices(froms), target.inputs, _indices(tos)))
-    return copies
-
-
-def _indices(numbers: tuple[int, ...]) -> Indices:
-    """A slice where the numbers follow one another: copying is then cheapest."""
-    if not numbers:
-        return []
-    first, last = numbers[0], numbers[-1]
-    follow_on = list(numbers) == list(range(first, last + 1))
-    return slice(first, last + 1) if follow_on else list(numbers)
-
-
-@contextmanager
-def _interruptible() -> Iterator[list[int]]:
-    """Collects the first Ctrl-C or SIGTERM instead of raising in the middle of a step.
-
-    A second one raises KeyboardInterrupt: a single step may be endless.
-    """
-    pressed: list[int] = []
-
-    def press(number: int, frame: object) -> None:
-        if pressed:
-            raise KeyboardInterrupt
-        pressed.append(number)
-
-    with _handling(press):
-        yield pressed
-
-
-@contextmanager
-def ignoring_interrupts() -> Iterator[None]:
-    """Ctrl-C and SIGTERM do nothing meanwhile: for the seconds in which results are written."""
-    with _handling(signal.SIG_IGN):
-        yield
-
-
-@contextmanager
-def _handling(handler: Any) -> Iterator[None]:
-    """Another handler for Ctrl-C and SIGTERM, in the main thread, which alone may set one."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, handler) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, previous in zip(numbers, before, strict=True):
-            signal.signal(number, previous)
+        kept = [k for k, name in enumerate(p.output_names) if name != SOLVE_TIME]
+        columns.append((p.outputs, indices(kept), slice(len(names), len(names) + len(kept))))
+        for k in kept:
+            name = p.output_names[k]
+            names.append(name if count[name] == 1 else f"{p.name}.{name}")
+            if name in p.units:
+                units[names[-1]] = p.units[name].name
+    return tuple(names), units, columns

@@ -1,32 +1,41 @@
-"""Writes modelDescription.xml for FMI 2.0 co-simulation."""
+"""Writes modelDescription.xml: what FMI 2.0 and FMI 3.0 have in common, and the choice of one."""
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .ports import Port
+from .units import SI_UNITS
+from .variables import Variable
 from .version import __version__
 
-_BASE_UNITS: dict[str, dict[str, int]] = {
-    "rad": {"rad": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "rad/s2": {"rad": 1, "s": -2},
-    "m": {"m": 1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
-    "s": {"s": 1},
-    "N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
-    "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
-    "N/m": {"kg": 1, "s": -2},
-    "N.s/m": {"kg": 1, "s": -1},
-    "1/s": {"s": -1},
-    "1/s2": {"s": -2},
+FmiVersion = Literal["2.0", "3.0"]
+FMI_VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")
+
+LICENSE_NAME = "BSD-3-Clause"
+
+_QUANTITIES = {
+    "rad": "Angle",
+    "rad/s": "AngularVelocity",
+    "rad/s2": "AngularAcceleration",
+    "m": "Length",
+    "m/s": "Velocity",
+    "m/s2": "Acceleration",
+    "N": "Force",
+    "N.m": "Torque",
+    "s": "Time",
+    "N.m/rad": "RotationalStiffness",
+    "N.m.s/rad": "RotationalDamping",
+    "N/m": "Stiffness",
+    "N.s/m": "Damping",
+    "1/s": "Rate",
+    "1/s2": "SquaredRate",
 }
 
 _LOG_CATEGORIES = {
@@ -45,66 +54,142 @@ _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]
 _CONTINUOUS_OR_DISCRETE = ("continuous", "discrete")
 
 
-def model_description(
-    ports: Sequence[Port],
-    *,
-    model_name: str,
-    guid: str,
-    description: str,
-    step: float,
-    stop_time: float | None = None,
-) -> bytes:
-    """The contents of modelDescription.xml.
+@dataclass(frozen=True, slots=True)
+class FmuDescription:
+    """What a model description tells of an FMU.
 
-    Args:
-        ports: The variables; the value reference is the index.
+    Attributes:
+        variables: The variables, which hold all ports of the model in their order.
         model_name: Name of the model and of its library: a C identifier.
-        guid: What the library has to answer to.
         description: One line for people.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
+        internal_step: What communication steps have to be multiples of, in [s].
+        any_step: Whether communication steps may have any length.
+        has_derivatives: Whether the model has directional derivatives.
+    """
+
+    variables: Sequence[Variable]
+    model_name: str
+    description: str
+    step: float
+    stop_time: float | None = None
+    internal_step: float | None = None
+    any_step: bool = False
+    has_derivatives: bool = False
+
+    @property
+    def ports(self) -> list[Port]:
+        """The model's table."""
+        return [port for variable in self.variables for port in variable.ports]
+
+
+def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -> bytes:
+    """The contents of modelDescription.xml.
+
+    Args:
+        fmu: What to describe.
+        guid: What the library has to answer to.
+        fmi: Version of FMI; FMI 2.0 has no arrays.
 
     Raises:
         InputError: A name, a unit or a combination of attributes that FMI does not allow.
     """
-    _check(ports, model_name, description)
-    root = ET.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=model_name,
-        guid=guid,
-        description=description,
-        version=__version__,
-        generationTool=f"CARDSFlow {__version__}",
-        variableNamingConvention="structured",
-    )
-    root.append(_co_simulation(model_name))
-    units = _unit_definitions(ports)
-    if len(units):
-        root.append(units)
-    root.append(_log_categories())
-    root.append(_default_experiment(step, stop_time))
-    variables = ET.SubElement(root, "ModelVariables")
-    variables.extend(_variable(reference, port) for reference, port in enumerate(ports))
-    root.append(_model_structure(ports))
+    from .model_description_fmi2 import describe as describe_2
+    from .model_description_fmi3 import describe as describe_3
+
+    _check(fmu)
+    root = describe_2(fmu, guid) if fmi == "2.0" else describe_3(fmu, guid)
     ET.indent(root)
     text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return text + b"\n"
 
 
-def _check(ports: Sequence[Port], model_name: str, description: str) -> None:
-    if not _IDENTIFIER.fullmatch(model_name):
-        raise InputError(f"an FMU's model name is letters, digits and _, unlike {model_name!r}")
-    if not ports:
-        raise InputError(f"the FMU {model_name} needs at least one variable")
-    names = [port.name for port in ports]
-    twice = (
-        {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else ()
+def root_element(fmu: FmuDescription, **attributes: str) -> ET.Element:
+    """The root of a model description.
+
+    Args:
+        fmu: What to describe.
+        attributes: Those that come first.
+    """
+    return ET.Element(
+        "fmiModelDescription",
+        attributes,
+        modelName=fmu.model_name,
+        description=fmu.description,
+        version=__version__,
+        license=LICENSE_NAME,
+        generationTool=f"CARDSFlow {__version__}",
+        variableNamingConvention="structured",
     )
-    if twice:
-        raise InputError(f"variables with the same name: {', '.join(sorted(twice))}")
-    _check_text(description)
-    for port in ports:
+
+
+def flag(value: bool) -> str:
+    """A truth value in XML."""
+    return "true" if value else "false"
+
+
+def number(value: float) -> str:
+    """A number that reads back exactly."""
+    return repr(float(value))
+
+
+def start(port: Port) -> str:
+    """The start value of a port."""
+    return flag(port.start != 0) if port.boolean else number(port.start)
+
+
+def unit_definitions(fmu: FmuDescription) -> list[ET.Element]:
+    """The element with the units that are used; nothing without any."""
+    definitions = ET.Element("UnitDefinitions")
+    used = {variable.unit for variable in fmu.variables}
+    for name, exponents in SI_UNITS.items():
+        if name in used:
+            unit = ET.SubElement(definitions, "Unit", name=name)
+            ET.SubElement(unit, "BaseUnit", {base: str(n) for base, n in exponents.items()})
+    return [definitions] if len(definitions) else []
+
+
+def type_names(fmu: FmuDescription) -> dict[str, str]:
+    """Names of the types that variables are declared by, by unit: a type a quantity.
+
+    A type must not share its name with a variable.
+    """
+    taken = {variable.name for variable in fmu.variables}
+    used = {variable.unit for variable in fmu.variables}
+    return {u: name for u, name in _QUANTITIES.items() if u in used and name not in taken}
+
+
+def log_categories() -> ET.Element:
+    """The element with the log categories."""
+    categories = ET.Element("LogCategories")
+    for name, description in _LOG_CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=description)
+    return categories
+
+
+def default_experiment(fmu: FmuDescription) -> ET.Element:
+    """The element with the preferred times."""
+    experiment = ET.Element("DefaultExperiment", startTime="0.0")
+    if fmu.stop_time is not None:
+        experiment.set("stopTime", number(fmu.stop_time))
+    experiment.set("stepSize", number(fmu.step))
+    return experiment
+
+
+def _check(fmu: FmuDescription) -> None:
+    if not _IDENTIFIER.fullmatch(fmu.model_name):
+        raise InputError(f"an FMU's model name is letters, digits and _, unlike {fmu.model_name!r}")
+    if not fmu.variables:
+        raise InputError(f"the FMU {fmu.model_name} needs at least one variable")
+    if not 0 < fmu.step < float("inf"):
+        raise InputError(f"an FMU's step is a positive time in s, not {fmu.step!r}")
+    for names in ([p.name for p in fmu.ports], [v.name for v in fmu.variables]):
+        if len(set(names)) < len(names):
+            twice = sorted({name for name in names if names.count(name) > 1})
+            raise InputError(f"variables with the same name: {', '.join(twice)}")
+    _check_text(fmu.description)
+    for port in fmu.ports:
         _check_port(port)
 
 
@@ -112,8 +197,8 @@ def _check_port(port: Port) -> None:
     if not _STRUCTURED_NAME.fullmatch(port.name):
         raise InputError(f"{port.name!r} is not a structured FMI variable name")
     _check_text(port.description)
-    if port.unit and port.unit not in _BASE_UNITS:
-        raise UnknownNameError(f"unit of {port.name}:", port.unit, _BASE_UNITS)
+    if port.unit and port.unit not in SI_UNITS:
+        raise UnknownNameError(f"unit of {port.name}:", port.unit, SI_UNITS)
     is_signal = port.variability in _CONTINUOUS_OR_DISCRETE
     if is_signal == (port.causality == "parameter"):
         raise InputError(f"{port.name}: a {port.causality} cannot be {port.variability}")
@@ -128,82 +213,3 @@ def _check_port(port: Port) -> None:
 def _check_text(text: str) -> None:
     if _NOT_IN_XML.search(text):
         raise InputError(f"{text!r} has characters that XML cannot hold")
-
-
-def _co_simulation(model_name: str) -> ET.Element:
-    return ET.Element(
-        "CoSimulation",
-        modelIdentifier=model_name,
-        needsExecutionTool="true",
-        canHandleVariableCommunicationStepSize="false",
-        canInterpolateInputs="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-        providesDirectionalDerivative="false",
-    )
-
-
-def _unit_definitions(ports: Sequence[Port]) -> ET.Element:
-    definitions = ET.Element("UnitDefinitions")
-    used = {port.unit for port in ports}
-    for name, exponents in _BASE_UNITS.items():
-        if name in used:
-            unit = ET.SubElement(definitions, "Unit", name=name)
-            ET.SubElement(unit, "BaseUnit", {base: str(n) for base, n in exponents.items()})
-    return definitions
-
-
-def _log_categories() -> ET.Element:
-    categories = ET.Element("LogCategories")
-    for name, description in _LOG_CATEGORIES.items():
-        ET.SubElement(categories, "Category", name=name, description=description)
-    return categories
-
-
-def _default_experiment(step: float, stop_time: float | None) -> ET.Element:
-    experiment = ET.Element("DefaultExperiment", startTime="0.0")
-    if stop_time is not None:
-        experiment.set("stopTime", _number(stop_time))
-    experiment.set("stepSize", _number(step))
-    return experiment
-
-
-def _number(value: float) -> str:
-    """A number that reads back exactly."""
-    return repr(float(value))
-
-
-def _variable(reference: int, port: Port) -> ET.Element:
-    variable = ET.Element(
-        "ScalarVariable",
-        name=port.name,
-        valueReference=str(reference),
-        description=port.description,
-        causality=port.causality,
-        variability=port.variability,
-    )
-    if port.causality != "input":
-        variable.set("initial", "exact" if port.causality == "parameter" else "calculated")
-    kind = ET.SubElement(variable, "Boolean" if port.boolean else "Real")
-    if port.causality != "output":
-        kind.set("start", _start(port))
-    if port.unit and not port.boolean:
-        kind.set("unit", port.unit)
-    return variable
-
-
-def _start(port: Port) -> str:
-    if port.boolean:
-        return "true" if port.start else "false"
-    return _number(port.start)
-
-
-def _model_structure(ports: Sequence[Port]) -> ET.Element:
-    """Every output depends on everything, at the start as well."""
-    structure = ET.Element("ModelStructure")
-    outputs = [index for index, port in enumerate(ports, 1) if port.causality == "output"]
-    for tag in ("Outputs", "InitialUnknowns") if outputs else ():
-        unknowns = ET.SubElement(structure, tag)
-        unknowns.extend(ET.Element("Unknown", index=str(index)) for index in outputs)
-    return structure

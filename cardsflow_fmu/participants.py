@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .models.model import FmuModel
+from .units import KNOWN_UNITS, Unit
 
 FloatArray = NDArray[np.float64]
 
@@ -17,14 +19,17 @@ class Participant(Protocol):
 
     Attributes:
         name: Its name in the wiring, such as `plant`.
-        input_names, output_names: Names of its ports.
-        inputs: Written before a step, shape (len(input_names),).
+        input_names, output_names: Names of its ports. Elements of an array stand one after another,
+            each with a name of its own: `q[1]`, `q[2]`.
+        units: Units of ports, by name; ports without an entry have none.
+        inputs: Written before a step, shape (len(input_names),); at their start values at first.
         outputs: Read after a step, shape (len(output_names),).
     """
 
     name: str
     input_names: tuple[str, ...]
     output_names: tuple[str, ...]
+    units: Mapping[str, Unit]
     inputs: FloatArray
     outputs: FloatArray
 
@@ -47,6 +52,9 @@ class DirectParticipant:
         self.name = name
         self.input_names = tuple(p.name for p in model.ports if p.causality == "input")
         self.output_names = tuple(p.name for p in model.ports if p.causality == "output")
+        self.units: Mapping[str, Unit] = {
+            p.name: KNOWN_UNITS[p.unit] for p in model.ports if p.unit
+        }
         self.inputs = model.inputs
         self.outputs = model.outputs
         self.step = model.step

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from .ports import Followed, followed_signals, muscle_signals
 from .results import Result
+from .summary import present
 
 TRACKING, PATH = "tracking", "path"
 
@@ -85,8 +86,10 @@ def _images(name: str, figure: Figure) -> dict[str, bytes]:
 
 
 def _followed(result: Result) -> Followed:
+    """The positions that are followed, as far as the run recorded them."""
     experiment = result.experiment
-    return followed_signals(experiment.robot, experiment.reference.space)
+    followed = followed_signals(experiment.robot, experiment.reference.space)
+    return present(followed, result.names)
 
 
 def _point(result: Result) -> Followed | None:
@@ -94,6 +97,8 @@ def _point(result: Result) -> Followed | None:
     if result.experiment.reference.space == "joint":
         return None
     followed, first = _followed(result), 0
+    if len(followed.actual) < sum(len(f.axes) for f in result.experiment.robot.task_frames):
+        return None
     for frame in result.experiment.robot.task_frames:
         last = first + len(frame.axes)
         if frame.axes == ("x", "y", "z"):
@@ -114,7 +119,8 @@ def _mark_incomplete(figure: Figure, result: Result) -> None:
 
 
 def _draw_forces(axes: Axes, result: Result) -> None:
-    time, names = result["time"], muscle_signals("f", result.experiment.robot)
+    time = result["time"]
+    names = [n for n in muscle_signals("f", result.experiment.robot) if n in result.names]
     if len(names) > 10:
         axes.set_prop_cycle(color=mpl.colormaps["tab20"].colors)  # type: ignore[attr-defined]
     for name in names:
@@ -130,7 +136,7 @@ def _draw_positions(axes: Axes, result: Result) -> None:
         axes.plot(time, result[desired], ":", color="black", linewidth=1.4)
         line.set_zorder(1)
     axes.plot([], [], ":", color="black", label="reference")
-    units = "/".join(dict.fromkeys(followed.units))
+    units = "/".join(dict.fromkeys(followed.units)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"
     axes.set_ylabel(f"{what} position [{units}]")
     _legend(axes)

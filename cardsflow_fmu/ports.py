@@ -51,6 +51,17 @@ def identifier(name: str) -> str:
     return f"_{cleaned}" if cleaned[0].isdigit() else cleaned
 
 
+WORKER_TIMEOUT = Port(
+    "worker_timeout",
+    "s",
+    "parameter",
+    "fixed",
+    "Longest call, where the model runs in a worker process",
+    60.0,
+)
+"""Known to the C library by its name; models make nothing of it."""
+
+
 def signal_names(prefix: str, names: Iterable[str]) -> list[str]:
     """Port names for a list of coordinates, muscles or other named things.
 
@@ -203,6 +214,7 @@ def plant_ports(robot: Robot, q: Sequence[float], qd: Sequence[float], step: flo
         *_coordinate_ports("q_start", "", "Start position", robot, "parameter", "fixed", q),
         *_coordinate_ports("qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd),
         Port("step", "s", "parameter", "fixed", "Internal step of the plant", step),
+        WORKER_TIMEOUT,
     ]
 
 
@@ -215,7 +227,7 @@ def reference_ports(robot: Robot, space: Space, *, with_loads: bool = False) -> 
         with_loads: Whether it gives loads from outside as well.
     """
     loads = _load_ports(robot, "output") if with_loads else []
-    return [*_followed_ports(robot, space, "output"), *loads]
+    return [*_followed_ports(robot, space, "output"), *loads, WORKER_TIMEOUT]
 
 
 def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
@@ -267,6 +279,7 @@ def controller_ports(
         *_gain_ports(robot, space, kp, kd, torque_gains),
         *_bound_ports(robot),
         Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
+        WORKER_TIMEOUT,
     ]
 
 

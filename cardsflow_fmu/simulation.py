@@ -5,26 +5,37 @@ from __future__ import annotations
 import contextlib
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import write_files
 
+from .cross import libraries_for
 from .experiment import Experiment
+from .experiment_system import experiment_system, with_plant
 from .fmu_file import write_fmu
 from .fmu_instance import FmuInstance
-from .master import Master, Progress, Recording, ignoring_interrupts
+from .foreign_fmu import HARDWARE, AdaptedFmu, fitting_wiring
+from .interruption import ignoring_interrupts
+from .master import Master, Progress, Recording
+from .model_description import FmiVersion
 from .models.controller import ControllerModel
 from .models.experiment_model import ExperimentModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
 from .output import OutputFolder
 from .participants import DirectParticipant, Participant
-from .results import Result, summarize
+from .ports import load_signals
+from .results import Result
+from .runtime.library import find_platform
+from .ssp import write_ssp
+from .summary import Speed, summarize
 
 Through = Literal["fmu", "direct"]
+
+SYSTEM_FILE = "system.ssp"
 
 MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
@@ -46,29 +57,62 @@ class RunError(SimulationError):
         self.result = result
 
 
-def build(experiment: Experiment, folder: str | Path) -> dict[str, Path]:
-    """Build plant.fmu, controller.fmu and reference.fmu.
+def build(
+    experiment: Experiment,
+    folder: str | Path,
+    *,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    platforms: Sequence[str] | None = None,
+) -> dict[str, Path]:
+    """Build plant.fmu, controller.fmu and reference.fmu, and system.ssp of the three.
 
     Args:
         experiment: What to simulate.
         folder: Where to.
+        fmi: Version of FMI of the three; the .ssp holds FMUs of FMI 2.0.
+        arrays: Whether FMUs of FMI 3.0 have arrays.
+        platforms: What the FMUs run on, such as `linux64`; on this platform when None. Others need
+            the extra `cross`.
 
     Returns:
-        The files, by the name of the model.
+        The FMUs, by the name of the model; the .ssp stands beside them.
 
     Raises:
-        InputError: The folder cannot be written.
+        InputError: The folder cannot be written, or the FMUs of others do not fit.
     """
     with tempfile.TemporaryDirectory() as aside:
-        files = _build(experiment, Path(aside))
-        contents = {path.name: path.read_bytes() for path in files.values()}
-    return dict(zip(files, write_files(folder, contents), strict=True))
+        libraries = None if platforms is None else libraries_for(platforms, Path(aside))
+        files = _build(experiment, Path(aside), fmi, arrays, libraries)
+        inner = files
+        if fmi != "2.0":
+            (Path(aside) / "inner").mkdir()
+            inner = _build(experiment, Path(aside) / "inner", libraries=_of_fmi_2(libraries))
+        system = _build_system(experiment, inner, Path(aside))
+        contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
+    written = write_files(folder, contents)
+    return dict(zip(files, written[: len(files)], strict=True))
 
 
-def _build(experiment: Experiment, folder: Path) -> dict[str, Path]:
-    """The FMUs, by the name of the model, in a folder that exists."""
+def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
+    """The libraries for platforms that FMI 2.0 has a name for."""
+    if libraries is None:
+        return None
+    return {name: file for name, file in libraries.items() if find_platform(name).fmi2}
+
+
+def _build(
+    experiment: Experiment,
+    folder: Path,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    libraries: Mapping[str, Path] | None = None,
+) -> dict[str, Path]:
+    """The FMUs that are not of others, by the name of the model, in a folder that exists."""
     resources = experiment.resources()
-    steps = {"controller": experiment.controller.period}
+    period = experiment.controller.period
+    steps = {"controller": period}
+    internal = {"controller": period, "plant": experiment.plant.step}
     return {
         name: write_fmu(
             folder / f"{name}.fmu",
@@ -78,9 +122,26 @@ def _build(experiment: Experiment, folder: Path) -> dict[str, Path]:
             resources=resources,
             step=steps.get(name, experiment.run.step),
             stop_time=experiment.run.duration,
+            internal_step=internal.get(name),
+            fmi=fmi,
+            arrays=arrays,
+            libraries=libraries,
         )
         for name, model in MODELS.items()
+        if name not in experiment.fmus
     }
+
+
+def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
+    """The .ssp of FMI 2 FMUs with scalars, and of the FMUs of others that take their place."""
+    tables = {name: model.table(experiment) for name, model in MODELS.items()}
+    files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
+    system = experiment_system(experiment, files, tables)
+    sources = {f"resources/{name}.fmu": file for name, file in files.items()}
+    variants = {}
+    if HARDWARE in experiment.fmus:
+        variants[HARDWARE] = with_plant(system, f"resources/{HARDWARE}.fmu")
+    return write_ssp(folder / SYSTEM_FILE, system, sources, variants)
 
 
 def run(
@@ -133,12 +194,17 @@ def _write(result: Result, contents: dict[str, str | bytes], folder: OutputFolde
 
 
 def simulate(
-    experiment: Experiment, *, through: Through = "fmu", progress: Progress | None = None
+    experiment: Experiment,
+    *,
+    through: Through = "fmu",
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    progress: Progress | None = None,
 ) -> Result:
-    """Run an experiment and write nothing. Arguments and errors as for `run`."""
+    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`."""
     started = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        fmus = _build(experiment, Path(folder)) if through == "fmu" else {}
+        fmus = _build(experiment, Path(folder), fmi, arrays) if through == "fmu" else {}
         return _finished(*_simulate(experiment, fmus, progress, started))
 
 
@@ -154,22 +220,27 @@ def _simulate(
     with _participants(experiment, fmus) as participants:
         settings = experiment.run
         master = Master(
-            **participants,
-            wiring=experiment.wiring,
+            [participants[name] for name in ("plant", "reference", "controller")],
+            fitting_wiring(
+                experiment.wiring,
+                experiment.fmus,
+                participants.values(),
+                load_signals(experiment.robot),
+            ),
             step=settings.step,
             steps=settings.steps,
-            ticks_every=round(experiment.controller.period / settings.step),
+            coupling=settings.coupling,
+            every={"controller": round(experiment.controller.period / settings.step)},
         )
         begin = time.perf_counter()
         recording = master.run(progress)
-        wall_time = time.perf_counter() - begin
-    units = {port.name: port.unit for model in MODELS.values() for port in model.table(experiment)}
+        speed = Speed(time.perf_counter() - begin, begin - started)
     result = Result(
-        experiment,
         recording.names,
         recording.rows,
-        {name: "s" if name == "time" else units.get(name, "") for name in recording.names},
-        summarize(experiment, recording, wall_time, begin - started),
+        {name: recording.units.get(name, "") for name in recording.names},
+        summarize(experiment, recording, speed),
+        experiment=experiment,
     )
     return result, recording
 
@@ -183,10 +254,16 @@ def _participants(
         unpacked = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         participants: dict[str, Participant] = {}
         for name, model in MODELS.items():
-            participants[name] = (
-                FmuInstance(name, fmus[name], unpacked / name)
-                if name in fmus
-                else DirectParticipant(name, model(experiment))
-            )
-            stack.callback(participants[name].close)
+            foreign = experiment.fmus.get(name)
+            participant: Participant
+            if foreign is not None:
+                participant = FmuInstance(name, foreign.file, unpacked / name, foreign.parameters)
+                stack.callback(participant.close)
+                participant = AdaptedFmu(participant, foreign, model.table(experiment))
+            elif name in fmus:
+                participant = FmuInstance(name, fmus[name], unpacked / name)
+                stack.callback(participant.close)
+            else:
+                participant = DirectParticipant(name, model(experiment))
+            participants[name] = participant
         yield participants

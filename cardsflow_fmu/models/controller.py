@@ -40,6 +40,7 @@ class ControllerModel(ExperimentModel):
     """
 
     description = "Controller of muscle forces"
+    has_derivatives = True
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
@@ -67,6 +68,8 @@ class ControllerModel(ExperimentModel):
         self._kp, self._kd, self._f_min, self._f_max, self._period = np.split(
             self.parameters, [r, 2 * r, 2 * r + m, 2 * r + 2 * m]
         )
+        counted = self.inputs.size + m + r
+        self.steady_outputs = counted + np.arange(self._report.size)
         self._applied = np.empty(0)
 
     @staticmethod

@@ -10,7 +10,10 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.ports import Port
+
+from .derivatives import Indices, directional_derivative
 
 FloatArray = NDArray[np.float64]
 
@@ -33,10 +36,17 @@ class FmuModel(ABC):
         ports: The table of variables.
         values: Their values.
         inputs, outputs, parameters: Views of `values`.
+        states: Indices of outputs that are states, which `set_states` takes.
+        steady_outputs: Indices of outputs whose derivative is zero wherever there is one: numbers
+            that are counted, times that are measured.
     """
 
     description: ClassVar[str] = ""
     """One line for people, written into the FMU."""
+    any_step: ClassVar[bool] = False
+    """Whether steps may have any length, and another one every time."""
+    has_derivatives: ClassVar[bool] = False
+    """Whether `directional_derivative` answers."""
 
     def __init__(self, ports: Sequence[Port], values: FloatArray | None = None) -> None:
         self.ports = tuple(ports)
@@ -49,6 +59,8 @@ class FmuModel(ABC):
         self.inputs, self.outputs, self.parameters = np.split(
             self.values, [counts[0], counts[0] + counts[1]]
         )
+        self.states: Indices = np.empty(0, dtype=np.intp)
+        self.steady_outputs: Indices = np.empty(0, dtype=np.intp)
         self._start = np.array([port.start for port in self.ports])
         self.values[:] = self._start
 
@@ -92,3 +104,25 @@ class FmuModel(ABC):
     def reset(self) -> None:
         """Back to the start values; `initialize` is due next."""
         self.values[:] = self._start
+
+    def set_states(self, states: FloatArray) -> None:
+        """Go to other states without any time passing.
+
+        Args:
+            states: One for each of `self.states`.
+        """
+        raise NotImplementedError
+
+    def directional_derivative(
+        self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
+    ) -> FloatArray:
+        """How outputs behind a step change with what there is at its beginning.
+
+        See `derivatives` for the arguments, the scheme, and what may be a known.
+
+        Raises:
+            InputError: The model has no derivatives, or a known is none.
+        """
+        if not self.has_derivatives:
+            raise InputError("this FMU has no directional derivatives")
+        return directional_derivative(self, t, h, unknowns, knowns, seeds)

@@ -23,6 +23,7 @@ class PlantModel(ExperimentModel):
     """
 
     description = "Simulated robot with muscles"
+    has_derivatives = True
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
@@ -34,6 +35,7 @@ class PlantModel(ExperimentModel):
         self._q, self._qd, self._lengths, self._tasks = np.split(
             self.outputs, [n, 2 * n, 2 * n + m]
         )
+        self.states = self.inputs.size + np.arange(2 * n)
         self._q_start, self._qd_start, self._step = np.split(self.parameters, [n, 2 * n])
 
     @staticmethod
@@ -70,6 +72,13 @@ class PlantModel(ExperimentModel):
         if len(state) % 8:
             raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
         self._plant.set_state(np.frombuffer(state))
+        self._write_outputs()
+
+    def set_states(self, states: FloatArray) -> None:
+        """Go to other q and qd."""
+        state = self._plant.get_state()
+        state[1:] = states
+        self._plant.set_state(state)
         self._write_outputs()
 
     def _write_outputs(self) -> None:

@@ -55,6 +55,7 @@ class ReferenceModel(ExperimentModel):
     """
 
     description = "Reference"
+    any_step = True
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)

@@ -21,7 +21,7 @@ from .port_table import ports_digest
 _CLOCK_BYTES = 16
 
 
-def open_model(resources: str, memory: bytearray) -> HostedModel | str:
+def open_model(resources: str, memory: bytearray | memoryview) -> HostedModel | str:
     """Open the model of an FMU on the memory of its host.
 
     Args:
@@ -49,7 +49,7 @@ class HostedModel:
 
     __slots__ = ("_clock", "_create", "_has_failed", "_model")
 
-    def __init__(self, create: Callable[[], FmuModel], memory: bytearray) -> None:
+    def __init__(self, create: Callable[[], FmuModel], memory: bytearray | memoryview) -> None:
         self._clock = memoryview(memory)[:_CLOCK_BYTES].cast("d")
         self._create = create
         self._model = create()
@@ -95,6 +95,32 @@ class HostedModel:
             return self._fail(error)
         return None
 
+    def derivative(self, unknowns: bytes, knowns: bytes, seeds: bytes) -> bytes | str:
+        """How outputs change with other variables, or the text of a refusal, which does no harm.
+
+        Args:
+            unknowns: Indices of outputs, as uint32.
+            knowns: Indices of what is changed, as uint32.
+            seeds: One float64 for each known.
+
+        Returns:
+            One float64 for each unknown.
+        """
+        try:
+            time, step = self._clock
+            answers = self._model.directional_derivative(
+                time,
+                step,
+                np.frombuffer(unknowns, np.uint32).astype(np.intp),
+                np.frombuffer(knowns, np.uint32).astype(np.intp),
+                np.frombuffer(seeds),
+            )
+            return answers.tobytes()
+        except CardsflowError as error:
+            return _plain(str(error))
+        except BaseException as error:
+            return _failure(error)
+
     def _reset(self) -> None:
         if not self._has_failed:
             try:
@@ -115,7 +141,7 @@ class HostedModel:
         return _failure(error)
 
 
-def _model_maker(folder: Path, memory: bytearray) -> Callable[[], FmuModel]:
+def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], FmuModel]:
     """Check what the FMU was built with; returns what makes its model."""
     record = read_model_file(folder)
     if record.package != __version__:
@@ -123,7 +149,7 @@ def _model_maker(folder: Path, memory: bytearray) -> Callable[[], FmuModel]:
             f"this FMU needs cardsflow {record.package}, found is {__version__} "
             f"in {Path(__file__).parents[1]}: install that version or build the FMU again"
         )
-    model_class = load_class(record.model_class)
+    model_class = load_class(record.model_class, folder)
     values = np.frombuffer(memory, offset=_CLOCK_BYTES)
 
     def create() -> FmuModel:

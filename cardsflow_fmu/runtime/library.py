@@ -6,36 +6,89 @@ import os
 import platform
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, UnknownNameError
 
-_SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
-_SYSTEMS = {"linux": "linux64", "win32": "win64", "darwin": "darwin64"}
+
+class Platform(NamedTuple):
+    """A platform that FMUs run on.
+
+    Attributes:
+        tuple: FMI 3.0's name, such as `x86_64-linux`.
+        fmi2: FMI 2.0's name, such as `linux64`; None where it has none.
+        suffix: How the file name of a shared library ends.
+    """
+
+    tuple: str
+    fmi2: str | None
+    suffix: str
+
+    def folder(self, fmi: str) -> str:
+        """The name of its folder below an FMU's binaries.
+
+        Args:
+            fmi: `2.0` or `3.0`.
+
+        Raises:
+            InputError: FMI 2.0 has no name for it.
+        """
+        if fmi != "2.0":
+            return self.tuple
+        if self.fmi2 is None:
+            raise InputError(f"FMI 2.0 has no name for the platform {self.tuple}; FMI 3.0 does")
+        return self.fmi2
+
+
+PLATFORMS = {
+    entry.tuple: entry
+    for entry in (
+        Platform("x86_64-linux", "linux64", ".so"),
+        Platform("aarch64-linux", None, ".so"),
+        Platform("x86_64-windows", "win64", ".dll"),
+        Platform("aarch64-windows", None, ".dll"),
+        Platform("x86_64-darwin", "darwin64", ".dylib"),
+        Platform("aarch64-darwin", None, ".dylib"),
+    )
+}
+"""By FMI 3.0's name."""
+
+_SYSTEMS = {"linux": "linux", "win32": "windows", "darwin": "darwin"}
+_MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 _LOCATION = Path("cardsflow_fmu", "runtime", "lib", "cardsflow_fmi")
 
 
-def platform_name() -> str:
-    """FMI 2.0's name of this platform, such as `linux64`.
+def find_platform(name: str) -> Platform:
+    """A platform by either of its names, such as `linux64` or `x86_64-linux`.
 
     Raises:
-        InputError: FMI 2.0 has no name for it.
+        UnknownNameError: There is no such platform.
     """
-    machine = platform.machine()
-    if sys.platform not in _SYSTEMS or machine.lower() not in ("x86_64", "amd64"):
+    for entry in PLATFORMS.values():
+        if name in (entry.tuple, entry.fmi2):
+            return entry
+    names = [entry.fmi2 or entry.tuple for entry in PLATFORMS.values()]
+    raise UnknownNameError("platform", name, names)
+
+
+def this_platform() -> Platform:
+    """The platform that this runs on.
+
+    Raises:
+        InputError: FMI has no name for it.
+    """
+    machine, system = platform.machine(), sys.platform
+    found = PLATFORMS.get(f"{_MACHINES.get(machine.lower())}-{_SYSTEMS.get(system)}")
+    if found is None:
         raise InputError(
-            f"FMI 2.0 has no platform name for {sys.platform} on {machine}; "
-            "FMUs run on Linux, Windows and macOS on x86_64"
+            f"FMUs run on Linux, Windows and macOS, on x86_64 and aarch64, "
+            f"not on {system} on {machine}"
         )
-    return _SYSTEMS[sys.platform]
-
-
-def library_suffix() -> str:
-    """How the file name of a shared library ends on this platform."""
-    return _SUFFIXES[platform_name()]
+    return found
 
 
 def library_path() -> Path:
-    """Path of the built library.
+    """Path of the library that was built for this platform.
 
     The environment variable `CARDSFLOW_LIBRARY_DIR` names another folder than the installation to
     look below, such as one with a sanitized build.
@@ -44,7 +97,7 @@ def library_path() -> Path:
         InputError: There is no library.
     """
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR") or Path(__file__).parents[2])
-    path = root / _LOCATION.with_suffix(library_suffix())
+    path = root / _LOCATION.with_suffix(this_platform().suffix)
     if not path.is_file():
         raise InputError(
             "the FMI library is missing: install the package again, "

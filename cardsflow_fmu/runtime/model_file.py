@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,6 +10,8 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.models.model import FmuModel
+
+from .carried_module import import_module
 
 MODEL_FILE = "model.json"
 _FORMAT = 1
@@ -68,15 +69,19 @@ def class_path(model_class: type[FmuModel]) -> str:
     return path
 
 
-def load_class(path: str) -> type[FmuModel]:
+def load_class(path: str, folder: Path) -> type[FmuModel]:
     """The class at a path from `class_path`.
+
+    Args:
+        path: The path.
+        folder: The FMU's resources, which may hold the module.
 
     Raises:
         InputError: There is no such class.
     """
     module_name, _, name = path.partition(":")
     try:
-        module = importlib.import_module(module_name)
+        module = import_module(module_name, folder)
         found = functools.reduce(getattr, name.split("."), module)
     except (ImportError, AttributeError, ValueError) as error:
         raise InputError(f"the model class {path} cannot be imported: {error}") from error

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.ports import Port
+from cardsflow_fmu.variables import Variable
 
 _MAGIC = b"CARDSFMU"
-_VERSION = 1
+_VERSION = 2
 _HEADER_SIZE = 20
 _CAUSALITIES = {"input": 0, "output": 1, "parameter": 2}
 _VARIABILITIES = {"continuous": 0, "discrete": 1, "fixed": 2, "tunable": 3}
@@ -24,25 +25,35 @@ def _string(text: str) -> bytes:
     return struct.pack("<H", len(encoded)) + encoded + b"\0"
 
 
-def _port(port: Port) -> bytes:
-    kinds = (port.boolean, _CAUSALITIES[port.causality], _VARIABILITIES[port.variability])
-    return struct.pack("<BBBd", *kinds, port.start) + _string(port.name)
+def _kinds(port: Port) -> bytes:
+    return bytes((port.boolean, _CAUSALITIES[port.causality], _VARIABILITIES[port.variability]))
+
+
+def _variable(variable: Variable) -> bytes:
+    ports = variable.ports
+    starts = struct.pack(f"<I{len(ports)}d", len(ports), *(port.start for port in ports))
+    return _kinds(ports[0]) + starts + _string(variable.name)
 
 
 def ports_digest(ports: Sequence[Port]) -> str:
-    """A hash of all that the C library knows of the variables."""
-    return hashlib.sha256(b"".join(map(_port, ports))).hexdigest()
+    """A hash of all that a model's host has to know of its ports."""
+    parts = [_kinds(port) + struct.pack("<d", port.start) + _string(port.name) for port in ports]
+    return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
-def encode_port_table(ports: Sequence[Port], *, guid: str, model_name: str, package: str) -> bytes:
+def encode_port_table(
+    variables: Sequence[Variable], *, guid: str, model_name: str, package: str, step: float
+) -> bytes:
     """The contents of `ports.bin`.
 
     Args:
-        ports: The variables; the value reference is the index.
-        guid: The GUID in the model description.
+        variables: The variables, which hold all ports of the model in their order.
+        guid: The GUID, or instantiation token, in the model description.
         model_name: Name of the model.
         package: Version of the package that builds the FMU.
+        step: Preferred communication step, in [s].
     """
     strings = b"".join(map(_string, (guid, model_name, package)))
-    body = strings + struct.pack("<I", len(ports)) + b"".join(map(_port, ports))
+    counts = sum(len(variable.ports) for variable in variables), len(variables)
+    body = strings + struct.pack("<dII", step, *counts) + b"".join(map(_variable, variables))
     return _MAGIC + struct.pack("<III", _VERSION, _HEADER_SIZE + len(body), zlib.crc32(body)) + body

@@ -10,11 +10,20 @@ from pathlib import Path
 import pytest
 from fmu_host import Host, opened, unpack
 
+from cardsflow_fmu.model_description import FmiVersion
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Tests of FMUs are of FMI 2.0, and of FMI 3.0 as well where their module says so."""
+    if "fmi" in metafunc.fixturenames:
+        versions = getattr(metafunc.module, "FMI", ("2.0",))
+        metafunc.parametrize("fmi", versions, scope="session")
+
 
 @pytest.fixture(scope="session")
-def toy_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def toy_fmu(tmp_path_factory: pytest.TempPathFactory, fmi: FmiVersion) -> Path:
     """An unpacked FMU of the toy model."""
-    return unpack(tmp_path_factory.mktemp("toy") / "toy")
+    return unpack(tmp_path_factory.mktemp("toy") / "toy", fmi=fmi)
 
 
 @pytest.fixture

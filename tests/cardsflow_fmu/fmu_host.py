@@ -13,11 +13,13 @@ from typing import NamedTuple
 import fmpy
 import numpy as np
 import pytest
+from fmi3_host import FMU3SlaveAs2
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from toy_model import PORTS, REFERENCES, ToyModel
 
 from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.model_description import FmiVersion
 from cardsflow_fmu.models.model import FloatArray
 
 STEP = 1e-3
@@ -49,6 +51,10 @@ class Host:
     def last(self) -> str:
         """The last message, as a host that formats it would show it."""
         return self.messages[-1].text.replace("%%", "%").replace("##", "#")
+
+    def open(self, events: bool) -> None:
+        """Instantiate."""
+        self.slave.instantiate(callbacks=self.callbacks, loggingOn=events)
 
     def instantiate(
         self, guid: str, resources: str, kind: int = fmi2.fmi2CoSimulation, events: bool = False
@@ -92,6 +98,24 @@ class Host:
         return np.array(rows)
 
 
+@dataclass
+class Host3(Host):
+    """An instance of an FMI 3.0 FMU, used as if it were one of FMI 2.0."""
+
+    def __post_init__(self) -> None:
+        def log(_: object, status: int, category: bytes, text: bytes) -> None:
+            self.messages.append(Message(status, category.decode(), text.decode()))
+
+        self.log = log
+
+    @property
+    def last(self) -> str:
+        return self.messages[-1].text
+
+    def open(self, events: bool) -> None:
+        self.slave.instantiate(logMessage=self.log, loggingOn=events)
+
+
 def force(k: int) -> float:
     """The force in step k, in [N]."""
     return float(np.sin(0.1 * k))
@@ -112,7 +136,11 @@ def plain_run(count: int, model: ToyModel | None = None, **parameters: float) ->
 
 
 def unpack(
-    folder: Path, model_class: type[ToyModel] = ToyModel, name: str = "toy", x_start: float = 0.25
+    folder: Path,
+    model_class: type[ToyModel] = ToyModel,
+    name: str = "toy",
+    x_start: float = 0.25,
+    fmi: FmiVersion = "2.0",
 ) -> Path:
     """Build an FMU and unpack it into `folder`; returns that."""
     archive = write_fmu(
@@ -122,6 +150,7 @@ def unpack(
         ports=PORTS,
         resources={"x_start.txt": repr(x_start).encode()},
         step=STEP,
+        fmi=fmi,
     )
     fmpy.extract(str(archive), str(folder))
     return folder
@@ -130,13 +159,14 @@ def unpack(
 def load(folder: Path, instance_name: str = "größe 1") -> Host:
     """Load an unpacked FMU, without an instance."""
     description = fmpy.read_model_description(str(folder))
-    slave = fmi2.FMU2Slave(
+    is_2 = description.fmiVersion == "2.0"
+    slave = (fmi2.FMU2Slave if is_2 else FMU3SlaveAs2)(
         guid=description.guid,
         unzipDirectory=str(folder),
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName=instance_name,
     )
-    return Host(slave)
+    return Host(slave) if is_2 else Host3(slave)
 
 
 @contextmanager
@@ -144,7 +174,7 @@ def opened(*folders: Path, events: bool = False) -> Iterator[Sequence[Host]]:
     """Instances of unpacked FMUs, freed at the end."""
     hosts = [load(folder, f"toy {i}") for i, folder in enumerate(folders)]
     for host in hosts:
-        host.slave.instantiate(callbacks=host.callbacks, loggingOn=events)
+        host.open(events)
     yield hosts
     for host in hosts:
         host.slave.freeInstance()

@@ -12,10 +12,10 @@ import pytest
 from fmpy.validation import validate_fmu
 from toy_model import PORTS, ToyModel
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.fmu_file import write_fmu
 from cardsflow_fmu.ports import Port
-from cardsflow_fmu.runtime.library import library_path, platform_name
+from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
 
 pytestmark = pytest.mark.native
 
@@ -55,12 +55,20 @@ def test_contents(tmp_path: Path) -> None:
     path = write(tmp_path / "toy.fmu", resources=resources)
     with zipfile.ZipFile(path) as archive:
         assert archive.testzip() is None
-        binary = f"binaries/{platform_name()}/toy{library_path().suffix}"
+        binary = f"binaries/{this_platform().fmi2}/toy{library_path().suffix}"
         assert set(archive.namelist()) == {
             "modelDescription.xml",
+            "model.png",
+            "documentation/index.html",
+            "documentation/licenses/license.txt",
+            "terminalsAndIcons/terminalsAndIcons.xml",
+            "terminalsAndIcons/icon.png",
+            "terminalsAndIcons/icon.svg",
             binary,
             "resources/model.json",
             "resources/ports.bin",
+            "resources/python.txt",
+            "resources/python/toy_model.py",
             "resources/x_start.txt",
             "resources/robot/meshes/a.stl",
         }
@@ -133,4 +141,27 @@ def test_says_what_to_do_without_a_library(tmp_path: Path, monkeypatch: pytest.M
 def test_says_which_machines_have_no_name_in_fmi(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("platform.machine", lambda: "riscv64")
     with pytest.raises(InputError, match="riscv64"):
-        platform_name()
+        this_platform()
+
+
+def test_says_which_platforms_fmi_2_does_not_name() -> None:
+    with pytest.raises(InputError, match=r"FMI 2.0 has no name for the platform aarch64-linux"):
+        find_platform("aarch64-linux").folder("2.0")
+    assert find_platform("aarch64-linux").folder("3.0") == "aarch64-linux"
+    assert find_platform("linux64") is find_platform("x86_64-linux")
+    with pytest.raises(UnknownNameError, match="amiga"):
+        find_platform("amiga")
+
+
+def test_libraries_of_several_platforms(tmp_path: Path) -> None:
+    other = tmp_path / "library.dll"
+    other.write_bytes(b"MZ")
+    libraries = {"x86_64-linux": library_path(), "x86_64-windows": other}
+    for fmi, folders in (
+        ("2.0", ("linux64", "win64")),
+        ("3.0", ("x86_64-linux", "x86_64-windows")),
+    ):
+        path = write(tmp_path / "toy.fmu", libraries=libraries, fmi=fmi)
+        with zipfile.ZipFile(path) as archive:
+            names = {name for name in archive.namelist() if name.startswith("binaries/")}
+            assert names == {f"binaries/{folders[0]}/toy.so", f"binaries/{folders[1]}/toy.dll"}

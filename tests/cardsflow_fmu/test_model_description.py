@@ -7,21 +7,17 @@ import pytest
 from toy_model import PORTS
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.model_description import model_description
+from cardsflow_fmu.model_description import FmuDescription, model_description
 from cardsflow_fmu.ports import Port
+from cardsflow_fmu.variables import scalar_variables
 
 INPUT = Port("f.biceps", "N", "input", "continuous", "Force of biceps", 0.1)
 
 
 def describe(*ports: Port, **changes: object) -> ET.Element:
-    arguments: dict = {
-        "model_name": "toy",
-        "guid": "{1}",
-        "description": "A toy",
-        "step": 1e-3,
-        **changes,
-    }
-    return ET.fromstring(model_description(ports, **arguments))
+    arguments: dict = {"model_name": "toy", "description": "A toy", "step": 1e-3, **changes}
+    fmu = FmuDescription(scalar_variables(ports), **arguments)
+    return ET.fromstring(model_description(fmu, "{1}"))
 
 
 def variable(root: ET.Element, name: str) -> ET.Element:

@@ -11,6 +11,8 @@ from cardsflow_fmu.runtime.in_process import HostedModel
 
 pytestmark = pytest.mark.native
 
+FMI = ("2.0", "3.0")
+
 
 def test_exception_in_step(host: Host) -> None:
     host.start(fail_at=4.5 * STEP)

@@ -13,35 +13,6 @@ from cardsflow_fmu.version import __version__
 pytestmark = pytest.mark.native
 
 
-C_HOST = r"""
-#include <dlfcn.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include "fmi2FunctionTypes.h"
-
-static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
-                        fmi2String category, fmi2String message, ...)
-{
-    (void)environment, (void)name;
-    va_list arguments;
-    va_start(arguments, message);
-    printf("%d %s: ", (int)status, category);
-    vprintf(message, arguments);
-    va_end(arguments);
-}
-
-int main(int count, char **arguments)
-{
-    fmi2CallbackFunctions callbacks = {log_message, NULL, NULL, NULL, NULL};
-    void *library = count == 4 ? dlopen(arguments[1], RTLD_NOW) : NULL;
-    if (!library)
-        return 2;
-    fmi2InstantiateTYPE *instantiate = (fmi2InstantiateTYPE *)dlsym(library, "fmi2Instantiate");
-    fmi2String guid = arguments[2], location = arguments[3];
-    return instantiate("toy", fmi2CoSimulation, guid, location, &callbacks, 0, 0) != NULL;
-}
-"""
-
 PYTHON_HOST = """
 import ctypes, sys
 library, guid, location = sys.argv[1:]
@@ -54,28 +25,21 @@ print(instantiate(b"toy", 1, guid.encode(), location.encode(), callbacks, 0, 0))
 """
 
 
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-
-
 def arguments_for(toy_fmu: Path) -> list[str]:
     guid = fmpy.read_model_description(str(toy_fmu)).guid
     return [str(library_path()), guid, (toy_fmu / "resources").as_uri()]
 
 
-def test_host_that_is_not_python(compiler: str, toy_fmu: Path, tmp_path: Path) -> None:
-    source, program = tmp_path / "host.c", tmp_path / "host"
-    source.write_text(C_HOST)
-    run([compiler, f"-I{HEADERS}", str(source), "-o", str(program), "-ldl"])
-    assert run([str(program), *arguments_for(toy_fmu)]) == (
-        f"3 logStatusError: this FMU needs a Python with the package cardsflow {__version__} "
-        "as its host: the host program is not Python"
-    )
-
-
-def test_python_without_the_package(toy_fmu: Path) -> None:
+def test_python_without_the_package(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", "in-process")
     python = [sys.executable, "-I", "-S", "-c", PYTHON_HOST]
     message, component = run([*python, *arguments_for(toy_fmu)]).splitlines()
     assert message.startswith(f"this FMU needs the package cardsflow {__version__} in the host's")
     assert sys.executable in message
     assert message.endswith("No module named 'cardsflow_fmu'")
     assert component == "None"
+
+
+def test_python_without_the_package_gets_a_worker(toy_fmu: Path) -> None:
+    python = [sys.executable, "-I", "-S", "-c", PYTHON_HOST]
+    assert int(run([*python, *arguments_for(toy_fmu)]))

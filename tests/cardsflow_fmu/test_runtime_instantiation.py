@@ -32,6 +32,7 @@ def test_model_exchange(toy_fmu: Path) -> None:
 
 
 def test_wrong_package_version(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", "in-process")
     monkeypatch.setattr("cardsflow_fmu.runtime.in_process.__version__", "99.0")
     message = cannot_open(toy_fmu)
     assert f"needs cardsflow {__version__}, found is 99.0" in message

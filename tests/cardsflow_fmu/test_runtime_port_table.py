@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 
 import pytest
-from fmu_host import Host, cannot_open, load
+from fmu_host import STEP, Host, cannot_open, load
 from toy_model import PORTS
 
 pytestmark = pytest.mark.native
@@ -57,20 +57,43 @@ def test_mutated_with_a_true_checksum(damaged: Path, table: Path) -> None:
     rng = random.Random(3)
     for _ in range(600):
         wrong = mutated(content[20:], rng)[: rng.choice((None, rng.randrange(len(content))))]
-        header = struct.pack("<8sIII", b"CARDSFMU", 1, 20 + len(wrong), zlib.crc32(wrong))
+        header = struct.pack("<8sIII", b"CARDSFMU", 2, 20 + len(wrong), zlib.crc32(wrong))
         opens(host, table, header + wrong)
     host.slave.freeLibrary()
 
 
-@pytest.mark.parametrize("count", [0, len(PORTS) - 1, len(PORTS) + 1, 2**31, 2**32 - 1])
-def test_other_counts(damaged: Path, table: Path, count: int) -> None:
+N = len(PORTS)
+
+
+@pytest.mark.parametrize(
+    ("values", "variables"),
+    [(0, N), (N - 1, N), (N + 1, N), (2**32 - 1, N), (N, N - 1), (N, N + 1), (N, 2**32 - 1)],
+)
+def test_other_counts(damaged: Path, table: Path, values: int, variables: int) -> None:
+    assert not opens_changed(damaged, table, (N, N), (values, variables))
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-3, float("nan"), float("inf")])
+def test_impossible_steps(damaged: Path, table: Path, step: float) -> None:
+    assert not opens_changed(damaged, table, (N, N), (N, N), step)
+
+
+def opens_changed(
+    damaged: Path,
+    table: Path,
+    counts: tuple[int, int],
+    new: tuple[int, int],
+    step: float = STEP,
+) -> bool:
+    """Whether the FMU opens with other counts, or another step, in its table."""
     host = load(damaged)
     content = table.read_bytes()
-    at = content.index(struct.pack("<IBBB", len(PORTS), 0, 0, 0))
-    body = content[20:at] + struct.pack("<I", count) + content[at + 4 :]
-    header = struct.pack("<8sIII", b"CARDSFMU", 1, len(content), zlib.crc32(body))
-    assert not opens(host, table, header + body)
+    at = content.index(struct.pack("<dII", STEP, *counts))
+    body = content[20:at] + struct.pack("<dII", step, *new) + content[at + 16 :]
+    header = struct.pack("<8sIII", b"CARDSFMU", 2, len(content), zlib.crc32(body))
+    opened = opens(host, table, header + body)
     host.slave.freeLibrary()
+    return opened
 
 
 def mutated(content: bytes, rng: random.Random) -> bytes:

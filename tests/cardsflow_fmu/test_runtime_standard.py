@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -54,6 +55,11 @@ def test_signatures_are_those_of_the_standard(compiler: str) -> None:
     standard = ["-DFMI2_TYPES_H", f"-I{HEADERS}", "-include", "fmi2Functions.h"]
     run([compiler, *flags, *standard, "-Wmissing-prototypes", str(SOURCES / "fmi2.c")])
     run([compiler, *flags, *standard, str(SOURCES / "fmi2_log.c")])
+    standard = ["-DFMI3_TYPES_H", f"-I{HEADERS}", "-include", "fmi3Functions.h"]
+    standard.append("-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+    for name in ("fmi3.c", "fmi3_variables.c", "fmi3_absent.c"):
+        run([compiler, *flags, *standard, "-Wmissing-prototypes", str(SOURCES / name)])
+    run([compiler, *flags, *standard, str(SOURCES / "fmi3_component.c")])
 
 
 def test_types_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
@@ -66,10 +72,27 @@ def test_types_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
     assert answers[0] == answers[1]
 
 
+def test_types_of_fmi_3_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
+    ours = (SOURCES / "fmi3_types.h").read_text()
+    names = re.findall(r"\b(fmi3\w+);|\(\*(fmi3\w+)\)", ours)
+    types = [f'printf("{a or b} %zu\\n", sizeof({a or b}));' for a, b in names]
+    constants = ["fmi3Discard", "fmi3Fatal", "fmi3Dependent", "fmi3IntervalChanged"]
+    values = [f'printf("{name} %d\\n", (int){name});' for name in constants]
+    assert len(types) > 20
+    answers = []
+    for header in (SOURCES / "fmi3_types.h", HEADERS / "fmi3Functions.h"):
+        source, program = tmp_path / "types.c", tmp_path / "types"
+        body = "int main(void)\n{\n" + "\n".join(types + values) + "\nreturn 0;\n}\n"
+        source.write_text(f'#include <stdio.h>\n#include "{header}"\n{body}')
+        run([compiler, "-std=c99", "-Wall", "-Werror", str(source), "-o", str(program)])
+        answers.append(run([str(program)]))
+    assert answers[0] == answers[1]
+
+
 def test_only_fmi_is_exported() -> None:
     nm = shutil.which("nm")
     if nm is None or sys.platform != "linux":
         pytest.skip("no nm")
     lines = run([nm, "-D", "--defined-only", str(library_path())]).splitlines()
     names = {line.split()[-1] for line in lines}
-    assert all(name.startswith("fmi2") for name in names)
+    assert all(name.startswith(("fmi2", "fmi3", "cardsflow_worker_")) for name in names)

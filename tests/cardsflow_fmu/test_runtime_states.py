@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +13,11 @@ from fmpy.fmi1 import FMICallException
 from fmu_host import STEP, Host, opened, plain_run, refused, unpack
 from toy_model import PORTS, REFERENCES, OtherToyModel, ToyModel
 
+from cardsflow_fmu.model_description import FmiVersion
+
 pytestmark = pytest.mark.native
+
+FMI = ("2.0", "3.0")
 
 
 @pytest.mark.parametrize("is_serialized", [False, True])
@@ -68,6 +75,31 @@ def test_goes_to_another_instance(toy_fmu: Path) -> None:
         two.slave.setFMUstate(state)
         two.slave.freeFMUstate(state)
         assert (one.drive(10, 50) == two.drive(10, 50)).all()
+
+
+OTHER_PROCESS = """
+import sys
+from pathlib import Path
+from fmu_host import opened
+
+with opened(Path(sys.argv[1])) as (host,):
+    state = host.slave.deSerializeFMUstate(Path(sys.argv[2]).read_bytes())
+    host.slave.setFMUstate(state)
+    host.slave.freeFMUstate(state)
+    print(host.drive(10, 50).tobytes().hex())
+"""
+
+
+def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -> None:
+    started.set(gain=2.0)
+    started.drive(0, 10)
+    state = started.slave.getFMUstate()
+    (tmp_path / "state").write_bytes(started.slave.serializeFMUstate(state))
+    started.slave.freeFMUstate(state)
+    here = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    command = [sys.executable, "-c", OTHER_PROCESS, str(toy_fmu), str(tmp_path / "state")]
+    done = subprocess.run(command, env=here, capture_output=True, text=True, check=True)
+    assert bytes.fromhex(done.stdout) == started.drive(10, 50).tobytes()
 
 
 def test_other_parameters_are_taken_over(started: Host) -> None:
@@ -149,8 +181,8 @@ def test_damaged_bytes_do_no_harm(toy_fmu: Path) -> None:
         assert (host.drive(0, 5) == plain_run(5)).all()
 
 
-def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path) -> None:
-    other = unpack(tmp_path / "other", OtherToyModel, "other")
+def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+    other = unpack(tmp_path / "other", OtherToyModel, "other", fmi=fmi)
     with opened(toy_fmu, other) as (one, two):
         one.start()
         state = one.slave.getFMUstate()

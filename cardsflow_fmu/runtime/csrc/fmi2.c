@@ -1,9 +1,11 @@
 /* FMI 2.0 for co-simulation: the functions of the standard, in its order. */
 #include "fmi2_types.h"
 
+#include "derivative.h"
+#include "file_uri.h"
 #include "fmi2_log.h"
 #include "instance.h"
-#include "saved_state.h"
+#include "state_calls.h"
 #include "text.h"
 #include "variables.h"
 
@@ -49,12 +51,30 @@ static struct component *new_component(const char *name, const fmi2CallbackFunct
     return NULL;
 }
 
+static struct instance *open_at(const struct log *log, const char *guid,
+                                const char *resource_location)
+{
+    struct text error = {NULL};
+    struct instance *instance = NULL;
+    char *folder = resource_location ? path_from_file_uri(resource_location) : NULL;
+    if (folder) {
+        instance = instance_open(log, guid, folder);
+    } else {
+        text_set(&error, "the resource location %s is no file URI of this machine",
+                 resource_location ? resource_location : "(none)");
+        log_status(log, STATUS_ERROR, text_get(&error));
+        text_free(&error);
+    }
+    free(folder);
+    return instance;
+}
+
 static struct instance *open_instance(struct component *component, fmi2Type type, const char *guid,
                                       const char *resource_location, int logging_on)
 {
     struct log log = {fmi2_log_write, &component->log, logging_on};
     if (type == fmi2CoSimulation)
-        return instance_open(&log, guid, resource_location);
+        return open_at(&log, guid, resource_location);
     log_status(&log, STATUS_ERROR, "this FMU is for co-simulation, not for model exchange");
     return NULL;
 }
@@ -76,7 +96,7 @@ FMI2_Export fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingO
 {
     if (!c)
         return fmi2Error;
-    int asked = fmi2_log_asks_for_events(categories ? nCategories : 0, categories);
+    int asked = log_asks_for_events(categories ? nCategories : 0, categories);
     instance_of(c)->log.events = loggingOn && asked == 1;
     return asked < 0 ? refuse(c, STATUS_WARNING, "setDebugLogging: unknown category") : fmi2OK;
 }
@@ -113,7 +133,7 @@ FMI2_Export fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranc
     if (!c)
         return fmi2Error;
     double stop = stopTimeDefined ? stopTime : INFINITY;
-    return (fmi2Status)instance_set_up(instance_of(c), startTime, stop);
+    return (fmi2Status)instance_set_up(instance_of(c), "setupExperiment", startTime, stop);
 }
 
 FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -149,12 +169,23 @@ static int has_arrays(fmi2Component c, const void *vr, size_t nvr, const void *v
     return 0;
 }
 
+static const struct access GET_REAL = {"getReal", PORT_REAL, AS_DOUBLE};
+static const struct access SET_REAL = {"setReal", PORT_REAL, AS_DOUBLE};
+static const struct access GET_BOOLEAN = {"getBoolean", PORT_BOOLEAN, AS_INT};
+static const struct access SET_BOOLEAN = {"setBoolean", PORT_BOOLEAN, AS_INT};
+
+static struct variables scalars(const fmi2ValueReference vr[], size_t nvr)
+{
+    struct variables variables = {vr, nvr, nvr};
+    return variables;
+}
+
 FMI2_Export fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                    fmi2Real value[])
 {
     if (!has_arrays(c, vr, nvr, value))
         return fmi2Error;
-    return (fmi2Status)get_reals(instance_of(c), vr, nvr, value);
+    return (fmi2Status)get_variables(instance_of(c), &GET_REAL, scalars(vr, nvr), value);
 }
 
 FMI2_Export fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -162,7 +193,7 @@ FMI2_Export fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference 
 {
     if (!has_arrays(c, vr, nvr, value))
         return fmi2Error;
-    return (fmi2Status)get_booleans(instance_of(c), vr, nvr, value);
+    return (fmi2Status)get_variables(instance_of(c), &GET_BOOLEAN, scalars(vr, nvr), value);
 }
 
 FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -170,7 +201,7 @@ FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[
 {
     if (!has_arrays(c, vr, nvr, value))
         return fmi2Error;
-    return (fmi2Status)set_reals(instance_of(c), vr, nvr, value);
+    return (fmi2Status)set_variables(instance_of(c), &SET_REAL, scalars(vr, nvr), value);
 }
 
 FMI2_Export fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
@@ -178,7 +209,7 @@ FMI2_Export fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference 
 {
     if (!has_arrays(c, vr, nvr, value))
         return fmi2Error;
-    return (fmi2Status)set_booleans(instance_of(c), vr, nvr, value);
+    return (fmi2Status)set_variables(instance_of(c), &SET_BOOLEAN, scalars(vr, nvr), value);
 }
 
 /* No variable is an integer or a string. */
@@ -221,69 +252,43 @@ FMI2_Export fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference v
 
 /* States */
 
+static struct instance *instance_or_null(fmi2Component c)
+{
+    return c ? instance_of(c) : NULL;
+}
+
 FMI2_Export fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
-    struct saved_state *saved = NULL;
-    if (!c || !FMUstate)
-        return refuse(c, STATUS_ERROR, "getFMUstate: null pointer");
-    enum status status = saved_state_take(instance_of(c), &saved);
-    if (status != STATUS_OK)
-        return (fmi2Status)status;
-    free(*FMUstate); /* a state taken earlier may be overwritten */
-    *FMUstate = saved;
-    return fmi2OK;
+    return (fmi2Status)state_get(instance_or_null(c), FMUstate);
 }
 
 FMI2_Export fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
-    if (!c || !FMUstate)
-        return refuse(c, STATUS_ERROR, "setFMUstate: null pointer");
-    return (fmi2Status)saved_state_restore(instance_of(c), FMUstate);
+    return (fmi2Status)state_set(instance_or_null(c), FMUstate);
 }
 
 FMI2_Export fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
     (void)c;
-    if (FMUstate) {
-        free(*FMUstate);
-        *FMUstate = NULL;
-    }
-    return fmi2OK;
+    return (fmi2Status)state_free(FMUstate);
 }
 
 FMI2_Export fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate,
                                                   size_t *size)
 {
-    if (!FMUstate || !size)
-        return refuse(c, STATUS_ERROR, "serializedFMUstateSize: null pointer");
-    *size = ((const struct saved_state *)FMUstate)->size;
-    return fmi2OK;
+    return (fmi2Status)state_size(instance_or_null(c), FMUstate, size);
 }
 
 FMI2_Export fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate,
                                              fmi2Byte serializedState[], size_t size)
 {
-    const struct saved_state *saved = FMUstate;
-    if (!saved || !serializedState)
-        return refuse(c, STATUS_ERROR, "serializeFMUstate: null pointer");
-    if (size < saved->size)
-        return refuse(c, STATUS_ERROR, "serializeFMUstate: there is too little room");
-    memcpy(serializedState, saved->bytes, saved->size);
-    return fmi2OK;
+    return (fmi2Status)state_serialize(instance_or_null(c), FMUstate, serializedState, size);
 }
 
 FMI2_Export fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[],
                                                size_t size, fmi2FMUstate *FMUstate)
 {
-    struct saved_state *saved = NULL;
-    if (!c || !FMUstate)
-        return refuse(c, STATUS_ERROR, "deSerializeFMUstate: null pointer");
-    enum status status = saved_state_read(instance_of(c), serializedState, size, &saved);
-    if (status != STATUS_OK)
-        return (fmi2Status)status;
-    free(*FMUstate);
-    *FMUstate = saved;
-    return fmi2OK;
+    return (fmi2Status)state_deserialize(instance_or_null(c), serializedState, size, FMUstate);
 }
 
 FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
@@ -293,9 +298,13 @@ FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
                                                     size_t nKnown, const fmi2Real dvKnown[],
                                                     fmi2Real dvUnknown[])
 {
-    (void)vUnknown_ref, (void)nUnknown, (void)vKnown_ref, (void)nKnown, (void)dvKnown;
-    (void)dvUnknown;
-    return refuse(c, STATUS_ERROR, "this FMU has no directional derivatives");
+    if (!c)
+        return fmi2Error;
+    if ((nUnknown && (!vUnknown_ref || !dvUnknown)) || (nKnown && (!vKnown_ref || !dvKnown)))
+        return refuse(c, STATUS_ERROR, "getDirectionalDerivative: null pointer");
+    struct derivative_call call = {vUnknown_ref, nUnknown, vKnown_ref, nKnown,
+                                   dvKnown,      nKnown,   dvUnknown,  nUnknown};
+    return (fmi2Status)get_directional_derivative(instance_of(c), &call);
 }
 
 /* Co-simulation */

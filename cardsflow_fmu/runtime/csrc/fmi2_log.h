@@ -13,7 +13,4 @@ struct fmi2_log {
 /* A log_writer; the context is a struct fmi2_log. */
 void fmi2_log_write(void *context, enum status status, const char *text);
 
-/* Whether `categories` (all, when there are none) ask for events; -1 when one of them is unknown. */
-int fmi2_log_asks_for_events(size_t count, const fmi2String categories[]);
-
 #endif

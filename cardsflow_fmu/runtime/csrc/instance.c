@@ -1,7 +1,6 @@
 #include "instance.h"
 
 #include "backend.h"
-#include "file_uri.h"
 
 #include <float.h>
 #include <math.h>
@@ -83,27 +82,18 @@ static int open_table(struct instance *instance, const char *guid, const char *f
     return 1;
 }
 
-static int open_files(struct instance *instance, const char *guid, const char *resource_location,
+static int open_files(struct instance *instance, const char *guid, const char *folder,
                       struct text *error)
 {
-    char *folder = resource_location ? path_from_file_uri(resource_location) : NULL;
-    if (!folder) {
-        text_set(error, "the resource location %s is no file URI of this machine",
-                 resource_location ? resource_location : "(none)");
-        return 1;
-    }
-    int failed = open_table(instance, guid, folder, error) ||
-                 backend_open(&instance->model, &instance->ports, folder, error);
-    free(folder);
-    return failed;
+    return open_table(instance, guid, folder, error) ||
+           backend_open(&instance->model, &instance->ports, folder, error);
 }
 
-struct instance *instance_open(const struct log *log, const char *guid,
-                               const char *resource_location)
+struct instance *instance_open(const struct log *log, const char *guid, const char *folder)
 {
     struct text error = {NULL};
     struct instance *instance = calloc(1, sizeof *instance);
-    if (!instance || open_files(instance, guid, resource_location, &error)) {
+    if (!instance || open_files(instance, guid, folder, &error)) {
         log_status(log, STATUS_ERROR, text_get(&error));
         text_free(&error);
         if (instance)
@@ -125,13 +115,14 @@ void instance_close(struct instance *instance)
     free(instance);
 }
 
-enum status instance_set_up(struct instance *instance, double start_time, double stop_time)
+enum status instance_set_up(struct instance *instance, const char *call, double start_time,
+                            double stop_time)
 {
-    if (!instance_allows(instance, "setupExperiment", INSTANTIATED))
+    if (!instance_allows(instance, call, INSTANTIATED))
         return STATUS_ERROR;
     if (!isfinite(start_time) || !(stop_time >= start_time))
-        return instance_fail(instance, "setupExperiment: no time from %.12g s to %.12g s",
-                             start_time, stop_time);
+        return instance_fail(instance, "%s: no time from %.12g s to %.12g s", call, start_time,
+                             stop_time);
     instance->is_set_up = 1;
     instance->start_time = instance->time = start_time;
     instance->stop_time = stop_time;

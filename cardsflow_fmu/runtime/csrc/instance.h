@@ -21,17 +21,19 @@ struct instance {
     struct port_table ports;
     struct model model;
     enum life_cycle life_cycle;
+    int has_time_variable;     /* whether the value reference behind the last one means the time */
     int is_set_up;             /* whether the start time is known */
     int initialization_is_due; /* whether something was set since the model's last initialize */
     double start_time, stop_time, time;
 };
 
-/* Opens the FMU whose resources are at `resource_location`; NULL after a message in the log. */
-struct instance *instance_open(const struct log *log, const char *guid,
-                               const char *resource_location);
+/* Opens the FMU whose resources are in `folder`; NULL after a message in the log. */
+struct instance *instance_open(const struct log *log, const char *guid, const char *folder);
 void instance_close(struct instance *instance);
 
-enum status instance_set_up(struct instance *instance, double start_time, double stop_time);
+/* The times of the experiment; `call` is what FMI calls the function that tells them. */
+enum status instance_set_up(struct instance *instance, const char *call, double start_time,
+                            double stop_time);
 enum status instance_enter_initialization_mode(struct instance *instance);
 enum status instance_exit_initialization_mode(struct instance *instance);
 enum status instance_step(struct instance *instance, double time, double step);

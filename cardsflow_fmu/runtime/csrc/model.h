@@ -5,8 +5,19 @@
 #include "text.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 struct model;
+
+/* A question for a directional derivative: unknowns and knowns are indices into `model->values`. */
+struct derivative {
+    size_t unknown_count;
+    const uint32_t *unknowns;
+    size_t known_count;
+    const uint32_t *knowns;
+    const double *seeds; /* one for each known */
+    double *answers;     /* one for each unknown, to be filled in */
+};
 
 /* Each returns 0, or nonzero with the reason in `model->error`. */
 struct model_functions {
@@ -19,6 +30,9 @@ struct model_functions {
     /* What the model remembers beyond `values`, as bytes on the heap that the caller frees. */
     int (*get_state)(struct model *model, void **bytes, size_t *size);
     int (*set_state)(struct model *model, const void *bytes, size_t size);
+    /* How the unknowns change with the knowns, at the present state, which stays as it is. NULL when
+     * the backend offers none; a model that offers none answers with a failure that does no harm. */
+    int (*derivative)(struct model *model, const struct derivative *request);
     void (*close)(struct model *model);
 };
 

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FORMAT_VERSION = 1, HEADER_SIZE = 20, SMALLEST_PORT = 3 + 8 + 3 };
+enum { FORMAT_VERSION = 2, VALUE_SIZE = 8 };
 
 static const char MAGIC[8] = {'C', 'A', 'R', 'D', 'S', 'F', 'M', 'U'};
 
@@ -79,14 +79,40 @@ static int is_consistent(const struct port *port)
     return port->variability != VARIABILITY_CONTINUOUS && (port->start == 0 || port->start == 1);
 }
 
-static void take_port(struct reader *reader, struct port *port)
+/* Fills in the ports of the next variable, which may have at most `room` values; how many it has. */
+static size_t take_variable(struct reader *reader, struct port *ports, size_t room)
 {
-    port->type = (enum port_type)take_enum(reader, PORT_TYPES);
-    port->causality = (enum causality)take_enum(reader, CAUSALITIES);
-    port->variability = (enum variability)take_enum(reader, VARIABILITIES);
-    port->start = take_f64(reader);
-    port->name = take_string(reader);
-    if (!is_consistent(port))
+    struct port port;
+    port.type = (enum port_type)take_enum(reader, PORT_TYPES);
+    port.causality = (enum causality)take_enum(reader, CAUSALITIES);
+    port.variability = (enum variability)take_enum(reader, VARIABILITIES);
+    port.size = take_u32(reader);
+    port.start = 0;
+    port.name = "";
+    if (reader->damaged || port.size == 0 || port.size > room) {
+        reader->damaged = 1;
+        return 0;
+    }
+    for (size_t i = 0; i < port.size; i++) {
+        ports[i] = port;
+        ports[i].start = take_f64(reader);
+        if (i > 0)
+            ports[i].size = 0;
+        if (!is_consistent(&ports[i]))
+            reader->damaged = 1;
+    }
+    port.name = take_string(reader);
+    for (size_t i = 0; i < port.size; i++)
+        ports[i].name = port.name;
+    return port.size;
+}
+
+static void take_variables(struct reader *reader, struct port_table *table)
+{
+    size_t filled = 0;
+    for (uint32_t left = take_u32(reader); left > 0 && !reader->damaged; left--)
+        filled += take_variable(reader, table->ports + filled, table->count - filled);
+    if (filled != table->count)
         reader->damaged = 1;
 }
 
@@ -96,14 +122,15 @@ static int take_table(struct reader *reader, struct port_table *table)
     table->guid = take_string(reader);
     table->model_name = take_string(reader);
     table->package_version = take_string(reader);
+    table->step = take_f64(reader);
     table->count = take_u32(reader);
-    if (reader->damaged || table->count > reader->left / SMALLEST_PORT)
+    if (reader->damaged || !(table->step > 0) || !isfinite(table->step) ||
+        table->count > reader->left / VALUE_SIZE)
         return 0;
     table->ports = calloc(table->count + 1, sizeof *table->ports);
     if (!table->ports)
         return 0;
-    for (size_t i = 0; i < table->count; i++)
-        take_port(reader, &table->ports[i]);
+    take_variables(reader, table);
     return !reader->damaged && reader->left == 0;
 }
 

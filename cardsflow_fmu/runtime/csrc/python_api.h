@@ -32,7 +32,8 @@ typedef ptrdiff_t python_ssize;
     F(python_object *, PyBytes_FromStringAndSize, (const char *, python_ssize))                     \
     F(int, PyBytes_AsStringAndSize, (python_object *, char **, python_ssize *))                     \
     F(python_object *, PyByteArray_FromStringAndSize, (const char *, python_ssize))                 \
-    F(char *, PyByteArray_AsString, (python_object *))
+    F(char *, PyByteArray_AsString, (python_object *))                                              \
+    F(python_object *, PyMemoryView_FromMemory, (char *, python_ssize, int))
 
 struct python_api {
 #define F(result, name, arguments) result (*name) arguments;

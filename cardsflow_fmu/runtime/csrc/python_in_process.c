@@ -9,15 +9,17 @@
 
 enum { CLOCK_SIZE = 2 };
 
-/* The callables return None for success, text for a failure; get_state returns bytes or text. */
+/* The callables return None for success, text for a failure; get_state and
+ * derivative return bytes or text. */
 struct python_model {
     struct python_api py;
-    python_object *memory; /* bytearray: the clock, then the values */
+    python_object *memory; /* a bytearray, or a view of others' memory: the clock, then the values */
     python_object *initialize;
     python_object *step;
     python_object *reset;
     python_object *get_state;
     python_object *set_state;
+    python_object *derivative;
 };
 
 static void drop(const struct python_api *py, python_object *object)
@@ -149,6 +151,54 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     return failed;
 }
 
+static python_object *as_bytes(const struct python_api *py, const void *items, size_t size)
+{
+    return py->PyBytes_FromStringAndSize(items, (python_ssize)size);
+}
+
+/* The answers of the model, from the bytes that it gave. 0, or nonzero with a message. */
+static int take_answers(const struct python_api *py, python_object *result,
+                        const struct derivative *request, struct text *error)
+{
+    void *bytes = NULL;
+    size_t size = 0, wanted = request->unknown_count * sizeof *request->answers;
+    if (copy_bytes(py, result, &bytes, &size, error))
+        return 1;
+    if (size == wanted && size > 0)
+        memcpy(request->answers, bytes, size);
+    else if (size != wanted)
+        text_set(error, "the model answered another number of values");
+    free(bytes);
+    return size != wanted;
+}
+
+static int derivative(struct model *model, const struct derivative *request)
+{
+    struct python_model *self = model->backend;
+    const struct python_api *py = &self->py;
+    python_object *result = NULL;
+    int failed = 1;
+    int gil = py->PyGILState_Ensure();
+    python_object *unknowns =
+        as_bytes(py, request->unknowns, request->unknown_count * sizeof *request->unknowns);
+    python_object *knowns =
+        as_bytes(py, request->knowns, request->known_count * sizeof *request->knowns);
+    python_object *seeds =
+        as_bytes(py, request->seeds, request->known_count * sizeof *request->seeds);
+    if (unknowns && knowns && seeds)
+        result = py->PyObject_CallFunctionObjArgs(self->derivative, unknowns, knowns, seeds, NULL);
+    if (result)
+        failed = take_answers(py, result, request, &model->error);
+    else
+        take_exception(py, &model->error);
+    drop(py, unknowns);
+    drop(py, knowns);
+    drop(py, seeds);
+    drop(py, result);
+    py->PyGILState_Release(gil);
+    return failed;
+}
+
 static void drop_all(struct python_model *self)
 {
     drop(&self->py, self->initialize);
@@ -156,6 +206,7 @@ static void drop_all(struct python_model *self)
     drop(&self->py, self->reset);
     drop(&self->py, self->get_state);
     drop(&self->py, self->set_state);
+    drop(&self->py, self->derivative);
     drop(&self->py, self->memory);
 }
 
@@ -170,8 +221,15 @@ static void close_model(struct model *model)
     free(self);
 }
 
-static const struct model_functions FUNCTIONS = {initialize, step,      reset,
-                                                 get_state,  set_state, close_model};
+static const struct model_functions FUNCTIONS = {
+    .initialize = initialize,
+    .step = step,
+    .reset = reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .derivative = derivative,
+    .close = close_model,
+};
 
 static void explain_import(const struct python_api *py, const char *version, struct text *error)
 {
@@ -215,38 +273,55 @@ static int bind(struct python_model *self, python_object *hosted, struct text *e
     self->reset = py->PyObject_GetAttrString(hosted, "reset");
     self->get_state = py->PyObject_GetAttrString(hosted, "get_state");
     self->set_state = py->PyObject_GetAttrString(hosted, "set_state");
-    if (self->initialize && self->step && self->reset && self->get_state && self->set_state)
+    self->derivative = py->PyObject_GetAttrString(hosted, "derivative");
+    if (self->initialize && self->step && self->reset && self->get_state && self->set_state &&
+        self->derivative)
         return 0;
     take_exception(py, error);
     return 1;
 }
 
-static int allocate(struct python_model *self, struct model *model, size_t count,
-                    struct text *error)
+static int get_memory(struct python_model *self, struct model *model,
+                      const struct python_memory *memory, struct text *error)
 {
-    size_t size = (CLOCK_SIZE + count) * sizeof(double);
-    self->memory = self->py.PyByteArray_FromStringAndSize(NULL, (python_ssize)size);
+    enum { WRITABLE = 0x200 }; /* PyBUF_WRITE */
+    size_t size = (CLOCK_SIZE + memory->count) * sizeof(double);
+    if (memory->clock)
+        self->memory = self->py.PyMemoryView_FromMemory((char *)(void *)memory->clock,
+                                                        (python_ssize)size, WRITABLE);
+    else
+        self->memory = self->py.PyByteArray_FromStringAndSize(NULL, (python_ssize)size);
     if (!self->memory) {
         take_exception(&self->py, error);
         return 1;
     }
-    model->clock = (double *)(void *)self->py.PyByteArray_AsString(self->memory);
+    model->clock = memory->clock;
+    if (!model->clock)
+        model->clock = (double *)(void *)self->py.PyByteArray_AsString(self->memory);
     model->values = model->clock + CLOCK_SIZE;
     memset(model->clock, 0, size);
     return 0;
 }
 
-static int open_hosted(struct python_model *self, const struct port_table *ports,
-                       const char *resources, struct text *error)
+/* A new reference to the attribute of the module that is called; NULL with a message. */
+static python_object *from_entry_module(const struct python_api *py, const char *name,
+                                        const char *version, struct text *error)
+{
+    python_object *module = py->PyImport_ImportModule(ENTRY_MODULE);
+    python_object *found = module ? py->PyObject_GetAttrString(module, name) : NULL;
+    drop(py, module);
+    if (!found)
+        explain_import(py, version, error);
+    return found;
+}
+
+static int open_hosted(struct python_model *self, const char *version, const char *resources,
+                       struct text *error)
 {
     const struct python_api *py = &self->py;
-    python_object *module = py->PyImport_ImportModule(ENTRY_MODULE);
-    python_object *entry = module ? py->PyObject_GetAttrString(module, "open_model") : NULL;
-    drop(py, module);
-    if (!entry) {
-        explain_import(py, ports->package_version, error);
+    python_object *entry = from_entry_module(py, "open_model", version, error);
+    if (!entry)
         return 1;
-    }
     python_object *hosted = call_entry(self, entry, resources, error);
     drop(py, entry);
     int failed = !hosted || bind(self, hosted, error);
@@ -254,25 +329,51 @@ static int open_hosted(struct python_model *self, const struct port_table *ports
     return failed;
 }
 
-int python_in_process_open(struct model *model, const struct port_table *ports,
-                           const char *resources, struct text *error)
+/* Finds Python in this process. 0, or nonzero with a message. */
+static int find_api(struct python_api *py, const char *version, struct text *error)
 {
     struct text missing = {NULL};
+    if (python_api_find(py, &missing) == 0)
+        return 0;
+    text_set(error, "this FMU needs a Python with the package cardsflow %s as its host: %s", version,
+             text_get(&missing));
+    text_free(&missing);
+    return 1;
+}
+
+int python_in_process_fits(const char *version, struct text *why)
+{
+    struct python_api py;
+    struct text found = {NULL};
+    if (find_api(&py, version, why))
+        return 0;
+    int gil = py.PyGILState_Ensure();
+    python_object *object = from_entry_module(&py, "__version__", version, why);
+    int fits = object && take_text(&py, object, &found) == 0 && !strcmp(text_get(&found), version);
+    if (object && !fits)
+        text_set(why, "the host's Python has cardsflow %s", text_get(&found));
+    drop(&py, object);
+    py.PyGILState_Release(gil);
+    text_free(&found);
+    return fits;
+}
+
+int python_in_process_open(struct model *model, const char *version,
+                           const struct python_memory *memory, const char *resources,
+                           struct text *error)
+{
     struct python_model *self = calloc(1, sizeof *self);
     if (!self) {
         text_set(error, "out of memory");
         return 1;
     }
-    if (python_api_find(&self->py, &missing)) {
-        text_set(error, "this FMU needs a Python with the package cardsflow %s as its host: %s",
-                 ports->package_version, text_get(&missing));
-        text_free(&missing);
+    if (find_api(&self->py, version, error)) {
         free(self);
         return 1;
     }
     int gil = self->py.PyGILState_Ensure();
-    int failed = allocate(self, model, ports->count, error) ||
-                 open_hosted(self, ports, resources, error);
+    int failed = get_memory(self, model, memory, error) ||
+                 open_hosted(self, version, resources, error);
     if (failed)
         drop_all(self);
     self->py.PyGILState_Release(gil);

@@ -4,16 +4,12 @@
 #include <stdlib.h>
 
 #ifdef _WIN32
-#include <windows.h>
+#include "wide.h"
 
 static FILE *open_file(const char *path)
 {
-    int length = MultiByteToWideChar(CP_UTF8, 0, path, -1, NULL, 0);
-    wchar_t *wide = length > 0 ? malloc((size_t)length * sizeof *wide) : NULL;
-    if (!wide)
-        return NULL;
-    MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, length);
-    FILE *file = _wfopen(wide, L"rb");
+    wchar_t *wide = wide_from_utf8(path);
+    FILE *file = wide ? _wfopen(wide, L"rb") : NULL;
     free(wide);
     return file;
 }

@@ -1,22 +1,28 @@
 #include "variables.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 static const char *const TYPE_NAMES[PORT_TYPES] = {"real", "boolean"};
 
 /* The variable, or NULL after the instance has failed. */
-static const struct port *find(struct instance *instance, const char *call, unsigned reference,
+static const struct port *find(struct instance *instance, const char *call, uint32_t reference,
                                enum port_type type)
 {
     if (reference >= instance->ports.count) {
-        instance_fail(instance, "%s: there is no value reference %u; the last one is %ld", call,
-                      reference, (long)instance->ports.count - 1);
+        instance_fail(instance, "%s: there is no value reference %lu; the last one is %ld", call,
+                      (unsigned long)reference, (long)instance->ports.count - 1);
         return NULL;
     }
     const struct port *port = &instance->ports.ports[reference];
+    if (port->size == 0) {
+        instance_fail(instance, "%s: value reference %lu is within the array %s", call,
+                      (unsigned long)reference, port->name);
+        return NULL;
+    }
     if (port->type != type) {
-        instance_fail(instance, "%s: %s (value reference %u) is a %s variable", call, port->name,
-                      reference, TYPE_NAMES[port->type]);
+        instance_fail(instance, "%s: %s (value reference %lu) is a %s variable", call, port->name,
+                      (unsigned long)reference, TYPE_NAMES[port->type]);
         return NULL;
     }
     return port;
@@ -32,7 +38,7 @@ static unsigned settable_in(const struct port *port)
 }
 
 /* Whether the variable may be set now; else the instance has failed. */
-static int may_set(struct instance *instance, const char *call, unsigned reference,
+static int may_set(struct instance *instance, const char *call, uint32_t reference,
                    enum port_type type)
 {
     const struct port *port = find(instance, call, reference, type);
@@ -64,59 +70,149 @@ static void end_set(struct instance *instance)
         instance->initialization_is_due = 1;
 }
 
-enum status get_reals(struct instance *instance, const unsigned *references, size_t count,
-                      double *values)
+/* Whether `left` of the host's values are enough for a variable of this size. */
+static int has_room(struct instance *instance, const char *call, const struct port *port,
+                    size_t left)
 {
-    if (!begin_get(instance, "getReal"))
-        return STATUS_ERROR;
-    for (size_t i = 0; i < count; i++) {
-        if (!find(instance, "getReal", references[i], PORT_REAL))
-            return STATUS_ERROR;
-        values[i] = instance->model.values[references[i]];
-    }
-    return STATUS_OK;
+    if (port->size <= left)
+        return 1;
+    instance_fail(instance, "%s: %s needs %lu values, %lu are left", call, port->name,
+                  (unsigned long)port->size, (unsigned long)left);
+    return 0;
 }
 
-enum status get_booleans(struct instance *instance, const unsigned *references, size_t count,
-                         int *values)
+/* What is left of the host's values once every variable has had its own must be nothing. */
+static enum status check_left(struct instance *instance, const char *call, size_t left)
 {
-    if (!begin_get(instance, "getBoolean"))
-        return STATUS_ERROR;
-    for (size_t i = 0; i < count; i++) {
-        if (!find(instance, "getBoolean", references[i], PORT_BOOLEAN))
-            return STATUS_ERROR;
-        values[i] = instance->model.values[references[i]] != 0;
-    }
-    return STATUS_OK;
+    if (left == 0)
+        return STATUS_OK;
+    return instance_fail(instance, "%s: %lu values too many for the variables", call,
+                         (unsigned long)left);
 }
 
-enum status set_reals(struct instance *instance, const unsigned *references, size_t count,
-                      const double *values)
+/* Copies values to the host's, from `at` on. */
+static void write_values(void *host, size_t at, enum representation as, const double *values,
+                         size_t count)
 {
-    if (!begin_set(instance, "setReal"))
-        return STATUS_ERROR;
-    for (size_t i = 0; i < count; i++) {
-        if (!may_set(instance, "setReal", references[i], PORT_REAL))
-            return STATUS_ERROR;
-        if (!isfinite(values[i]))
-            return instance_fail(instance, "setReal: %s cannot be %g",
-                                 instance->ports.ports[references[i]].name, values[i]);
-        instance->model.values[references[i]] = values[i];
+    switch (as) {
+    case AS_DOUBLE:
+        for (size_t i = 0; i < count; i++)
+            ((double *)host)[at + i] = values[i];
+        break;
+    case AS_INT:
+        for (size_t i = 0; i < count; i++)
+            ((int *)host)[at + i] = values[i] != 0;
+        break;
+    case AS_BOOL:
+        for (size_t i = 0; i < count; i++)
+            ((bool *)host)[at + i] = values[i] != 0;
+        break;
     }
-    end_set(instance);
-    return STATUS_OK;
 }
 
-enum status set_booleans(struct instance *instance, const unsigned *references, size_t count,
-                         const int *values)
+/* Copies the host's values, from `at` on; they are finite. */
+static void read_values(const void *host, size_t at, enum representation as, double *values,
+                        size_t count)
 {
-    if (!begin_set(instance, "setBoolean"))
-        return STATUS_ERROR;
-    for (size_t i = 0; i < count; i++) {
-        if (!may_set(instance, "setBoolean", references[i], PORT_BOOLEAN))
-            return STATUS_ERROR;
-        instance->model.values[references[i]] = values[i] != 0;
+    switch (as) {
+    case AS_DOUBLE:
+        for (size_t i = 0; i < count; i++)
+            values[i] = ((const double *)host)[at + i];
+        break;
+    case AS_INT:
+        for (size_t i = 0; i < count; i++)
+            values[i] = ((const int *)host)[at + i] != 0;
+        break;
+    case AS_BOOL:
+        for (size_t i = 0; i < count; i++)
+            values[i] = ((const bool *)host)[at + i];
+        break;
     }
+}
+
+/* Whether the host's values from `at` on can be set; else the instance has failed. */
+static int are_finite(struct instance *instance, const struct access *access, const char *name,
+                      const void *host, size_t at, size_t count)
+{
+    const double *values = (const double *)host + at;
+    if (access->representation != AS_DOUBLE)
+        return 1;
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) {
+            instance_fail(instance, "%s: %s cannot be %g", access->call, name, values[i]);
+            return 0;
+        }
+    return 1;
+}
+
+/* The independent variable: its reference is the first behind those of the values. */
+static int is_time(const struct instance *instance, uint32_t reference, enum port_type type)
+{
+    return reference == instance->ports.count && type == PORT_REAL && instance->has_time_variable;
+}
+
+/* How many values one variable has given; 0 after the instance has failed. */
+static size_t get_variable(struct instance *instance, const struct access *access,
+                           uint32_t reference, void *values, size_t at, size_t left)
+{
+    if (left > 0 && is_time(instance, reference, access->type)) {
+        write_values(values, at, access->representation, &instance->time, 1);
+        return 1;
+    }
+    const struct port *port = find(instance, access->call, reference, access->type);
+    if (!port || !has_room(instance, access->call, port, left))
+        return 0;
+    write_values(values, at, access->representation, instance->model.values + reference,
+                 port->size);
+    return port->size;
+}
+
+enum status get_variables(struct instance *instance, const struct access *access,
+                          struct variables variables, void *values)
+{
+    size_t at = 0;
+    if (!begin_get(instance, access->call))
+        return STATUS_ERROR;
+    for (size_t i = 0; i < variables.count; i++) {
+        size_t size = get_variable(instance, access, variables.references[i], values, at,
+                                   variables.value_count - at);
+        if (size == 0)
+            return STATUS_ERROR;
+        at += size;
+    }
+    return check_left(instance, access->call, variables.value_count - at);
+}
+
+static size_t set_variable(struct instance *instance, const struct access *access,
+                           uint32_t reference, const void *values, size_t at, size_t left)
+{
+    if (!may_set(instance, access->call, reference, access->type))
+        return 0;
+    const struct port *port = &instance->ports.ports[reference];
+    if (!has_room(instance, access->call, port, left))
+        return 0;
+    if (!are_finite(instance, access, port->name, values, at, port->size))
+        return 0;
+    read_values(values, at, access->representation, instance->model.values + reference,
+                port->size);
+    return port->size;
+}
+
+enum status set_variables(struct instance *instance, const struct access *access,
+                          struct variables variables, const void *values)
+{
+    size_t at = 0;
+    if (!begin_set(instance, access->call))
+        return STATUS_ERROR;
+    for (size_t i = 0; i < variables.count; i++) {
+        size_t size = set_variable(instance, access, variables.references[i], values, at,
+                                   variables.value_count - at);
+        if (size == 0)
+            return STATUS_ERROR;
+        at += size;
+    }
+    if (check_left(instance, access->call, variables.value_count - at) != STATUS_OK)
+        return STATUS_ERROR;
     end_set(instance);
     return STATUS_OK;
 }

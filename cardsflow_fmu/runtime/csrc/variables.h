@@ -5,14 +5,28 @@
 #include "instance.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
-enum status get_reals(struct instance *instance, const unsigned *references, size_t count,
-                      double *values);
-enum status set_reals(struct instance *instance, const unsigned *references, size_t count,
-                      const double *values);
-enum status get_booleans(struct instance *instance, const unsigned *references, size_t count,
-                         int *values);
-enum status set_booleans(struct instance *instance, const unsigned *references, size_t count,
-                         const int *values);
+/* What the host's values are, in C. */
+enum representation { AS_DOUBLE, AS_INT, AS_BOOL };
+
+/* A kind of access: how FMI calls it, which variables are meant, and what the host passes. */
+struct access {
+    const char *call;
+    enum port_type type;
+    enum representation representation;
+};
+
+/* The variables to get or set, and the host's values, one variable behind the other. */
+struct variables {
+    const uint32_t *references;
+    size_t count;
+    size_t value_count;
+};
+
+enum status get_variables(struct instance *instance, const struct access *access,
+                          struct variables variables, void *values);
+enum status set_variables(struct instance *instance, const struct access *access,
+                          struct variables variables, const void *values);
 
 #endif

@@ -1,0 +1,73 @@
+"""A model's own Python module, which travels in its FMU as a file.
+
+Classes of packages are imported from where those are installed. A class from a module of its own,
+a single file beside someone's script, would not be found there, or another file of the same name
+would be; so the file travels along, and is used wherever the name does not lead to the same text.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from cardsflow_fmu.models.model import FmuModel
+
+_FOLDER = "python"
+
+
+def carried_files(model_class: type[FmuModel]) -> dict[str, Path]:
+    """The module of a class as a resource, by its path there; nothing for a package's."""
+    name = model_class.__module__
+    file = getattr(sys.modules.get(name), "__file__", None)
+    if "." in name or file is None or not file.endswith(".py"):
+        return {}
+    return {f"{_FOLDER}/{name}.py": Path(file)}
+
+
+def import_module(name: str, folder: Path) -> ModuleType:
+    """Import the module of a model.
+
+    Args:
+        name: Its name.
+        folder: The FMU's resources.
+
+    Returns:
+        The module that the name leads to, or the one that is carried where that is another.
+    """
+    file = folder / _FOLDER / f"{name}.py"
+    if not file.is_file():
+        return importlib.import_module(name)
+    text = file.read_bytes()
+    if _installed_text(name) == text:
+        return importlib.import_module(name)
+    return _load(f"_cardsflow_fmu_{name}_{hashlib.sha256(text).hexdigest()[:16]}", file)
+
+
+def _installed_text(name: str) -> bytes | None:
+    """The source that a name leads to, without importing it."""
+    try:
+        spec = importlib.util.find_spec(name)
+        return None if spec is None or not spec.origin else Path(spec.origin).read_bytes()
+    except (ImportError, OSError, ValueError):
+        return None
+
+
+def _load(alias: str, file: Path) -> ModuleType:
+    """The module in a file, once for every text."""
+    if alias in sys.modules:
+        return sys.modules[alias]
+    spec = importlib.util.spec_from_file_location(alias, file)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} cannot be loaded")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[alias] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[alias]
+        raise
+    return module

@@ -1,0 +1,37 @@
+"""The Python end of a worker process: what the C library starts beside other hosts."""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import os
+import signal
+import sys
+from typing import NoReturn
+
+from cardsflow_fmu.version import __version__
+
+
+def main(library: str, version: str, resources: str, links: str) -> NoReturn:
+    """Run the model of an FMU for its host, then end this process.
+
+    Args:
+        library: The FMU's C library.
+        version: Of this package, as the FMU needs it.
+        resources: Folder of the FMU's resources.
+        links: What the library finds the host by.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the host's to handle
+    faulthandler.enable()
+    runtime = ctypes.CDLL(library)
+    if version != __version__:
+        reason = f"has cardsflow {__version__}"
+        code = runtime.cardsflow_worker_refuse(links.encode(), reason.encode())
+    else:
+        folder = os.fsencode(resources)
+        code = runtime.cardsflow_worker_run(links.encode(), folder, version.encode())
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    # What a model has loaded may crash or wait while it is taken down.
+    os._exit(code)

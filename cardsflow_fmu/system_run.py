@@ -1,0 +1,200 @@
+"""Runs the system of FMUs in an .ssp file."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, cast
+
+from addin_sdfusion.robot import InputError, SimulationError
+
+from .coupling import SCHEMES, Coupling, Scheme
+from .fmu_instance import FmuInstance
+from .interruption import ignoring_interrupts
+from .master import Master, Progress
+from .output import OutputFolder
+from .participants import Participant
+from .results import SystemResult
+from .ssp_reader import read_system, unpack_ssp
+from .ssp_system import Component, System
+from .summary import Speed, summarize_system
+from .tables import Table
+from .units import conversion, variable_units
+
+
+class SystemRunError(SimulationError):
+    """A run that ended early.
+
+    Args:
+        message: Why.
+        result: What it gave so far, marked incomplete.
+    """
+
+    def __init__(self, message: str, result: SystemResult) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+def run_system(
+    path: str | Path,
+    output: str | Path | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    progress: Progress | None = None,
+    started: float | None = None,
+) -> SystemResult:
+    """Run an .ssp file and write its results: table and summary.
+
+    Args:
+        path: The .ssp.
+        output: Folder for the results; `results` beside the file when None.
+        settings: `variant`, `run.step`, `run.duration`, `run.coupling`, `run.order`, and start
+            values such as `plant.q_start.elbow`.
+        progress: Called now and then with the number of steps done.
+        started: `time.perf_counter()` at the start of the program; now when None.
+
+    Raises:
+        InputError: The file cannot be run; nothing has been written.
+        SystemRunError: The run ended early; what it gave so far is written and marked incomplete.
+    """
+    started = time.perf_counter() if started is None else started
+    path = Path(path)
+    with OutputFolder(Path(output or path.parent / "results")) as folder:
+        result = _simulate(path, settings or {}, progress, started)
+        with ignoring_interrupts():
+            names = result.contents()
+            result.summary["files"] = {name: name for name in names}
+            result.files = folder.write(result.contents())
+    if not result.complete:
+        raise SystemRunError(result.summary["error"], result)
+    return result
+
+
+def simulate_system(
+    path: str | Path,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    progress: Progress | None = None,
+) -> SystemResult:
+    """Run an .ssp file and write nothing. Arguments and errors as for `run_system`."""
+    result = _simulate(Path(path), settings or {}, progress, time.perf_counter())
+    if not result.complete:
+        raise SystemRunError(result.summary["error"], result)
+    return result
+
+
+def _simulate(
+    path: Path, settings: Mapping[str, Any], progress: Progress | None, started: float
+) -> SystemResult:
+    runs = {k.removeprefix("run."): v for k, v in settings.items() if k.startswith("run.")}
+    values = {k: v for k, v in settings.items() if not k.startswith("run.") and k != "variant"}
+    with tempfile.TemporaryDirectory() as aside, _naming(path, Path(aside) / "system") as folder:
+        unpack_ssp(path, folder)
+        system = read_system(folder, settings.get("variant"))
+        step, steps, coupling = _run_settings(Table(runs, path, "run"), system)
+        parameters = _given(values, system, path)
+        with _participants(system, folder, Path(aside), parameters) as participants:
+            master = Master(
+                participants,
+                {".".join(c.target): ".".join(c.source) for c in system.connections},
+                step=step,
+                steps=steps,
+                coupling=coupling,
+                by_name=False,
+                changes={".".join(c.target): c.change for c in system.connections},
+            )
+            begin = time.perf_counter()
+            recording = master.run(progress)
+            speed = Speed(time.perf_counter() - begin, begin - started)
+    summary = summarize_system(system.name, recording, speed, coupling=coupling.scheme, step=step)
+    units = {name: recording.units.get(name, "") for name in recording.names}
+    return SystemResult(recording.names, recording.rows, units, summary)
+
+
+@contextlib.contextmanager
+def _naming(path: Path, folder: Path) -> Iterator[Path]:
+    """Errors about unpacked files name the archive that they came from."""
+    try:
+        yield folder
+    except InputError as error:
+        if error.file is not None and error.file.is_relative_to(folder):
+            error.file = path / error.file.relative_to(folder)
+        raise
+
+
+def _run_settings(table: Table, system: System) -> tuple[float, int, Coupling]:
+    """Step, number of steps and coupling."""
+    for key, known in (("step", system.step), ("duration", system.stop_time)):
+        if key not in table and known is None:
+            raise InputError(f"does not say its {key}: give run.{key}", file=table.file)
+    step = table.positive("step", system.step)
+    duration = table.positive("duration", system.stop_time)
+    names = [component.name for component in system.components]
+    default = "sampled" if "controller" in names else "jacobi"
+    scheme = cast(Scheme, table.choice("coupling", "coupling", SCHEMES, default))
+    order = table.value("order", ["controller"] if scheme == "sampled" else names)
+    if not isinstance(order, list) or not all(isinstance(name, str) for name in order):
+        raise table.error("order", f"must be a list of names, not {json.dumps(order)}")
+    table.close()
+    table.multiple("duration", duration, step, "run.step")
+    return step, round(duration / step), Coupling(scheme, tuple(order))
+
+
+def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, dict[str, float]]:
+    """Start values from the settings by component."""
+    given: dict[str, dict[str, float]] = {}
+    table = Table(values, path)
+    known = [component.name for component in system.components]
+    for key in values:
+        component, _, variable = key.partition(".")
+        if component not in known or not variable:
+            raise table.unknown(key, "component", component, known)
+        given.setdefault(component, {})[variable] = table.number(key)
+    return given
+
+
+@contextlib.contextmanager
+def _participants(
+    system: System, folder: Path, aside: Path, given: Mapping[str, Mapping[str, float]]
+) -> Iterator[list[Participant]]:
+    with contextlib.ExitStack() as stack:
+        participants: list[Participant] = []
+        for component in system.components:
+            file = folder / component.source
+            values = _start_values(component, file) | dict(given.get(component.name, {}))
+            participant = FmuInstance(component.name, file, aside / component.name, values)
+            stack.callback(participant.close)
+            _require_connectors(component, participant, file)
+            participants.append(participant)
+        yield participants
+
+
+def _start_values(component: Component, file: Path) -> dict[str, float]:
+    """The component's parameters in the units of the FMU's variables."""
+    import fmpy
+
+    units = {}
+    if any(parameter.unit for parameter in component.parameters):
+        try:
+            units = variable_units(fmpy.read_model_description(str(file), validate=False))
+        except Exception as error:
+            raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
+    values = {}
+    for p in component.parameters:
+        values[p.name] = p.value
+        if p.unit is not None and p.name in units:
+            change = conversion(p.unit, units[p.name])
+            values[p.name] = change.factor * p.value + change.offset
+    return values
+
+
+def _require_connectors(component: Component, fmu: Participant, file: Path) -> None:
+    for connector in component.connectors:
+        names = fmu.input_names if connector.kind == "input" else fmu.output_names
+        if connector.name not in names:
+            what = f"component {component.name}: the FMU has no {connector.kind}"
+            raise InputError(f"{what} {connector.name!r} that is a number", file=file)

@@ -1,0 +1,157 @@
+"""Units of variables: what they are made of, and how a value in one reads in another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+
+SI_UNITS: dict[str, dict[str, int]] = {
+    "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "rad/s2": {"rad": 1, "s": -2},
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "s": {"s": 1},
+    "N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
+    "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
+    "N/m": {"kg": 1, "s": -2},
+    "N.s/m": {"kg": 1, "s": -1},
+    "1/s": {"s": -1},
+    "1/s2": {"s": -2},
+}
+"""The units that this package writes, by name, with their exponents of the SI base units."""
+
+BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_TURN = 3.141592653589793 / 180.0
+_SCALED = {
+    "deg": ("rad", _TURN),
+    "deg/s": ("rad/s", _TURN),
+    "deg/s2": ("rad/s2", _TURN),
+    "mm": ("m", 1e-3),
+    "cm": ("m", 1e-2),
+    "mm/s": ("m/s", 1e-3),
+    "cm/s": ("m/s", 1e-2),
+    "kN": ("N", 1e3),
+    "N.mm": ("N.m", 1e-3),
+    "kN.m": ("N.m", 1e3),
+    "ms": ("s", 1e-3),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit: value in SI base units = factor · value + offset.
+
+    Attributes:
+        name: Such as `deg`.
+        exponents: Of kg, m, s, A, K, mol, cd and rad; None where nothing tells: it then fits a
+            unit of the same name alone.
+        factor: Such as pi / 180.
+        offset: Such as 273.15 for degC.
+    """
+
+    name: str
+    exponents: tuple[int, ...] | None
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Conversion:
+    """What turns a value in one unit into one in another: factor · value + offset."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def is_identity(self) -> bool:
+        """Whether values stay as they are."""
+        return self.factor == 1.0 and self.offset == 0.0
+
+
+def _named(name: str, exponents: Mapping[str, int], factor: float = 1.0) -> Unit:
+    return Unit(name, tuple(exponents.get(base, 0) for base in BASES), factor)
+
+
+KNOWN_UNITS: dict[str, Unit] = {
+    **{name: _named(name, exponents) for name, exponents in SI_UNITS.items()},
+    **{name: _named(name, SI_UNITS[si], factor) for name, (si, factor) in _SCALED.items()},
+}
+"""Units that are understood by their name alone, where nothing defines them."""
+
+
+def conversion(source: Unit | None, target: Unit | None) -> Conversion:
+    """How a value in one unit reads in another.
+
+    Args:
+        source: The unit of the value; None for a value without one.
+        target: The unit wanted.
+
+    Raises:
+        InputError: They measure different things, or one of them is missing.
+    """
+    if source is None and target is None:
+        return Conversion()
+    if source is None or target is None:
+        names = [repr(unit.name) if unit else "no unit" for unit in (source, target)]
+        raise InputError(f"{names[0]} does not fit {names[1]}: state the missing unit")
+    if None in (source.exponents, target.exponents) and source.name == target.name:
+        return Conversion()
+    if None in (source.exponents, target.exponents) or source.exponents != target.exponents:
+        what = f"{source.name!r} does not fit {target.name!r}"
+        raise InputError(f"{what}: {_in_bases(source)} is not {_in_bases(target)}")
+    if (source.factor, source.offset) == (target.factor, target.offset):
+        return Conversion()
+    return Conversion(
+        source.factor / target.factor, (source.offset - target.offset) / target.factor
+    )
+
+
+def variable_units(description: Any) -> dict[str, Unit]:
+    """The units of an FMU's variables, by name; without an entry for those that have none.
+
+    A unit that the FMU names without saying what it is made of counts as the one of this package
+    with the same name; an unknown one as something that fits only itself.
+
+    Args:
+        description: The model description, as FMPy reads it.
+    """
+    defined = {unit.name: _defined(unit) for unit in description.unitDefinitions}
+    units = {}
+    for variable in description.modelVariables:
+        name = variable.unit or getattr(variable.declaredType, "unit", None)
+        if name:
+            units[variable.name] = defined.get(name) or _by_name(name)
+    return units
+
+
+def _defined(unit: Any) -> Unit | None:
+    """A unit from an FMU's definitions; None where only its name is given."""
+    base = unit.baseUnit
+    if base is None:
+        return None
+    exponents = tuple(int(getattr(base, name) or 0) for name in BASES)
+    factor = 1.0 if base.factor is None else float(base.factor)
+    return Unit(unit.name, exponents, factor, float(base.offset or 0.0))
+
+
+def _by_name(name: str) -> Unit:
+    """A unit of this package, or one that is comparable with itself alone."""
+    return KNOWN_UNITS.get(name) or Unit(name, None)
+
+
+def _in_bases(unit: Unit) -> str:
+    if unit.exponents is None:
+        return "a unit that nothing defines"
+    parts = [
+        base if exponent == 1 else f"{base}{exponent}"
+        for base, exponent in zip(BASES, unit.exponents, strict=True)
+        if exponent
+    ]
+    return ".".join(parts) or "a number"

@@ -1,0 +1,164 @@
+"""Speed of the FMUs in this process and in a worker's, against plain Python and pythonfmu."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from interleaved import interleaved, record
+from pythonfmu_slave import SCRIPT
+from robots import PLANAR_2R
+from wide_model import FEW, MANY, PORTS, WideModel
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu_calls import Fmi3Calls
+from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.fmu_instance import FmuInstance
+from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.experiment_model import ExperimentModel
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.participants import DirectParticipant, Participant
+from cardsflow_fmu.simulation import build
+
+IN_PROCESS_LIMIT, WORKER_LIMIT, ARRAY_LIMIT = 1.5, 3.0, 2.0
+STEP = 1e-3
+STEPS_A_BLOCK = 20  # some 2 ms: within a time slice of a busy machine
+MODELS: dict[str, type[ExperimentModel]] = {"plant": PlantModel, "controller": ControllerModel}
+
+
+class Pair:
+    """A plant and its controller, stepped in turn; the reference is held where the start is."""
+
+    def __init__(self, plant: Participant, controller: Participant) -> None:
+        self._plant, self._controller = plant, controller
+        self._to_controller = _route(plant, controller)
+        self._to_plant = _route(controller, plant)
+        for k, port in enumerate(controller.input_names):
+            if port.startswith("q_d."):
+                source = plant.output_names.index(port.replace("q_d.", "q."))
+                controller.inputs[k] = plant.outputs[source]
+        self._count = 0
+
+    def block(self) -> None:
+        """Some steps."""
+        plant, controller = self._plant, self._controller
+        for _ in range(STEPS_A_BLOCK):
+            t = self._count * STEP
+            self._to_controller()
+            controller.step(t, STEP)
+            self._to_plant()
+            plant.step(t, STEP)
+            self._count += 1
+
+    @property
+    def state(self) -> list[float]:
+        """The plant's outputs."""
+        return list(self._plant.outputs)
+
+    def close(self) -> None:
+        """Release both."""
+        self._plant.close()
+        self._controller.close()
+
+
+def _route(source: Participant, target: Participant) -> Callable[[], None]:
+    """Copies outputs to the inputs of the same name."""
+    names = [name for name in target.input_names if name in source.output_names]
+    froms = np.array([source.output_names.index(name) for name in names])
+    tos = np.array([target.input_names.index(name) for name in names])
+
+    def copy() -> None:
+        target.inputs[tos] = source.outputs[froms]
+
+    return copy
+
+
+def pythonfmu_pair(folder: Path) -> Pair:
+    """The same models in FMUs of pythonfmu."""
+    from pythonfmu.builder import FmuBuilder
+
+    made = []
+    for name, model in MODELS.items():
+        script = folder / f"{name}_slave.py"
+        text = SCRIPT.format(
+            module=name,
+            model=model.__name__,
+            experiment=str(PLANAR_2R),
+            name=f"{name.title()}Slave",
+        )
+        script.write_text(text)
+        archive = FmuBuilder.build_FMU(script, dest=folder)
+        made.append(FmuInstance(name, Path(archive), folder / f"pythonfmu_{name}"))
+    return Pair(*made)
+
+
+def test_two_link_pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step of plant and controller, by the same loop."""
+    experiment = Experiment.load(PLANAR_2R)
+    files = build(experiment, tmp_path)
+    pairs = {"plain": Pair(*(DirectParticipant(n, m(experiment)) for n, m in MODELS.items()))}
+    for mode in ("in-process", "worker"):
+        monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
+        pairs[mode] = Pair(*(FmuInstance(n, files[n], tmp_path / mode / n) for n in MODELS))
+    if importlib.util.find_spec("pythonfmu"):
+        pairs["pythonfmu"] = pythonfmu_pair(tmp_path)
+    blocks = {name: pair.block for name, pair in pairs.items()}
+    times = interleaved(blocks, calls=1, rounds=400)
+    assert pairs["worker"].state == pairs["in-process"].state == pairs["plain"].state
+    for pair in pairs.values():
+        pair.close()
+    ratios = {name: seconds / times["plain"] for name, seconds in times.items()}
+    record(
+        "a step of the two-link pair, against plain Python",
+        plain_us=times["plain"] / STEPS_A_BLOCK * 1e6,
+        **{f"{name}_ratio": ratio for name, ratio in ratios.items() if name != "plain"},
+    )
+    assert ratios["in-process"] <= IN_PROCESS_LIMIT
+    assert ratios["worker"] <= WORKER_LIMIT
+    assert ratios["in-process"] < ratios.get("pythonfmu", float("inf"))
+
+
+@pytest.mark.parametrize("mode", ["in-process", "worker"])
+def test_arrays(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Setting and getting arrays of 60 values against those of 4, in FMI 3.0."""
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
+    archive = write_fmu(
+        tmp_path / "wide.fmu",
+        model_class=WideModel,
+        model_name="wide",
+        ports=PORTS,
+        resources={},
+        step=STEP,
+        fmi="3.0",
+    )
+    instance = FmuInstance("wide", archive, tmp_path / "wide")
+    calls = instance._calls
+    assert isinstance(calls, Fmi3Calls)
+    alternatives = {}
+    for name, first, count in (("few", 0, FEW), ("many", FEW, MANY)):
+        alternatives[name] = set_and_get(calls, first, FEW + MANY + first, count)
+    times = interleaved(alternatives, calls=2000)
+    instance.close()
+    ratio = times["many"] / times["few"]
+    record(f"set and get of 60 values against 4, {mode}", ratio=ratio, us=times["many"] * 1e6)
+    assert ratio <= ARRAY_LIMIT
+
+
+def set_and_get(calls: Fmi3Calls, given: int, taken: int, count: int) -> Callable[[], None]:
+    """Calls of the library with buffers that are there already."""
+    import ctypes
+
+    size, one = ctypes.c_size_t(count), ctypes.c_size_t(1)
+    buffer = (ctypes.c_double * count)(*range(count))
+    to, of = (ctypes.c_uint32 * 1)(given), (ctypes.c_uint32 * 1)(taken)
+    put, get = (calls._library[f"fmi3{verb}Float64"] for verb in ("Set", "Get"))
+    instance = calls._instance
+
+    def call() -> None:
+        assert put(instance, to, one, buffer, size) == 0
+        assert get(instance, of, one, buffer, size) == 0
+
+    return call

@@ -1,0 +1,117 @@
+"""Foreign FMUs for tests: built from C by another hand, in degrees and kilonewtons."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+
+from cardsflow_fmu.runtime.library import this_platform
+
+_SOURCES = Path(__file__).parent / "foreign"
+_HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+UNITS = """<UnitDefinitions>
+<Unit name="kN"><BaseUnit kg="1" m="1" s="-2" factor="1000"/></Unit>
+<Unit name="deg"><BaseUnit rad="1" factor="0.017453292519943295"/></Unit>
+<Unit name="deg/s"><BaseUnit rad="1" s="-1" factor="0.017453292519943295"/></Unit>
+</UnitDefinitions>"""
+
+
+def scalar(name: str, reference: int, causality: str, unit: str = "", start: str = "") -> str:
+    """A Real variable of an FMI 2.0 model description."""
+    variability = "fixed" if causality == "parameter" else "continuous"
+    attributes = (f' unit="{unit}"' if unit else "") + (f' start="{start}"' if start else "")
+    return (
+        f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{causality}" '
+        f'variability="{variability}"><Real{attributes}/></ScalarVariable>'
+    )
+
+
+def array(name: str, reference: int, causality: str, unit: str, size: int) -> str:
+    """A Float64 array of an FMI 3.0 model description."""
+    start = f' start="{" ".join(["0"] * size)}"' if causality == "input" else ""
+    return (
+        f'<Float64 name="{name}" valueReference="{reference}" causality="{causality}" '
+        f'unit="{unit}"{start}><Dimension start="{size}"/></Float64>'
+    )
+
+
+FMI2_VARIABLES = "".join(
+    [
+        *(scalar(f"pull_{k + 1}", k, "input", "kN", "0") for k in range(4)),
+        *(scalar(f"angle_{k + 1}", 4 + k, "output", "deg") for k in range(2)),
+        *(scalar(f"rate_{k + 1}", 6 + k, "output", "deg/s") for k in range(2)),
+        scalar("inertia", 8, "parameter", start="2"),
+        '<ScalarVariable name="brake" valueReference="9" causality="input" variability="discrete">'
+        '<Boolean start="false"/></ScalarVariable>',
+    ]
+)
+FMI2 = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="body" guid="{{body}}">
+<CoSimulation modelIdentifier="body_fmi2"/>{UNITS}
+<ModelVariables>{FMI2_VARIABLES}</ModelVariables>
+<ModelStructure><Outputs>{"".join(f'<Unknown index="{k}"/>' for k in range(5, 9))}</Outputs>
+</ModelStructure></fmiModelDescription>"""
+
+FMI3_VARIABLES = "".join(
+    [
+        array("pulls", 1, "input", "kN", 4),
+        array("angles", 2, "output", "deg", 2),
+        array("rates", 3, "output", "deg/s", 2),
+        '<Float64 name="inertia" valueReference="4" causality="parameter" variability="fixed" '
+        'start="2"/>',
+        '<Boolean name="brake" valueReference="5" causality="input" start="false"/>',
+    ]
+)
+FMI3 = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="body" instantiationToken="{{body}}">
+<CoSimulation modelIdentifier="body_fmi3"/>{UNITS}
+<ModelVariables>{FMI3_VARIABLES}</ModelVariables>
+<ModelStructure><Output valueReference="2"/><Output valueReference="3"/></ModelStructure>
+</fmiModelDescription>"""
+
+
+def foreign_fmu(path: Path, compiler: str, fmi: str, description: str | None = None) -> Path:
+    """Compile and pack the foreign plant.
+
+    Args:
+        path: The .fmu to write.
+        compiler: A C compiler.
+        fmi: `2.0` or `3.0`.
+        description: Another modelDescription.xml.
+    """
+    name = f"body_fmi{fmi[0]}"
+    platform = this_platform()
+    library = path.with_suffix(".so")
+    source = _SOURCES / f"{name}.c"
+    rest = path.with_suffix(".c")
+    rest.write_text(_unsupported(source.read_text(), fmi))
+    flags = ["-shared", "-fPIC", "-O1", "-Wall", "-ffp-contract=off", f"-I{_HEADERS}"]
+    sources = [str(source), str(rest)]
+    subprocess.run([compiler, *flags, "-o", str(library), *sources], check=True)
+    folder = platform.folder(fmi)
+    with zipfile.ZipFile(path, "w") as archive:
+        text = description or (FMI2 if fmi == "2.0" else FMI3)
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{folder}/{name}.so")
+    return path
+
+
+def _unsupported(source: str, fmi: str) -> str:
+    """C code of the functions that an FMU must have and this one has no use for."""
+    header = (_HEADERS / f"fmi{fmi[0]}Functions.h").read_text()
+    names = set(re.findall(r"TYPE\s+(fmi[23]\w+);", header))
+    missing = [name for name in sorted(names) if not re.search(rf"\b{name}\(", source)]
+    return "".join(f"int {name}(void) {{ return 3; }}\n" for name in missing)
+
+
+def exchange_only(path: Path) -> Path:
+    """An FMU that is for model exchange only."""
+    text = FMI2.replace("<CoSimulation", "<ModelExchange")
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", text)
+    return path

@@ -1,0 +1,50 @@
+"""Instances come and go: neither memory nor descriptors nor processes are left behind."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from fmu_host import load
+from worker_host import children, unpack_stubborn
+
+# Not among the native ones: the address sanitizer keeps what is freed.
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+
+WANTED = os.environ.get("CARDSFLOW_TEST_CYCLES")
+"""Such as 10000: the full number, which takes half an hour with workers."""
+
+MOST_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
+
+
+@pytest.mark.parametrize(("mode", "cycles"), [("in-process", 2000), ("worker", 40)])
+def test_cycles_leave_nothing(
+    mode: str, cycles: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
+    cycles = int(WANTED or cycles)
+    folder = unpack_stubborn(tmp_path / "stubborn")
+    host = load(folder)
+    found = []
+    for k in range(cycles):
+        assert host.instantiate(host.slave.guid, (folder / "resources").as_uri())
+        host.slave.fmi2FreeInstance(host.slave.component)
+        if k in (cycles // 4, cycles - 1):
+            found.append((descriptors(), children(), resident_bytes()))
+    host.slave.freeLibrary()
+    (files, processes, size), (files_later, processes_later, size_later) = found
+    assert files_later == files
+    assert processes_later == processes
+    assert size_later - size <= MOST_GROWTH
+
+
+def descriptors() -> list[str]:
+    """What is open here."""
+    return sorted(os.listdir("/proc/self/fd"))  # noqa: PTH208
+
+
+def resident_bytes() -> int:
+    pages = int(Path("/proc/self/statm").read_text("utf-8").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
