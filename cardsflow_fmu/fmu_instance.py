@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -44,7 +45,10 @@ class FmuInstance:
         self._log: list[str] = []
         self._calls: FmuCalls | None = None
         description = _description(file, folder)
-        signals = read_signals(description, folder)
+        try:
+            signals = read_signals(description, folder)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"is no FMU: {error}", file=file) from None
         taken = Row([signal for signal in signals if signal.causality == "input"])
         given = Row([signal for signal in signals if signal.causality == "output"])
         self.input_names, self.inputs = taken.names, taken.values
@@ -53,9 +57,13 @@ class FmuInstance:
         self._taken, self._given = taken, given
         calls = Fmi2Calls if description.fmiVersion.startswith("2") else Fmi3Calls
         try:
-            self._calls = calls(name, description, folder, self._on_log)
+            with contextlib.chdir("."):  # FMPy leaves it where a library cannot be loaded
+                self._calls = calls(name, description, folder, self._on_log)
         except Exception as error:
-            raise SimulationError(f"{file}: {self._messages() or error}") from None
+            if self._messages():
+                raise SimulationError(f"{file}: {self._messages()}") from None
+            reason = " ".join(str(error).split())
+            raise InputError(f"cannot be loaded: {reason}", file=file) from None
         try:
             self._bind(self._calls)
             self._initialize(self._calls, self._started(signals, start_values or {}))

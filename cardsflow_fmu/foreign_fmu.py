@@ -82,7 +82,11 @@ def _read_fmu(table: Table, role: str) -> ForeignFmu:
 
 def _existing(table: Table, key: str) -> Path:
     file = table.file.parent / table.text(key)
-    if not file.is_file():
+    try:
+        is_there = file.is_file()
+    except OSError:  # such as a name that is too long
+        is_there = False
+    if not is_there:
         raise table.error(key, f"there is no file {file}")
     return file
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from lxml import etree
+
 from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .ssp_system import Parameter
@@ -55,7 +57,7 @@ def _bound(binding: Any, folder: Path, file: Path) -> list[Parameter]:
 
 
 def _parameters(parameter_set: Any, prefix: str, file: Path) -> list[Parameter]:
-    units = read_units(parameter_set)
+    units = read_units(parameter_set, file)
     return [
         _parameter(element, prefix, units, file)
         for group in children(parameter_set, "Parameters")
@@ -65,7 +67,7 @@ def _parameters(parameter_set: Any, prefix: str, file: Path) -> list[Parameter]:
 
 def _parameter(element: Any, prefix: str, units: dict[str, Unit], file: Path) -> Parameter:
     name = f"{prefix}{element.get('name', '')}"
-    values = list(element)
+    values = list(element.iterchildren(tag=etree.Element))
     kind = local(values[0]) if values else "nothing"
     if kind == "Boolean":
         return Parameter(name, float(values[0].get("value") in ("true", "1")))

@@ -43,10 +43,12 @@ def unpack_ssp(path: Path, folder: Path) -> Path:
             for entry in entries:
                 _require_inside(entry.filename, path)
             archive.extractall(folder)
+    except InputError:
+        raise
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
-        raise InputError(f"is no .ssp: {error}", file=path) from None
+    except Exception as error:  # damage shows in many ways, in what unpacks as well
+        raise InputError(f"is no .ssp: {' '.join(str(error).split())}", file=path) from None
     return folder
 
 
@@ -67,7 +69,7 @@ def read_system(folder: Path, variant: str | None = None) -> System:
     file = structures[name]
     root = parse(file)
     system = require(root, "System", file)
-    units = read_units(root)
+    units = read_units(root, file)
     components = [_component(element, folder, file, units) for element in _elements(system, file)]
     names = [component.name for component in components]
     if len(set(names)) < len(names):

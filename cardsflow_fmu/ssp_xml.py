@@ -80,14 +80,25 @@ def decimal(element: Any, name: str, file: Path, *, default: float | None = None
     return number
 
 
-def read_units(root: Any) -> dict[str, Unit]:
-    """The units that a file defines, and those that are known by name."""
+def read_units(root: Any, file: Path) -> dict[str, Unit]:
+    """The units that a file defines, and those that are known by name.
+
+    Raises:
+        InputError: A definition is wrong.
+    """
     units = dict(KNOWN_UNITS)
     for group in children(root, "Units"):
         for element in children(group, "Unit"):
             name = element.get("name") or ""
             for base in children(element, "BaseUnit"):
-                exponents = tuple(int(base.get(letter, 0)) for letter in BASES)
-                factor, offset = float(base.get("factor", 1.0)), float(base.get("offset", 0.0))
-                units[name] = Unit(name, exponents, factor, offset)
+                factor = decimal(base, "factor", file, default=1.0)
+                offset = decimal(base, "offset", file, default=0.0)
+                units[name] = Unit(name, _exponents(base, file), factor, offset)
     return units
+
+
+def _exponents(base: Any, file: Path) -> tuple[int, ...]:
+    exponents = [decimal(base, letter, file, default=0.0) for letter in BASES]
+    if not all(exponent.is_integer() for exponent in exponents):
+        raise InputError("exponents of units are whole", file=file, line=base.sourceline)
+    return tuple(map(int, exponents))

@@ -163,10 +163,10 @@ def _participants(
 ) -> Iterator[list[Participant]]:
     with contextlib.ExitStack() as stack:
         participants: list[Participant] = []
-        for component in system.components:
+        for number, component in enumerate(system.components):
             file = folder / component.source
             values = _start_values(component, file) | dict(given.get(component.name, {}))
-            participant = FmuInstance(component.name, file, aside / component.name, values)
+            participant = FmuInstance(component.name, file, aside / f"fmu_{number}", values)
             stack.callback(participant.close)
             _require_connectors(component, participant, file)
             participants.append(participant)

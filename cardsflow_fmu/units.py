@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -106,6 +107,10 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
     if None in (source.exponents, target.exponents) or source.exponents != target.exponents:
         what = f"{source.name!r} does not fit {target.name!r}"
         raise InputError(f"{what}: {_in_bases(source)} is not {_in_bases(target)}")
+    for unit in (source, target):
+        if unit.factor == 0.0 or not (math.isfinite(unit.factor) and math.isfinite(unit.offset)):
+            what = f"{unit.name!r} is defined by factor {unit.factor:g} and offset {unit.offset:g}"
+            raise InputError(what)
     if (source.factor, source.offset) == (target.factor, target.offset):
         return Conversion()
     return Conversion(

@@ -22,7 +22,8 @@ def main(library: str, version: str, resources: str, links: str) -> NoReturn:
         links: What the library finds the host by.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the host's to handle
-    faulthandler.enable()
+    if sys.stderr is not None:
+        faulthandler.enable()
     runtime = ctypes.CDLL(library)
     if version != __version__:
         reason = f"has cardsflow {__version__}"

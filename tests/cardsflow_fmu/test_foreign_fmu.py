@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -204,3 +205,26 @@ def test_a_coupling_is_part_of_the_data_that_travels() -> None:
     settings = {"run.coupling": "gauss_seidel", "run.order": list(order)}
     data = Experiment.load(EXAMPLE, settings).data["run"]
     assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
+
+
+def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: str) -> None:
+    text = FMI2.replace('start="', 'start="q', 1)
+    file = foreign_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
+    with pytest.raises(InputError, match=r"odd\.fmu: is no FMU: could not convert"):
+        simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
+
+
+def test_a_library_that_cannot_be_loaded_leaves_the_current_folder(tmp_path: Path) -> None:
+    built = build(Experiment.load(EXAMPLE), tmp_path / "built")
+    file, here = tmp_path / "odd.fmu", Path.cwd()
+    with zipfile.ZipFile(built["plant"]) as good, zipfile.ZipFile(file, "w") as bad:
+        for name in good.namelist():
+            bad.writestr(name, b"?" if name.startswith("binaries/") else good.read(name))
+    with pytest.raises(InputError, match=r"odd\.fmu: cannot be loaded"):
+        simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
+    assert Path.cwd() == here
+
+
+def test_a_path_that_is_too_long_is_refused() -> None:
+    with pytest.raises(InputError, match=r"fmus\.plant: there is no file"):
+        Experiment.load(EXAMPLE, {"fmus.plant": "p" * 400})

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import random
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -222,3 +224,34 @@ def go_to(host: Host, data: bytes) -> None:
     except FMICallException:
         pass
     host.slave.freeFMUstate(state)
+
+
+def test_numbers_that_cannot_be_set_are_refused(started: Host) -> None:
+    slave = started.slave
+    started.drive(0, 5)
+    state = slave.getFMUstate()
+    data = slave.serializeFMUstate(state)
+    slave.freeFMUstate(state)
+    header = struct.calcsize("<8s4I3Q3d")
+    start_time, time = header - 24, header - 8
+    places = [start_time, time, header, header + 8 * REFERENCES["gain"]]
+    for place in places:
+        for number in (math.nan, math.inf):
+            wrong = data[:place] + struct.pack("<d", number) + data[place + 8 :]
+            refused(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
+            assert started.last == "deSerializeFMUstate: the state is damaged"
+    assert (started.drive(5, 9) == plain_run(9)[5:]).all()
+
+
+def test_the_state_of_another_fmu_is_refused(
+    started: Host, fmi: FmiVersion, tmp_path: Path
+) -> None:
+    with opened(unpack(tmp_path / "other", x_start=0.5, fmi=fmi)) as (other,):
+        other.start()
+        state = other.slave.getFMUstate()
+        refused(lambda: started.slave.setFMUstate(state))
+        assert started.last == "setFMUstate: the state is another FMU's"
+        other.slave.freeFMUstate(state)
+    started.slave.reset()
+    started.start()
+    assert (started.drive(0, 5) == plain_run(5)).all()

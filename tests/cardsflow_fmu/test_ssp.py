@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import math
@@ -264,3 +265,55 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path: Path) -> None:
     file.write_bytes(b"PK nothing")
     with pytest.raises(InputError, match=r"a\.ssp: is no \.ssp"):
         simulate_system(file)
+
+
+@pytest.mark.parametrize("name", ["{folder}/outside", "system", "a" * 400])
+def test_names_of_components_are_no_paths(system: Path, tmp_path: Path, name: str) -> None:
+    name = name.format(folder=tmp_path)
+
+    def rename(files: dict[str, bytes]) -> None:
+        files[SSD] = files[SSD].replace(b'"plant"', f'"{name}"'.encode())
+
+    file = changed(system, tmp_path / "a.ssp", rename)
+    assert simulate_system(file).complete
+    assert [one.name for one in tmp_path.iterdir()] == ["a.ssp"]
+
+
+@pytest.mark.parametrize(
+    ("new", "message"),
+    [
+        ('rad="x"', "rad must be a finite number, not 'x'"),
+        ('rad="0.5"', "exponents of units are whole"),
+        ('rad="1" factor="q"', "factor must be a finite number, not 'q'"),
+        ('rad="1" offset="nan"', "offset must be a finite number, not 'nan'"),
+        ('rad="1" factor="0"', "'rad' is defined by factor 0 and offset 0"),
+    ],
+)
+def test_wrong_units_are_refused(system: Path, tmp_path: Path, new: str, message: str) -> None:
+    file = changed(system, tmp_path / "a.ssp", replaced(SSD, 'rad="1"', new))
+    with pytest.raises(InputError, match=message):
+        simulate_system(file)
+
+
+def test_entities_are_not_expanded(system: Path, tmp_path: Path) -> None:
+    def declare(files: dict[str, bytes]) -> None:
+        name = "resources/plant.ssv"
+        begin, rest = files[name].split(b"?>", 1)
+        declared = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]>'
+        rest = rest.replace(b"<ssv:Real", b"&e;<ssv:Real", 1)
+        files[name] = begin + b"?>" + declared + rest
+
+    file = changed(system, tmp_path / "a.ssp", declare)
+    assert simulate_system(file, {"run.duration": 0.01})["q.joint_1"][0] == -0.5
+
+
+def test_damaged_archives_are_refused(system: Path, tmp_path: Path) -> None:
+    good, file = system.read_bytes(), tmp_path / "a.ssp"
+    generator = np.random.default_rng(5)
+    for k in range(300):
+        data = bytearray(good)
+        for place in generator.integers(len(data), size=1 + k % 20):
+            data[place] = generator.integers(256)
+        file.write_bytes(data[: generator.integers(len(data))] if k % 5 == 0 else data)
+        with contextlib.suppress(InputError):
+            read_system(unpack_ssp(file, tmp_path / f"{k}"))

@@ -57,3 +57,11 @@ def test_units_that_do_not_fit_are_refused(
     with pytest.raises(InputError) as caught:
         conversion(source, target)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("wrong", [(0.0, 0.0), (math.nan, 0.0), (1.0, math.inf)])
+def test_units_without_a_scale_are_refused(wrong: tuple[float, float]) -> None:
+    flat = Unit("flat", KNOWN_UNITS["m"].exponents, *wrong)
+    for pair in ((flat, KNOWN_UNITS["m"]), (KNOWN_UNITS["m"], flat)):
+        with pytest.raises(InputError, match="'flat' is defined by factor"):
+            conversion(*pair)

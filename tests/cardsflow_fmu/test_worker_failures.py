@@ -192,3 +192,28 @@ def lonely_host(fmu: Path, action: int) -> subprocess.Popen[str]:
 def read_number(host: subprocess.Popen[str]) -> int:
     assert host.stdout is not None
     return int(host.stdout.readline())
+
+
+CLOSED = """
+import os, sys
+from pathlib import Path
+from worker_host import load, start, sums
+wanted = os.dup(1)
+for number in map(int, sys.argv[2]):
+    os.close(number)
+host = load(Path(sys.argv[1]))
+host.slave.instantiate(callbacks=host.callbacks)
+start(host)
+os.write(wanted, repr(sums(host, 0, 5)).encode())
+host.slave.freeInstance()
+"""
+
+
+@pytest.mark.parametrize("closed", ["2", "01", "012"])
+def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        expected = sums(host, 0, 5)
+    here = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    command = [sys.executable, "-c", CLOSED, str(stubborn_fmu), closed]
+    done = subprocess.run(command, env=here, stdout=subprocess.PIPE, check=False)
+    assert done.stdout.decode() == repr(expected)

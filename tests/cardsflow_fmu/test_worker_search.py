@@ -133,3 +133,12 @@ def test_a_python_that_never_answers(
     monkeypatch.setenv("CARDSFLOW_FMU_START_TIMEOUT", "0.3")
     monkeypatch.setenv("CARDSFLOW_PYTHON", str(script(tmp_path / "slow", "exec sleep 1000")))
     assert cannot_open(toy_fmu).endswith("no answer from the worker process within 0.3 s")
+
+
+def test_nothing_is_imported_from_the_current_folder(
+    toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("ctypes", "numpy", "cardsflow_fmu"):
+        (tmp_path / f"{name}.py").write_text("raise ImportError('from the current folder')\n")
+    monkeypatch.chdir(tmp_path)
+    runs(toy_fmu)

@@ -59,9 +59,19 @@ static int open_sockets(int sockets[2])
     return 1;
 }
 
+/* A host without output or errors has them closed: the next file that is opened would take their
+ * numbers. */
+static int add_output(posix_spawn_file_actions_t *files, int number)
+{
+    if (fcntl(number, F_GETFD) >= 0)
+        return 0;
+    return posix_spawn_file_actions_addopen(files, number, "/dev/null", O_WRONLY, 0);
+}
+
 static int add_files(posix_spawn_file_actions_t *files, int bell, int memory)
 {
-    return posix_spawn_file_actions_addopen(files, STDIN_FILENO, "/dev/null", O_RDONLY, 0) ||
+    return add_output(files, STDOUT_FILENO) || add_output(files, STDERR_FILENO) ||
+           posix_spawn_file_actions_addopen(files, STDIN_FILENO, "/dev/null", O_RDONLY, 0) ||
            posix_spawn_file_actions_adddup2(files, bell, BELL_NUMBER) ||
            posix_spawn_file_actions_adddup2(files, memory, MEMORY_NUMBER);
 }

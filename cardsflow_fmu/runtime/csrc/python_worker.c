@@ -23,11 +23,13 @@ struct python_worker {
     const double *chosen_longest_call; /* the parameter for it, NULL without one */
 };
 
-/* Before the package is known to be there: any Python 3 understands it. Files that the host has left
- * open for its children are closed. What cannot be imported is told to the host. */
+/* Before the package is known to be there: any Python 3 understands it. Nothing is imported from the
+ * host's current folder. Files that the host has left open for its children are closed. What cannot be
+ * imported is told to the host. */
 static const char START[] =
-    "import ctypes, os, sys\n"
+    "import sys\n"
     "sys.path[:] = [p for p in sys.path if p]\n"
+    "import ctypes, os\n"
     "os.name == 'posix' and os.closerange(5, 65536)\n"
     "try:\n"
     "    from cardsflow_fmu.runtime.worker import main\n"

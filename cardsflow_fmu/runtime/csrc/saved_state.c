@@ -1,5 +1,6 @@
 #include "saved_state.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,6 +95,9 @@ enum status saved_state_take(struct instance *instance, struct saved_state **sav
 
 static int is_consistent(const struct header *header)
 {
+    if (!isfinite(header->start_time) || !isfinite(header->time) ||
+        !(header->stop_time >= header->start_time))
+        return 0;
     switch (header->life_cycle) {
     case INSTANTIATED:
         return header->initialization_is_due == 1;
@@ -105,6 +109,18 @@ static int is_consistent(const struct header *header)
     default:
         return 0;
     }
+}
+
+/* Whether inputs and parameters are such as can be set. */
+static int are_finite(const struct instance *instance, const unsigned char *values)
+{
+    for (size_t i = 0; i < instance->ports.count; i++) {
+        double value;
+        memcpy(&value, values + i * sizeof value, sizeof value);
+        if (instance->ports.ports[i].causality != CAUSALITY_OUTPUT && !isfinite(value))
+            return 0;
+    }
+    return 1;
 }
 
 /* What is wrong with serialized bytes, or NULL. */
@@ -121,7 +137,10 @@ static const char *check(const struct instance *instance, const void *bytes, siz
         return "has another length than it had when it was serialized";
     if (header.guid != hash(instance->ports.guid) || header.count != instance->ports.count)
         return "is another FMU's";
-    return is_consistent(&header) ? NULL : "is damaged";
+    if (!is_consistent(&header) ||
+        !are_finite(instance, (const unsigned char *)bytes + sizeof header))
+        return "is damaged";
+    return NULL;
 }
 
 enum status saved_state_read(struct instance *instance, const void *bytes, size_t size,
@@ -205,6 +224,9 @@ static enum status prepare_model(struct instance *instance, const struct saved_s
 enum status saved_state_restore(struct instance *instance, const struct saved_state *saved)
 {
     struct header header;
+    const char *wrong = check(instance, saved->bytes, saved->size);
+    if (wrong)
+        return instance_fail(instance, "setFMUstate: the state %s", wrong);
     memcpy(&header, saved->bytes, sizeof header);
     int unprepared = instance->life_cycle == FAILED || instance->initialization_is_due ||
                      parameters_differ(instance, saved);
