@@ -22,10 +22,11 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import InputError, SimulationError
 
 from . import least_error
+from .box_problem import BoxProblem, row_softness
 from .dynamics import TaskDynamics, bias_torque
 from .operational_solution import DAMPED, OperationalSpaceSolution, Posture
 from .priority_level import PriorityLevel
-from .qp import DEFAULT_SOLVER, BoxProblem, row_softness
+from .qp import DEFAULT_SOLVER
 from .vectors import (
     check_sizes,
     finite_vector,

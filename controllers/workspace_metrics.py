@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .box_problem import BoxProblem
 from .distributions.feasibility import solve_linear
 from .distributions.poses import Poses, gather
-from .qp import BoxProblem, BoxSolver
+from .qp import BoxSolver
 from .wrench_set import full_rank
 
 FloatArray = NDArray[np.float64]

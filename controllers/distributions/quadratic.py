@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
 
-from ..qp import BoxProblem, BoxSolver
+from ..box_problem import BoxProblem
+from ..qp import BoxSolver
 from ..vectors import named_vector
 from .poses import DistributedForces, Poses, finish, gather
 

@@ -9,7 +9,7 @@ import numpy as np
 import qpsolvers
 from numpy.typing import NDArray
 
-from controllers.qp import BoxProblem, BoxSolution
+from controllers.box_problem import BoxProblem, BoxSolution
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from qp_problems import FloatArray, at_bounds, feasible, infeasible, rank_defici
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from controllers import dual_newton, qp
-from controllers.qp import BoxProblem, BoxSolution, BoxSolver
+from controllers.box_problem import BoxProblem, BoxSolution, check, row_softness
+from controllers.qp import BoxSolver
 
 pytestmark = pytest.mark.native
 
@@ -90,8 +91,8 @@ def test_soft_problems_always_have_a_solution(softness: float) -> None:
             problem = dataclasses.replace(problem, row_weights=weights, softness=softness)
             solution = solve(problem)
             assert (seed, solution.status, solution.fell_back) == (seed, "solved", False)
-            eps = qp.row_softness(problem)
-            residuals = qp.check(problem, eps, solution.x, solution.multipliers)
+            eps = row_softness(problem)
+            residuals = check(problem, eps, solution.x, solution.multipliers)
             assert max(residuals.equality, residuals.dual) < 1e-12
             assert residuals.bounds == 0.0
             size = np.abs(problem.b) + np.abs(problem.A) @ np.abs(solution.x)
