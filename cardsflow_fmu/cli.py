@@ -10,7 +10,6 @@ import argparse  # noqa: E402
 import json  # noqa: E402
 import os  # noqa: E402
 import sys  # noqa: E402
-import tomllib  # noqa: E402
 import traceback  # noqa: E402
 from collections.abc import Iterator, Sequence  # noqa: E402
 from contextlib import contextmanager  # noqa: E402
@@ -19,14 +18,14 @@ from typing import TYPE_CHECKING, Any  # noqa: E402
 
 from addin_sdfusion.robot import CardsflowError, InputError, RobotError  # noqa: E402
 
+from .cli_addin import add_addin  # noqa: E402
+from .cli_parts import BAD_INPUT, FAILED, GOOD, add_command, settings_of  # noqa: E402
 from .version import __version__  # noqa: E402
 
 if TYPE_CHECKING:
     from .experiment import Experiment
     from .master import Progress
     from .results import SystemResult
-
-BAD_INPUT, FAILED, GOOD = 2, 1, 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -78,21 +77,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_info(commands, common)
     _add_convert(commands, common)
     _add_size(commands, common)
-    _add_addin(commands, common)
-    return parser
-
-
-def _add_command(
-    commands: Any, common: argparse.ArgumentParser, name: str, text: str, example: str
-) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        parents=[common],
-        help=text,
-        description=text,
-        epilog=f"example:\n  {example}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    add_addin(commands, common)
     return parser
 
 
@@ -110,7 +95,7 @@ def _add_experiment(parser: argparse.ArgumentParser, others: str = "") -> None:
 
 
 def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = _add_command(
+    parser = add_command(
         commands,
         common,
         "run",
@@ -128,7 +113,7 @@ def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
 
 
 def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = _add_command(
+    parser = add_command(
         commands,
         common,
         "build",
@@ -159,7 +144,7 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
 
 
 def _add_size(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = _add_command(
+    parser = add_command(
         commands,
         common,
         "size",
@@ -175,7 +160,7 @@ def _add_size(commands: Any, common: argparse.ArgumentParser) -> None:
 
 
 def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = _add_command(
+    parser = add_command(
         commands,
         common,
         "check",
@@ -189,7 +174,7 @@ def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
 
 
 def _add_info(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = _add_command(
+    parser = add_command(
         commands,
         common,
         "info",
@@ -205,7 +190,7 @@ def _add_info(commands: Any, common: argparse.ArgumentParser) -> None:
 
 
 def _add_convert(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = _add_command(
+    parser = add_command(
         commands,
         common,
         "convert",
@@ -224,68 +209,10 @@ def _add_convert(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=_convert)
 
 
-def _add_addin(commands: Any, common: argparse.ArgumentParser) -> None:
-    text = "The add-in for Fusion: export without Fusion, install it, pack it."
-    group = commands.add_parser("addin", help=text, description=text)
-    actions = group.add_subparsers(metavar="ACTION", required=True)
-    parser = _add_command(
-        actions,
-        common,
-        "export-snapshot",
-        "Export a design from its snapshot, as the add-in does inside Fusion.",
-        "cardsflow addin export-snapshot arm.json -o arm --set collision=none",
-    )
-    parser.add_argument("snapshot", type=Path, help="the JSON file that the add-in has saved")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the robot's folder")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting of the export, such as up_axis=y; may be repeated",
-    )
-    parser.add_argument("--json", action="store_true", help="print files and findings as JSON")
-    parser.set_defaults(command=_export_snapshot)
-    parser = _add_command(
-        actions,
-        common,
-        "install",
-        "Copy the add-in to where Fusion looks for it, in place of an earlier copy.",
-        "cardsflow addin install",
-    )
-    parser.add_argument("--folder", type=Path, help="Fusion's folder of add-ins, if it is another")
-    parser.set_defaults(command=_install_addin)
-    parser = _add_command(
-        actions,
-        common,
-        "zip",
-        "Pack the add-in's folder, to be unpacked among Fusion's add-ins.",
-        "cardsflow addin zip -o addin_sdfusion.zip",
-    )
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the archive")
-    parser.set_defaults(command=_zip_addin)
-
-
-def _settings(words: Sequence[str]) -> dict[str, Any]:
-    """`KEY=VALUE` words as settings; a value is TOML, or else a text."""
-    settings: dict[str, Any] = {}
-    for word in words:
-        key, equals, value = word.partition("=")
-        if not equals or not key:
-            raise InputError(f"must be KEY=VALUE, not {word!r}", key="--set")
-        try:
-            settings[key] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
-            settings[key] = value
-        except (ValueError, RecursionError):
-            raise InputError("its value cannot be read", key=f"--set {key}") from None
-    return settings
-
-
 def _experiment(options: argparse.Namespace) -> Experiment:
     from .experiment import Experiment
 
-    return Experiment.load(options.experiment, _settings(options.set))
+    return Experiment.load(options.experiment, settings_of(options.set))
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -314,7 +241,7 @@ def _run_system(options: argparse.Namespace) -> int:
 
     if options.direct:
         raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
-    settings = _settings(options.set)
+    settings = settings_of(options.set)
     try:
         result = run_system(options.experiment, options.output, settings, started=_STARTED)
     except SystemRunError as error:
@@ -410,39 +337,6 @@ def _convert(options: argparse.Namespace) -> int:
         print(finding, file=sys.stderr)
     for path in conversion.files:
         print(path)
-    return GOOD
-
-
-def _export_snapshot(options: argparse.Namespace) -> int:
-    from .addin import export_snapshot
-
-    try:
-        exported = export_snapshot(options.snapshot, options.output, _settings(options.set))
-        findings, files = exported.findings, exported.files
-    except RobotError as error:
-        findings, files = error.findings, ()
-    if options.json:
-        rows = [finding.as_dict() for finding in findings]
-        print(json.dumps({"files": [str(file) for file in files], "findings": rows}, indent=1))
-    else:
-        for finding in findings:
-            print(finding, file=sys.stderr)
-        for file in files:
-            print(file)
-    return FAILED if any(finding.is_error for finding in findings) else GOOD
-
-
-def _install_addin(options: argparse.Namespace) -> int:
-    from .addin import install
-
-    print(install(options.folder))
-    return GOOD
-
-
-def _zip_addin(options: argparse.Namespace) -> int:
-    from .addin import zip_addin
-
-    print(zip_addin(options.output))
     return GOOD
 
 

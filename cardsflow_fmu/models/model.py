@@ -111,7 +111,7 @@ class FmuModel(ABC):
         Args:
             states: One for each of `self.states`.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} names states that it cannot go to")
 
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
