@@ -24,7 +24,7 @@ from .places import Place, each_in, subject_in
 from .units import ROOT_FRAME, Frame, finite, length
 
 Places = Mapping[str, Place]
-TODO = "Modify > Compute All; if that does not help, make the joint anew"
+REMEDY = "Modify > Compute All; if that does not help, make the joint anew"
 _STRICT = ("revolute", "slider", "cylindrical")
 
 
@@ -93,7 +93,7 @@ class _Reader:
             return self._whole(empty)
         except Exception as error:
             self._notes.trace(f"joint {self._name}")
-            return replace(empty, problem=empty.problem or f"it cannot be read ({error}). {TODO}")
+            return replace(empty, problem=empty.problem or f"it cannot be read ({error}). {REMEDY}")
 
     def _whole(self, joint: JointSnapshot) -> JointSnapshot:
         told = self._joint.jointMotion

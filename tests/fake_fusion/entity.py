@@ -166,11 +166,7 @@ class WithVisibility(Entity):
 
 
 class Deletable(Entity):
-    """An entity that can be deleted."""
-
-    def _shelf(self) -> list[Any]:
-        """The list that holds its data."""
-        raise NotImplementedError
+    """An entity that can be deleted; its class has `_shelf`, the list that holds its data."""
 
     def deleteMe(self) -> bool:
         refuse_reference(self._component, f"{type(self).__name__}.deleteMe")

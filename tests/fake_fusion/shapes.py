@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -103,7 +104,7 @@ class FaceShape:
 
 
 @dataclass(frozen=True)
-class Shape:
+class Shape(ABC):
     """A shape in its component's frame.
 
     Attributes:
@@ -114,18 +115,19 @@ class Shape:
     T: np.ndarray
     density: float = STEEL
 
+    @abstractmethod
     def own_mass(self, density: float) -> Mass:
         """Mass properties in the shape's own frame."""
-        raise NotImplementedError
 
+    @abstractmethod
     def own_mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n, 3) in the shape's own frame and triangles (m, 3), seen from outside."""
-        raise NotImplementedError
 
+    @abstractmethod
     def own_parts(self) -> tuple[list, list[EdgeShape], list[FaceShape]]:
         """Vertices, edges and faces in the shape's own frame."""
-        raise NotImplementedError
 
+    @abstractmethod
     def own_reach(self, axes: np.ndarray) -> np.ndarray:
         """How far it reaches from its frame's origin, which is its middle.
 
@@ -135,7 +137,6 @@ class Shape:
         Returns:
             Distances, shape (n,), in [cm].
         """
-        raise NotImplementedError
 
     def bounds(self, T: np.ndarray) -> np.ndarray:
         """The lowest and the highest corner in a frame, shape (2, 3), in [cm]; exact.
