@@ -170,6 +170,20 @@ def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    parser.add_argument(
+        "--motion",
+        help="look for muscles that meet one another or links: random, the name of a trajectory "
+        "beside the robot, or a .csv with the joints' positions, such as a run's results",
+    )
+    parser.add_argument(
+        "--clearance", type=float, default=0.0, help="smallest distance wanted, in m; 0"
+    )
+    parser.add_argument(
+        "--capsules",
+        type=float,
+        metavar="RADIUS",
+        help="capsules of this radius, in m, stand for the links, not their collision meshes",
+    )
     parser.set_defaults(command=_check)
 
 
@@ -302,9 +316,19 @@ def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
     try:
-        findings = read(options.robot, options.cable_set).findings
+        reading = read(options.robot, options.cable_set)
+        findings = reading.findings
     except RobotError as error:
         findings = error.findings
+    else:
+        if options.motion is not None:
+            from .motion_check import motion_findings
+
+            findings += tuple(
+                motion_findings(
+                    reading, reading.require(), options.motion, options.clearance, options.capsules
+                )
+            )
     if options.json:
         print(json.dumps([finding.as_dict() for finding in findings], indent=1))
     else:

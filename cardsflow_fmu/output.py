@@ -22,6 +22,8 @@ _OWN = (
     "tracking.svg",
     "path.png",
     "path.svg",
+    "world.png",
+    "world.svg",
     "plant.fmu",
     "controller.fmu",
     "reference.fmu",

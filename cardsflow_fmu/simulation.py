@@ -27,11 +27,11 @@ from .models.plant import PlantModel
 from .models.reference import ReferenceModel
 from .output import OutputFolder
 from .participants import DirectParticipant, Participant
-from .ports import load_signals
 from .results import Result
 from .runtime.library import find_platform
 from .ssp import write_ssp
 from .summary import Speed, summarize
+from .world_ports import outer_signals
 
 Through = Literal["fmu", "direct"]
 
@@ -225,7 +225,7 @@ def _simulate(
                 experiment.wiring,
                 experiment.fmus,
                 participants.values(),
-                load_signals(experiment.robot),
+                outer_signals(experiment),
             ),
             step=settings.step,
             steps=settings.steps,
