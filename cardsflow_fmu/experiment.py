@@ -15,6 +15,7 @@ from addin_sdfusion.robot.trajectory import Space, Trajectory
 from .control_types import TYPES
 from .coupling import Coupling
 from .foreign_fmu import ForeignFmu
+from .hardware.settings import HardwareSettings
 
 _RESOURCE = "experiment.json"
 
@@ -233,6 +234,7 @@ class Experiment:
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
             -> `plant.q.elbow`, or the number that it is held at.
         fmus: FMUs of others that take the place of plant, controller or reference, by that name.
+        hardware: What can be driven instead of the plant.
     """
 
     file: Path
@@ -247,6 +249,7 @@ class Experiment:
     run: RunSettings
     wiring: Mapping[str, str | float]
     fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
+    hardware: HardwareSettings = field(default_factory=HardwareSettings)
 
     @property
     def name(self) -> str:
@@ -280,12 +283,18 @@ class Experiment:
         """
         return Experiment.load(folder / _RESOURCE)
 
-    def resources(self) -> dict[str, bytes | Path]:
+    def resources(self, *, with_hardware: bool = False) -> dict[str, bytes | Path]:
         """The files that an FMU carries: the experiment, complete, and the robot's files.
+
+        Args:
+            with_hardware: Whether to tell of the hardware, which is nothing to the other FMUs: they
+                are the same files whatever is driven.
 
         Returns:
             Content, or a file to copy, by its path below the FMU's resources.
         """
+        from .hardware_reader import hardware_data
+
         root = self.robot_path.parent
         files: dict[str, bytes | Path] = {
             f"robot/{file.relative_to(root).as_posix()}": file for file in self.robot_files
@@ -293,6 +302,8 @@ class Experiment:
         data = self.data | {
             "robot": {**self.data["robot"], "path": f"robot/{self.robot_path.name}"}
         }
+        if with_hardware:
+            data["hardware"] = hardware_data(self.hardware, self.robot)
         files[_RESOURCE] = json.dumps(data, indent=1, sort_keys=True).encode()
         return files
 
@@ -309,7 +320,18 @@ class Experiment:
         return replace(self.robot, links=links)
 
     def warnings(self) -> list[str]:
-        """What will probably go wrong, a line each: a sampled loop that its gains make unstable."""
+        """What will probably go wrong, a line each: gains for a slower loop, a key that is none."""
+        return [*self._gain_warnings(), *self._key_warnings()]
+
+    def _key_warnings(self) -> list[str]:
+        from .hardware.key import key_warning
+
+        file = self.hardware.key_file if self.hardware.use else None
+        warning = None if file is None else key_warning(file)
+        return [] if warning is None else [warning]
+
+    def _gain_warnings(self) -> list[str]:
+        """A sampled loop that its gains make unstable."""
         from controllers.gains import sampling_warning
 
         controller = self.controller

@@ -25,6 +25,7 @@ from .experiment import (
     RunSettings,
 )
 from .foreign_fmu import ROLES, read_fmus
+from .hardware_reader import read_hardware
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
 from .tables import Table
@@ -100,6 +101,7 @@ def _experiment(top: Table) -> Experiment:
         run=run,
         wiring=_wiring(top.table("wiring"), robot, disturbance),
         fmus=read_fmus(top.table("fmus")),
+        hardware=read_hardware(top.table("hardware"), robot, run.step),
     )
     top.close()
     return experiment
