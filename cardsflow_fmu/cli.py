@@ -28,6 +28,7 @@ from .cli_parts import (  # noqa: E402
     experiment_of,
 )
 from .cli_run import add_run  # noqa: E402
+from .cli_view import add_view  # noqa: E402
 from .version import __version__  # noqa: E402
 
 
@@ -82,6 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_size(commands, common)
     add_hardware(commands, common)
     add_addin(commands, common)
+    add_view(commands, common)
     return parser
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot import InputError
 
 from .cli_parts import GOOD, add_command, add_experiment, experiment_of, settings_of
+from .cli_view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
     from .master import Progress
@@ -50,6 +51,10 @@ def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> N
         "--realtime", action="store_true", help="let steps wait for their time by the clock"
     )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    parser.add_argument(
+        "--view", action="store_true", help="show the run in the browser while it goes on"
+    )
+    add_live_options(parser)
     parser.set_defaults(command=partial(_run, started))
 
 
@@ -67,19 +72,22 @@ def _run(started: float, options: argparse.Namespace) -> int:
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     through: Through = "direct" if options.direct else "fmu"
     try:
-        with _progress_bar(experiment.run.steps) as progress:
-            result = run(
-                experiment,
-                options.output,
-                through=through,
-                realtime=options.realtime,
-                progress=progress,
-                started=started,
-            )
+        with watched(experiment, options) as (watch, replay):
+            with _progress_bar(experiment.run.steps) as progress:
+                result = run(
+                    experiment,
+                    options.output,
+                    through=through,
+                    realtime=options.realtime,
+                    progress=progress,
+                    watch=watch,
+                    started=started,
+                )
+            _print_result(result, options.json)
+            replay(result)
     except RunError as error:
         _print_result(error.result, options.json)
         raise
-    _print_result(result, options.json)
     return GOOD
 
 
@@ -100,6 +108,7 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
     from .hardware.settings import HardwareSettings
     from .system_run import SystemRunError, run_system
 
+    refuse_view(options, "the robot of an .ssp is not known")
     if options.direct:
         raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
     settings = settings_of(options.set)

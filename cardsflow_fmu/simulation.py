@@ -22,7 +22,7 @@ from .hardware.opening import environment
 from .hardware.recording import RECORDING_FILE
 from .hardware_run import Pace, with_approach
 from .interruption import ignoring_interrupts
-from .master import Master, Progress, Recording
+from .master import Master, Progress, Recording, Watch
 from .model_description import FmiVersion
 from .models.controller import ControllerModel
 from .models.experiment_model import ExperimentModel
@@ -34,6 +34,7 @@ from .participants import DirectParticipant, Participant
 from .ports import load_signals
 from .results import Result
 from .runtime.library import find_platform
+from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
 from .summary import Speed, summarize
 
@@ -160,6 +161,7 @@ def run(
     through: Through = "fmu",
     realtime: bool = False,
     progress: Progress | None = None,
+    watch: Watch | None = None,
     started: float | None = None,
 ) -> Result:
     """Run an experiment and write its results: FMUs, table, summary and figure.
@@ -173,6 +175,7 @@ def run(
             objects.
         realtime: Whether steps wait for their time by the clock, as those with hardware do anyway.
         progress: Called now and then with the number of steps done.
+        watch: Called now and then with the columns' names and the rows so far.
         started: `time.perf_counter()` at the start of the program; now when None.
 
     Returns:
@@ -188,10 +191,13 @@ def run(
         streamed = folder.path / RECORDING_FILE if experiment.hardware.use else None
         with tempfile.TemporaryDirectory() as aside:
             driven, fmus = _prepare(experiment, Path(aside), through)
-            result, recording = _simulate(driven, fmus, progress, started, realtime, streamed)
             contents: dict[str, str | bytes] = {
                 path.name: path.read_bytes() for path in fmus.values()
             }
+            contents[EXPERIMENT] = experiment_archive(experiment)
+            result, recording = _simulate(
+                driven, fmus, progress, started, realtime, streamed, watch
+            )
         with ignoring_interrupts():
             _write(result, contents, folder, streamed)
     return _finished(result, recording)
@@ -262,6 +268,7 @@ def _simulate(
     started: float,
     realtime: bool = False,
     streamed: Path | None = None,
+    watch: Watch | None = None,
 ) -> tuple[Result, Recording]:
     settings = experiment.run
     pace = Pace(settings.step, realtime, experiment.hardware if experiment.hardware.use else None)
@@ -281,7 +288,7 @@ def _simulate(
         )
         with pace:
             begin = time.perf_counter()
-            recording = master.run(progress, pace.pacer)
+            recording = master.run(progress, pace.pacer, watch)
             speed = Speed(time.perf_counter() - begin, begin - started)
     result = Result(
         recording.names,
