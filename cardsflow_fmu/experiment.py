@@ -15,6 +15,7 @@ from .control_types import TYPES
 from .coupling import Coupling
 from .experiment_resources import EXPERIMENT_FILE
 from .foreign_fmu import ForeignFmu
+from .hardware.settings import HardwareSettings
 
 if TYPE_CHECKING:
     from sim_dart.scene import Scene
@@ -252,6 +253,7 @@ class Experiment:
         fmus: FMUs of others that take the place of plant, controller or reference, by that name.
         scene: What stands around the robot; None for nothing.
         parts: The robots that `robot` is made of; none where it is one by itself.
+        hardware: What can be driven instead of the plant.
     """
 
     file: Path
@@ -268,6 +270,7 @@ class Experiment:
     fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
     scene: Scene | None = None
     parts: tuple[RobotPart, ...] = ()
+    hardware: HardwareSettings = field(default_factory=HardwareSettings)
 
     @property
     def name(self) -> str:
@@ -301,8 +304,12 @@ class Experiment:
         """
         return Experiment.load(folder / EXPERIMENT_FILE)
 
-    def resources(self) -> dict[str, bytes | Path]:
+    def resources(self, *, with_hardware: bool = False) -> dict[str, bytes | Path]:
         """The files that an FMU carries: the experiment, complete, its robots, and their meshes.
+
+        Args:
+            with_hardware: Whether to tell of the hardware, which is nothing to the other FMUs: they
+                are the same files whatever is driven.
 
         Returns:
             Content, or a file to copy, by its path below the FMU's resources.
@@ -312,7 +319,7 @@ class Experiment:
         """
         from .experiment_resources import experiment_resources
 
-        return experiment_resources(self)
+        return experiment_resources(self, with_hardware=with_hardware)
 
     @cached_property
     def plant_robot(self) -> Robot:
@@ -327,7 +334,18 @@ class Experiment:
         return replace(self.robot, links=links)
 
     def warnings(self) -> list[str]:
-        """What will probably go wrong, a line each: a sampled loop that its gains make unstable."""
+        """What will probably go wrong, a line each: gains for a slower loop, a key that is none."""
+        return [*self._gain_warnings(), *self._key_warnings()]
+
+    def _key_warnings(self) -> list[str]:
+        from .hardware.key import key_warning
+
+        file = self.hardware.key_file if self.hardware.use else None
+        warning = None if file is None else key_warning(file)
+        return [] if warning is None else [warning]
+
+    def _gain_warnings(self) -> list[str]:
+        """A sampled loop that its gains make unstable."""
         from controllers.gains import sampling_warning
 
         controller = self.controller

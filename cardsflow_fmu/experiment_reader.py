@@ -25,6 +25,7 @@ from .experiment import (
     RunSettings,
 )
 from .foreign_fmu import ROLES, read_fmus
+from .hardware_reader import read_hardware
 from .muscle_reader import with_muscle_settings
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
@@ -112,6 +113,7 @@ def _experiment(top: Table) -> Experiment:
         fmus=read_fmus(top.table("fmus")),
         scene=scene,
         parts=parts,
+        hardware=read_hardware(top.table("hardware"), robot, run.step),
     )
     top.close()
     return experiment

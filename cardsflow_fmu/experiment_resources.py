@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.mesh_files import MODEL_URI, mesh_file
 
+from .hardware_reader import hardware_data
+
 if TYPE_CHECKING:
     from .experiment import Experiment
 
@@ -17,11 +19,12 @@ Files = dict[str, bytes | Path]
 EXPERIMENT_FILE = "experiment.json"
 
 
-def experiment_resources(experiment: Experiment) -> Files:
+def experiment_resources(experiment: Experiment, *, with_hardware: bool = False) -> Files:
     """Content, or a file to copy, by its path below an FMU's resources.
 
     Args:
         experiment: The experiment.
+        with_hardware: Whether to tell of the hardware.
 
     Raises:
         InputError: A mesh stands where it cannot be taken along from.
@@ -40,6 +43,8 @@ def experiment_resources(experiment: Experiment) -> Files:
         data["robot"] = {**data["robot"], "path": f"robot/{experiment.robot_path.name}"}
     if experiment.scene is not None:
         data["world"] = _with_meshes(data["world"], files)
+    if with_hardware:
+        data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
     files[EXPERIMENT_FILE] = json.dumps(data, indent=1, sort_keys=True).encode()
     return files
 

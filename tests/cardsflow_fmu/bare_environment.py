@@ -27,6 +27,8 @@ class BareEnvironment:
     def __init__(self, folder: Path, *distributions: str) -> None:
         venv.create(folder, with_pip=False, symlinks=True)
         self.python = folder / "bin/python"
+        self._aside = folder / "aside"  # importers leave what they unpack behind
+        self._aside.mkdir()
         (packages,) = folder.glob("lib/python*/site-packages")
         for name in _needed(distributions):
             _link(name, packages)
@@ -39,7 +41,7 @@ class BareEnvironment:
             capture_output=True,
             text=True,
             timeout=300,
-            env={"PATH": "/usr/bin:/bin", **variables},
+            env={"PATH": "/usr/bin:/bin", "TMPDIR": str(self._aside), **variables},
             check=False,
         )
         assert done.returncode == 0, f"{done.stdout[-3000:]}{done.stderr[-6000:]}"
