@@ -1,7 +1,8 @@
-"""Physics: muscle paths in a small C core, the plant on DART, and the dynamics for controllers."""
+"""Physics: the plant on DART, dynamics for controllers, and a small C core below both."""
 
+from .core_dynamics import CoreDynamics
 from .dynamics import DartDynamics
 from .muscle_paths import MusclePaths
 from .plant import Plant
 
-__all__ = ["DartDynamics", "MusclePaths", "Plant"]
+__all__ = ["CoreDynamics", "DartDynamics", "MusclePaths", "Plant"]

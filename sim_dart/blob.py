@@ -7,8 +7,11 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot, Vector3
 
+from .carried import Carried
 from .core import pack_blob
-from .frames import FloatArray, MovingFrame, moving_frames
+from .frames import FloatArray, MovingFrame, Place, moving_frames
+
+Fields = dict[str, ArrayLike]
 
 _MOTION = {"rotation": 0, "translation": 1}
 
@@ -19,7 +22,23 @@ def _unit(axis: Vector3) -> FloatArray:
     return unit
 
 
-def _tree_fields(frames: list[MovingFrame]) -> dict[str, ArrayLike]:
+def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
+    """Mass properties of what every moving frame carries."""
+    carried = [Carried() for _ in frames]
+    for link in robot.links:
+        place = places[link.name]
+        if place.frame >= 0:
+            carried[place.frame].add(link.inertia, place.T_frame_link)
+    return {
+        "mass": [body.mass for body in carried],
+        "mass_centre": [body.centre for body in carried],
+        "inertia": [body.inertia for body in carried],
+        "damping": [coordinate.damping for coordinate in robot.coordinates],
+        "gravity": robot.gravity,
+    }
+
+
+def _tree_fields(frames: list[MovingFrame]) -> Fields:
     return {
         "parent": [frame.parent for frame in frames],
         "motion": [_MOTION[frame.motion.kind] for frame in frames],
@@ -44,10 +63,12 @@ def compile_blob(robot: Robot) -> bytes:
         "muscles": len(robot.muscles),
         "points": len(points),
         "tasks": len(tasks),
+        "robots": 1,
     }
     return pack_blob(
         counts,
         _tree_fields(frames)
+        | _mass_fields(robot, frames, places)
         | {
             "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],
             "point_frame": [places[point.link].frame for point in points],

@@ -47,7 +47,9 @@ def library() -> ctypes.PyDLL:
     core.core_open.restype = pointer
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
-    core.core_move.restype = core.core_task_jacobian.restype = None
+    for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
+        core[f"core_{name}"].restype = None
+    core.core_accelerate.restype = None
     return core
 
 
@@ -110,6 +112,11 @@ class Core:
         self.move_checked = core.core_move_checked
         self.pull = core.core_pull
         self.update_task_jacobian = core.core_task_jacobian
+        self.update_task_bias = core.core_task_bias
+        self.update_mass_matrix = core.core_mass_matrix
+        self.update_coriolis = core.core_coriolis
+        self.update_gravity = core.core_gravity
+        self.accelerate = core.core_accelerate
 
     def array(self, name: str, *shape: int) -> FloatArray:
         """A view of a result array, of the given shape; a later call changes it."""

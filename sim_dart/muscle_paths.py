@@ -63,13 +63,16 @@ class MusclePaths:
 
     Raises:
         RobotError: The robot is not valid.
+
+    Attributes:
+        core: The robot in the C core.
     """
 
     def __init__(self, robot: Robot) -> None:
         require_valid(robot)
         n, m = len(robot.coordinates), len(robot.muscles)
         self._n = n
-        self._core = Core(compile_blob(robot))
+        self.core = self._core = Core(compile_blob(robot))
         self._move = self._core.move
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))

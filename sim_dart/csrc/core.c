@@ -54,6 +54,11 @@ double *core_array(core *c, const char *name, size_t *length)
         {"torques", c->torques, dofs},
         {"task_values", c->task_values, 3 * tasks},
         {"task_jacobian", c->task_jacobian, 3 * tasks * dofs},
+        {"task_bias", c->task_bias, 3 * tasks},
+        {"mass_matrix", c->mass_matrix, dofs * dofs},
+        {"coriolis", c->coriolis, dofs},
+        {"gravity", c->gravity, dofs},
+        {"qdd", c->qdd, dofs},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;

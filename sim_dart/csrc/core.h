@@ -33,7 +33,12 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      jacobian       L = dl/dq, muscles x dofs, row by row
      torques        -L'f, dofs
      task_values    task coordinates, tasks x 3: see enum task
-     task_jacobian  their derivatives by q, tasks x 3 x dofs                                           */
+     task_jacobian  their derivatives by q, tasks x 3 x dofs
+     task_bias      J'(q, qd) qd, tasks x 3
+     mass_matrix    M(q), dofs x dofs
+     coriolis       C(q, qd), dofs
+     gravity        G(q), dofs
+     qdd            accelerations, dofs                                                                */
 CORE_API double *core_array(core *c, const char *name, size_t *length);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
@@ -53,5 +58,16 @@ CORE_API int core_pull(core *c, const double *f);
 
 /* task_jacobian at the last q. */
 CORE_API void core_task_jacobian(core *c);
+
+/* task_bias at the last q. */
+CORE_API void core_task_bias(core *c, const double *qd);
+
+/* Terms of M qdd + C + G = tau at the last q. */
+CORE_API void core_mass_matrix(core *c);
+CORE_API void core_coriolis(core *c, const double *qd);
+CORE_API void core_gravity(core *c);
+
+/* qdd of (M + diag(armature)) qdd + C + G = tau at the last q. */
+CORE_API void core_accelerate(core *c, const double *qd, const double *tau, const double *armature);
 
 #endif
