@@ -1,22 +1,24 @@
 /* Task coordinates: where points are and how links are turned, and how q changes that. */
+#include "elementary.h"
 #include "spatial.h"
 
-#include <math.h>
 #include <string.h>
 
 /* The angles of R = Rx(alpha) Ry(beta) Rz(gamma). */
 static void angles_of(const double R[9], double angles[3])
 {
-    angles[0] = atan2(-R[5], R[8]);
-    angles[1] = asin(fmax(-1.0, fmin(1.0, R[2])));
-    angles[2] = atan2(-R[1], R[0]);
+    angles[0] = arc_tangent(-R[5], R[8]);
+    angles[1] = arc_sine(R[2]);
+    angles[2] = arc_tangent(-R[1], R[0]);
 }
 
 /* Rates of the angles for an angular velocity w in the world:
    w = alpha' x + beta' Rx y + gamma' Rx Ry z, solved for the rates.                                    */
 static void angle_rates(const double angles[3], const double w[3], double rates[3])
 {
-    const double ca = cos(angles[0]), sa = sin(angles[0]), sb = sin(angles[1]), cb = cos(angles[1]);
+    double sa, ca, sb, cb;
+    sine_cosine(angles[0], &sa, &ca);
+    sine_cosine(angles[1], &sb, &cb);
     rates[1] = ca * w[1] + sa * w[2];
     rates[2] = (ca * w[2] - sa * w[1]) / cb;
     rates[0] = w[0] - sb * rates[2];
@@ -69,7 +71,9 @@ void core_task_jacobian(core *c)
 static void angle_accelerations(const double angles[3], const double w[3], const double alpha[3],
                                 double out[3])
 {
-    const double ca = cos(angles[0]), sa = sin(angles[0]), sb = sin(angles[1]), cb = cos(angles[1]);
+    double sa, ca, sb, cb;
+    sine_cosine(angles[0], &sa, &ca);
+    sine_cosine(angles[1], &sb, &cb);
     double rates[3];
     angle_rates(angles, w, rates);
     const double second[3] = {0, ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
