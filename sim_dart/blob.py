@@ -34,6 +34,8 @@ def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Plac
         "mass_centre": [body.centre for body in carried],
         "inertia": [body.inertia for body in carried],
         "damping": [coordinate.damping for coordinate in robot.coordinates],
+        "lower": [coordinate.lower for coordinate in robot.coordinates],
+        "upper": [coordinate.upper for coordinate in robot.coordinates],
         "gravity": robot.gravity,
     }
 

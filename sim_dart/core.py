@@ -50,6 +50,8 @@ def library() -> ctypes.PyDLL:
     for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
         core[f"core_{name}"].restype = None
     core.core_accelerate.restype = None
+    number, count = ctypes.c_double, ctypes.c_int32
+    core.core_step.argtypes = [pointer, ctypes.c_char_p, ctypes.c_char_p, number, count]
     return core
 
 
@@ -117,6 +119,7 @@ class Core:
         self.update_coriolis = core.core_coriolis
         self.update_gravity = core.core_gravity
         self.accelerate = core.core_accelerate
+        self.step = core.core_step
 
     def array(self, name: str, *shape: int) -> FloatArray:
         """A view of a result array, of the given shape; a later call changes it."""

@@ -123,6 +123,8 @@ static int check_masses(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "frame %d: its inertia is not finite", i);
         if (!(b->damping[i] >= 0) || !all_finite(b->damping + i, 1))
             return refuse(message, capacity, "coordinate %d: its damping is not from 0 on", i);
+        if (!(b->lower[i] <= b->upper[i]))
+            return refuse(message, capacity, "coordinate %d: its limits are no interval", i);
     }
     if (b->counts.robots != 1 || !all_finite(b->gravity, 3))
         return refuse(message, capacity, "there is no finite gravity");

@@ -59,6 +59,8 @@ double *core_array(core *c, const char *name, size_t *length)
         {"coriolis", c->coriolis, dofs},
         {"gravity", c->gravity, dofs},
         {"qdd", c->qdd, dofs},
+        {"q", c->q, dofs},
+        {"qd", c->qd, dofs},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;

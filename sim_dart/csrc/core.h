@@ -38,6 +38,7 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      mass_matrix    M(q), dofs x dofs
      coriolis       C(q, qd), dofs
      gravity        G(q), dofs
+     q, qd          the state that core_step advances, dofs
      qdd            accelerations, dofs                                                                */
 CORE_API double *core_array(core *c, const char *name, size_t *length);
 
@@ -69,5 +70,12 @@ CORE_API void core_gravity(core *c);
 
 /* qdd of (M + diag(armature)) qdd + C + G = tau at the last q. */
 CORE_API void core_accelerate(core *c, const double *qd, const double *tau, const double *armature);
+
+/* Advance q and qd by steps of h with constant muscle forces f and further generalised forces `extra`
+   (NULL for none): semi-implicit Euler, M qd' = ..., q' = new qd, with joint damping implicit:
+     (M + h D) qdd + C + G = -L'f + extra - D qd
+   and joint limits as inelastic stops that are met exactly. 0, or 1 + the index of the first coordinate
+   that has diverged; or -1 - the index of the first force that is not finite, before anything moves.   */
+CORE_API int core_step(core *c, const double *f, const double *extra, double h, int32_t steps);
 
 #endif

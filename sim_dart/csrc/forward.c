@@ -121,6 +121,34 @@ static void backward(core *c, const double *tau, const double *armature)
     }
 }
 
+void dynamics_factor(core *c, const double *armature)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) begin(c, i);
+    backward(c, c->load, armature);
+}
+
+void dynamics_respond(core *c, const double *impulse, double *change)
+{
+    memset(c->wrench, 0, 6 * (size_t)c->blob.counts.dofs * sizeof(double));
+    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+        double *wrench = c->wrench + 6 * i;
+        const double *U = c->reaction + 6 * i;
+        c->drive[i] = impulse[c->blob.coordinate[i]] - along(c, i, wrench);
+        if (c->blob.parent[i] < 0) continue;
+        for (int k = 0; k < 6; k++) wrench[k] += U[k] * (c->drive[i] / c->pivot[i]);
+        add_to_parent(c, i, wrench, c->wrench + 6 * c->blob.parent[i]);
+    }
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        double *jump = c->acceleration + 6 * i;
+        const double *U = c->reaction + 6 * i;
+        dynamics_carry(c, i, c->acceleration, jump);
+        const double taken = dot3(U, jump) + dot3(U + 3, jump + 3);
+        const double own = change[c->blob.coordinate[i]] = (c->drive[i] - taken) / c->pivot[i];
+        double *moved = jump + (c->blob.motion[i] == ROTATION ? 0 : 3);
+        for (int k = 0; k < 3; k++) moved[k] += own * c->axis[3 * i + k];
+    }
+}
+
 /* Gravity is an acceleration upwards of the world. */
 static void forward(core *c)
 {

@@ -34,6 +34,7 @@
      inertia          of these bodies about their mass centre, along the frame's axes: xx, yy, zz, xy,
                       xz, yz, in [kg m2]
      damping          of a coordinate, by its index in q
+     lower, upper     limits of a coordinate, by its index in q; infinite where there is none
      gravity          in the world, in [m/s2]
      muscle_points    via points of a muscle, at least 2
      point_frame      frame that a via point is fixed to, or -1
@@ -53,6 +54,8 @@
     FIELD(double, mass_centre, 3, dofs)                                                                \
     FIELD(double, inertia, 6, dofs)                                                                    \
     FIELD(double, damping, 1, dofs)                                                                    \
+    FIELD(double, lower, 1, dofs)                                                                      \
+    FIELD(double, upper, 1, dofs)                                                                      \
     FIELD(double, gravity, 3, robots)                                                                  \
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
     FIELD(int32_t, point_frame, 1, points)                                                             \

@@ -31,6 +31,17 @@
     ARRAY(coriolis, dofs)                                                                              \
     ARRAY(gravity, dofs)                                                                               \
     ARRAY(qdd, dofs)                                                                                   \
+    ARRAY(q, dofs)            /* where the robot is */                                                 \
+    ARRAY(qd, dofs)                                                                                    \
+    ARRAY(load, dofs)         /* generalised forces of a step */                                       \
+    ARRAY(armature, dofs)                                                                              \
+    ARRAY(response, dofs *dofs) /* rows: what a unit impulse on a coordinate does to qd */             \
+    ARRAY(factor, dofs *dofs)                                                                          \
+    ARRAY(impulse, dofs)                                                                               \
+    ARRAY(target, dofs)                                                                                \
+    ARRAY(free, dofs)         /* velocities without any limit */                                       \
+    ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
+    ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(jacobian, muscles *dofs)                                                                     \
@@ -59,6 +70,11 @@ void dynamics_inertias(core *c);
 void dynamics_velocities(core *c, const double *qd);
 /* What the parent's acceleration is at the origin of frame i; that of the world is zero. */
 void dynamics_carry(const core *c, int32_t i, const double *accelerations, double out[6]);
+/* dqd = M^-1 impulse, with the articulated bodies of the last factorisation. */
+void dynamics_factor(core *c, const double *armature);
+void dynamics_respond(core *c, const double *impulse, double *change);
+/* Change qd so that no coordinate passes a limit within h. */
+void limits_keep(core *c, double h);
 void paths_move(core *c);
 void tasks_move(core *c);
 
