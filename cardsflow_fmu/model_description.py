@@ -67,6 +67,7 @@ class FmuDescription:
         internal_step: What communication steps have to be multiples of, in [s].
         any_step: Whether communication steps may have any length.
         has_derivatives: Whether the model has directional derivatives.
+        needs_tool: Whether a Python with this package has to be there.
     """
 
     variables: Sequence[Variable]
@@ -77,6 +78,7 @@ class FmuDescription:
     internal_step: float | None = None
     any_step: bool = False
     has_derivatives: bool = False
+    needs_tool: bool = True
 
     @property
     def ports(self) -> list[Port]:

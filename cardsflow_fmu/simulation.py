@@ -25,6 +25,7 @@ from .models.controller import ControllerModel
 from .models.experiment_model import ExperimentModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
+from .native import NATIVE_MODELS, native_file
 from .output import OutputFolder
 from .participants import DirectParticipant, Participant
 from .ports import load_signals
@@ -64,6 +65,7 @@ def build(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     platforms: Sequence[str] | None = None,
+    native: bool = False,
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu and reference.fmu, and system.ssp of the three.
 
@@ -74,6 +76,7 @@ def build(
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: What the FMUs run on, such as `linux64`; on this platform when None. Others need
             the extra `cross`.
+        native: Whether plant and controller compute in C alone and need no Python where they run.
 
     Returns:
         The FMUs, by the name of the model; the .ssp stands beside them.
@@ -83,11 +86,12 @@ def build(
     """
     with tempfile.TemporaryDirectory() as aside:
         libraries = None if platforms is None else libraries_for(platforms, Path(aside))
-        files = _build(experiment, Path(aside), fmi, arrays, libraries)
+        files = _build(experiment, Path(aside), fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
             (Path(aside) / "inner").mkdir()
-            inner = _build(experiment, Path(aside) / "inner", libraries=_of_fmi_2(libraries))
+            fmi_2 = _of_fmi_2(libraries)
+            inner = _build(experiment, Path(aside) / "inner", libraries=fmi_2, native=native)
         system = _build_system(experiment, inner, Path(aside))
         contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
     written = write_files(folder, contents)
@@ -107,6 +111,7 @@ def _build(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
+    native: bool = False,
 ) -> dict[str, Path]:
     """The FMUs that are not of others, by the name of the model, in a folder that exists."""
     resources = experiment.resources()
@@ -126,6 +131,7 @@ def _build(
             fmi=fmi,
             arrays=arrays,
             libraries=libraries,
+            native=native_file(experiment, name) if native and name in NATIVE_MODELS else None,
         )
         for name, model in MODELS.items()
         if name not in experiment.fmus

@@ -1,8 +1,9 @@
 """Physics: the plant on DART, dynamics for controllers, and a small C core below both."""
 
+from .blob import compile_blob
 from .core_dynamics import CoreDynamics
 from .dynamics import DartDynamics
 from .muscle_paths import MusclePaths
 from .plant import Plant
 
-__all__ = ["CoreDynamics", "DartDynamics", "MusclePaths", "Plant"]
+__all__ = ["CoreDynamics", "DartDynamics", "MusclePaths", "Plant", "compile_blob"]

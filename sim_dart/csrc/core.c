@@ -67,6 +67,15 @@ double *core_array(core *c, const char *name, size_t *length)
     return NULL;
 }
 
+const double *core_coordinates(const core *c, const char *field)
+{
+    const blob_view *blob = &c->blob;
+    return !strcmp(field, "damping") ? blob->damping
+           : !strcmp(field, "lower") ? blob->lower
+           : !strcmp(field, "upper") ? blob->upper
+                                     : NULL;
+}
+
 void core_move(core *c, const double *q)
 {
     tree_move(c, q);

@@ -8,7 +8,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
+#if defined(CARDSFLOW_INSIDE) /* another library */
+#define CORE_API
+#elif defined(_WIN32)
 #define CORE_API __declspec(dllexport)
 #else
 #define CORE_API __attribute__((visibility("default")))
@@ -28,7 +30,7 @@ CORE_API size_t core_size(const void *blob, size_t size, char *message, size_t c
    outlive it. NULL if the blob is refused.                                                            */
 CORE_API core *core_open(const void *blob, size_t size, void *memory);
 
-/* A result array by name, and its number of elements; NULL if there is no such array.
+/* An array by name, and its number of elements; NULL if there is no such array.
      lengths        muscle path lengths l, muscles
      jacobian       L = dl/dq, muscles x dofs, row by row
      torques        -L'f, dofs
@@ -41,6 +43,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      q, qd          the state that core_step advances, dofs
      qdd            accelerations, dofs                                                                */
 CORE_API double *core_array(core *c, const char *name, size_t *length);
+
+/* damping, lower or upper of the coordinates, dofs, as the blob has them. */
+CORE_API const double *core_coordinates(const core *c, const char *field);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
 CORE_API void core_move(core *c, const double *q);
@@ -67,6 +72,8 @@ CORE_API void core_task_bias(core *c, const double *qd);
 CORE_API void core_mass_matrix(core *c);
 CORE_API void core_coriolis(core *c, const double *qd);
 CORE_API void core_gravity(core *c);
+/* C + G in the place of `coriolis`. */
+CORE_API void core_bias(core *c, const double *qd);
 
 /* qdd of (M + diag(armature)) qdd + C + G = tau at the last q. */
 CORE_API void core_accelerate(core *c, const double *qd, const double *tau, const double *armature);

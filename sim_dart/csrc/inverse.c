@@ -41,7 +41,8 @@ void core_gravity(core *c)
     collect(c, c->gravity);
 }
 
-void core_coriolis(core *c, const double *qd)
+/* The forces of motion at qdd = 0 in a world that is accelerated by `world`. */
+static void coast(core *c, const double *qd, const double world[3], double *forces)
 {
     dynamics_links(c);
     dynamics_inertias(c);
@@ -49,11 +50,24 @@ void core_coriolis(core *c, const double *qd)
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         double *acceleration = c->acceleration + 6 * i;
         dynamics_carry(c, i, c->acceleration, acceleration);
+        if (c->blob.parent[i] < 0) add3(acceleration + 3, world);
         add3(acceleration, c->drift + 6 * i);
         add3(acceleration + 3, c->drift + 6 * i + 3);
         newton_euler(c, i, acceleration, c->spin + 3 * i, c->wrench + 6 * i);
     }
-    collect(c, c->coriolis);
+    collect(c, forces);
+}
+
+void core_coriolis(core *c, const double *qd)
+{
+    static const double still[3] = {0, 0, 0};
+    coast(c, qd, still, c->coriolis);
+}
+
+void core_bias(core *c, const double *qd)
+{
+    const double *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
+    coast(c, qd, up, c->coriolis);
 }
 
 /* Add the moments of a composite body about the origin of frame i to its parent's:
