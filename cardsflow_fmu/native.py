@@ -17,9 +17,10 @@ from sim_dart import compile_blob
 from sim_dart.tasks import point_rows, task_rows
 
 from .experiment import ControllerSettings, Experiment, TaskSettings
+from .native_reference import reference_settings
 
 NATIVE_FILE = "native.bin"
-NATIVE_MODELS = ("plant", "controller")
+NATIVE_MODELS = ("plant", "controller", "reference")
 
 _MAGIC = b"CARDSNAT"
 _VERSION = 1
@@ -39,14 +40,15 @@ def native_file(experiment: Experiment, model: str) -> bytes:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
+    if model == "reference":
+        return _encode(model, b"", reference_settings(experiment))
     if model == "plant":
         robot = experiment.plant_robot
-        return _encode(model, robot, _robot_settings(robot))
+        return _encode(model, compile_blob(robot), _robot_settings(robot))
     robot, controller = experiment.robot, experiment.controller
     _require_native(controller)
-    return _encode(
-        model, robot, [*_robot_settings(robot), *_controller_settings(robot, controller)]
-    )
+    settings = [*_robot_settings(robot), *_controller_settings(robot, controller)]
+    return _encode(model, compile_blob(robot), settings)
 
 
 def _require_native(controller: ControllerSettings) -> None:
@@ -63,8 +65,7 @@ def _require_native(controller: ControllerSettings) -> None:
         )
 
 
-def _encode(model: str, robot: Robot, settings: Sequence[ArrayLike]) -> bytes:
-    blob = compile_blob(robot)
+def _encode(model: str, blob: bytes, settings: Sequence[ArrayLike]) -> bytes:
     numbers = np.concatenate([np.ravel(np.asarray(s, dtype=np.float64)) for s in settings])
     body = struct.pack("<III", NATIVE_MODELS.index(model), len(blob), numbers.size)
     body += blob + bytes(-len(blob) % 8) + numbers.astype("<f8").tobytes()

@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double AT_BOUND = 1e-6;
+static const double AT_BOUND = 1e-9;
 static const double PI = 3.141592653589793;
 
 struct controller {

@@ -6,8 +6,8 @@
  *     u32      version of this format, 1
  *     u32      length of the whole file
  *     u32      CRC-32 of all that follows
- *     u32      kind of model: 0 plant, 1 controller
- *     u32      length of the robot's blob
+ *     u32      kind of model: 0 plant, 1 controller, 2 reference
+ *     u32      length of the robot's blob; 0 for a reference, which has none
  *     u32      number of settings
  *     the robot's blob, padded to 8 bytes; f64 each setting, in the order that the kind of model says
  */
@@ -19,7 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_KINDS };
+enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KINDS };
 
 struct native_file {
     enum native_kind kind;

@@ -27,8 +27,11 @@ static int fill(struct model *model, struct native_model *native, const char *re
     model->clock = native->clock;
     model->values = native->values;
     native_reset(model);
-    if (native_file_read(&native->file, resources, error) ||
-        native_robot_open(&native->robot, &native->file, error))
+    if (native_file_read(&native->file, resources, error))
+        return 1;
+    if (native->file.kind == NATIVE_REFERENCE)
+        return native_reference_open(model, native, error);
+    if (native_robot_open(&native->robot, &native->file, error))
         return 1;
     return (native->file.kind == NATIVE_PLANT ? native_plant_open : native_controller_open)(model, native,
                                                                                           error);

@@ -21,9 +21,10 @@ struct native_model {
 int native_open(struct model *model, const struct port_table *ports, const char *resources,
                 struct text *error);
 
-/* Fill in the functions, and what the model needs beyond the robot. 0, or nonzero with a message. */
+/* Fill in the functions, and what the model needs beyond the robot, which a reference has not. 0, or nonzero with a message. */
 int native_plant_open(struct model *model, struct native_model *native, struct text *error);
 int native_controller_open(struct model *model, struct native_model *native, struct text *error);
+int native_reference_open(struct model *model, struct native_model *native, struct text *error);
 
 /* Frees what native_open made; `own` has been freed. */
 void native_close(struct native_model *native);
