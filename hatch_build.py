@@ -31,16 +31,21 @@ ROOT = Path(__file__).parent
 
 
 class Library(NamedTuple):
-    """A shared library: every C file in `sources` makes `target` (without a suffix)."""
+    """A shared library: every C file in the folders `sources` makes `target` (without a suffix)."""
 
-    sources: str
+    sources: tuple[str, ...]
     target: str
+    flags: tuple[str, ...] = ()
 
 
 LIBRARIES = (
-    Library("sim_dart/csrc", "sim_dart/lib/cardsflow_core"),
-    Library("controllers/csrc", "controllers/lib/cardsflow_dual_newton"),
-    Library("cardsflow_fmu/runtime/csrc", "cardsflow_fmu/runtime/lib/cardsflow_fmi"),
+    Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),
+    Library(("controllers/csrc",), "controllers/lib/cardsflow_control"),
+    Library(
+        ("cardsflow_fmu/runtime/csrc", "sim_dart/csrc", "controllers/csrc"),
+        "cardsflow_fmu/runtime/lib/cardsflow_fmi",
+        ("-DCARDSFLOW_INSIDE",),
+    ),
 )
 
 # Contraction off: a fused multiply-add would make results depend on the processor.
@@ -85,11 +90,13 @@ def compile_library(library: Library, output: Path, extra: list[str]) -> Path:
 
     Written aside and moved into place, so that a running program keeps the file it has open.
     """
-    sources = sorted(str(path) for path in (ROOT / library.sources).glob("*.c"))
+    sources = sorted(
+        str(path) for folder in library.sources for path in (ROOT / folder).glob("*.c")
+    )
     target = output / (library.target + SUFFIX)
     target.parent.mkdir(parents=True, exist_ok=True)
     aside = target.with_name(f"{target.name}.{os.getpid()}")
-    flags = [*FLAGS, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra]
+    flags = [*FLAGS, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra, *library.flags]
     command = [*compiler(), *flags, *sources, "-o", str(aside), *platform_flags()]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

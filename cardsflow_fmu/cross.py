@@ -13,10 +13,17 @@ from addin_sdfusion.robot import InputError, SimulationError
 
 from .runtime.library import find_platform, library_path, this_platform
 
-FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden"]
+FLAGS = [
+    "-std=c99",
+    "-O3",
+    "-ffp-contract=off",
+    "-fvisibility=hidden",
+    "-DCARDSFLOW_INSIDE",
+]
 """Those of the library that comes with the package, see hatch_build.py."""
 
-_SOURCES = Path(__file__).parent / "runtime" / "csrc"
+_ROOT = Path(__file__).parent.parent
+_SOURCES = ("cardsflow_fmu/runtime/csrc", "sim_dart/csrc", "controllers/csrc")
 _PLAIN = ["-shared", "-g0", "-s"]
 
 
@@ -75,11 +82,15 @@ def compile_for(platform: str, folder: Path) -> Path:
             f"compiling for {platform} needs the ziglang package: pip install 'cardsflow[cross]'"
         )
     target = _TARGETS[platform]
-    sources = sorted(path.name for path in _SOURCES.glob("*.c"))
+    sources = sorted(
+        path.relative_to(_ROOT).as_posix()
+        for folder in _SOURCES
+        for path in (_ROOT / folder).glob("*.c")
+    )
     file = folder / f"{platform}{find_platform(platform).suffix}"
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]
     command = [*compiler, *FLAGS, *_PLAIN, *sources, "-o", str(file.absolute()), *target.flags]
-    done = subprocess.run(command, cwd=_SOURCES, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=_ROOT, capture_output=True, text=True, check=False)
     if done.returncode:
         reason = (done.stderr.strip() or "no message").splitlines()[0]
         raise SimulationError(f"the C library cannot be compiled for {platform}: {reason}")

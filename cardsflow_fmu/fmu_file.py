@@ -15,6 +15,7 @@ from .archive import write_archive
 from .fmu_extras import extra_files
 from .model_description import FmiVersion, FmuDescription, model_description
 from .models.model import FmuModel
+from .native import NATIVE_FILE
 from .ports import Port
 from .runtime.carried_module import carried_files
 from .runtime.library import find_platform, library_path, this_platform
@@ -40,6 +41,7 @@ def write_fmu(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
+    native: bytes | None = None,
 ) -> Path:
     """Pack a model into an FMU for co-simulation.
 
@@ -56,6 +58,7 @@ def write_fmu(
         arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
         libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
             None.
+        native: From `native_file`: the model computes in C alone, without any Python.
 
     Returns:
         The path.
@@ -73,24 +76,36 @@ def write_fmu(
         stop_time,
         internal_step,
         model_class.any_step,
-        model_class.has_derivatives,
+        model_class.has_derivatives and native is None,
         model_class.has_state,
+        needs_tool=native is None,
     )
     files = {_resource_name(name): _contents(source) for name, source in resources.items()}
-    record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
-    files[f"resources/{MODEL_FILE}"] = record.encode()
-    for name, source in carried_files(model_class).items():
-        files[f"resources/{name}"] = _contents(source)
+    files |= _python_files(model_class, ports) if native is None else _native_files(native)
     guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
     files["modelDescription.xml"] = model_description(fmu, guid, fmi)
     files[f"resources/{_PORTS_FILE}"] = encode_port_table(
         variables, guid=guid, model_name=model_name, package=__version__, step=step
     )
-    # Not in the fingerprint: the same model built by another Python is the same FMU.
-    files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
+    if native is None:
+        # Not in the fingerprint: the same model built by another Python is the same FMU.
+        files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
     files |= _binaries(libraries, model_name, fmi) | extra_files(fmu, fmi)
     write_archive(path, files)
     return path
+
+
+def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:
+    """What a Python needs to make the model."""
+    record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
+    carried = carried_files(model_class)
+    files = {f"resources/{name}": _contents(source) for name, source in carried.items()}
+    return files | {f"resources/{MODEL_FILE}": record.encode()}
+
+
+def _native_files(native: bytes) -> dict[str, bytes]:
+    """What the C library needs to make the model."""
+    return {f"resources/{NATIVE_FILE}": native}
 
 
 def _binaries(
@@ -109,7 +124,7 @@ def _resource_name(name: str) -> str:
     parts = PurePosixPath(name).parts
     if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
         raise InputError(f"{name!r} is not a relative path below an FMU's resources")
-    if name in (MODEL_FILE, _PORTS_FILE, _PYTHON_FILE):
+    if name in (MODEL_FILE, NATIVE_FILE, _PORTS_FILE, _PYTHON_FILE):
         raise InputError(f"the resource name {name!r} is taken by the FMU itself")
     return str(PurePosixPath("resources", *parts))
 

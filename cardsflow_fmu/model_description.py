@@ -68,6 +68,7 @@ class FmuDescription:
         any_step: Whether communication steps may have any length.
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether it can go back to an earlier state.
+        needs_tool: Whether a Python with this package has to be there.
     """
 
     variables: Sequence[Variable]
@@ -79,6 +80,7 @@ class FmuDescription:
     any_step: bool = False
     has_derivatives: bool = False
     has_state: bool = True
+    needs_tool: bool = True
 
     @property
     def ports(self) -> list[Port]:

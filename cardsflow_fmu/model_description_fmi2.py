@@ -42,7 +42,7 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     return ET.Element(
         "CoSimulation",
         modelIdentifier=fmu.model_name,
-        needsExecutionTool="true",
+        needsExecutionTool=flag(fmu.needs_tool),
         canHandleVariableCommunicationStepSize=flag(fmu.any_step),
         canInterpolateInputs="false",
         canBeInstantiatedOnlyOncePerProcess="false",

@@ -57,7 +57,7 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     element = ET.Element(
         "CoSimulation",
         modelIdentifier=fmu.model_name,
-        needsExecutionTool="true",
+        needsExecutionTool=flag(fmu.needs_tool),
         canBeInstantiatedOnlyOncePerProcess="false",
         canGetAndSetFMUState=flag(fmu.has_state),
         canSerializeFMUState=flag(fmu.has_state),

@@ -30,6 +30,7 @@ from .models.hardware import HardwareModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
 from .muscle_ports import modelled_muscles
+from .native import NATIVE_MODELS, native_file
 from .output import OutputFolder
 from .participants import DirectParticipant, Participant
 from .results import Result
@@ -71,6 +72,7 @@ def build(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     platforms: Sequence[str] | None = None,
+    native: bool = False,
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
 
@@ -83,6 +85,7 @@ def build(
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: What the FMUs run on, such as `linux64`; on this platform when None. Others need
             the extra `cross`.
+        native: Whether plant and controller compute in C alone and need no Python where they run.
 
     Returns:
         The FMUs, by the name of the model; the .ssp stands beside them.
@@ -93,11 +96,12 @@ def build(
     with tempfile.TemporaryDirectory() as aside:
         libraries = None if platforms is None else libraries_for(platforms, Path(aside))
         names = _buildable(experiment)
-        files = _build(experiment, Path(aside), names, fmi, arrays, libraries)
+        files = _build(experiment, Path(aside), names, fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
             (Path(aside) / "inner").mkdir()
-            inner = _build(experiment, Path(aside) / "inner", names, libraries=_of_fmi_2(libraries))
+            fmi_2 = _of_fmi_2(libraries)
+            inner = _build(experiment, Path(aside) / "inner", names, libraries=fmi_2, native=native)
         system = _build_system(experiment, inner, Path(aside))
         contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
     written = write_files(folder, contents)
@@ -124,6 +128,7 @@ def _build(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
+    native: bool = False,
 ) -> dict[str, Path]:
     """Those FMUs that are not of others, by the name of the model, in a folder that exists."""
     period = experiment.controller.period
@@ -146,6 +151,7 @@ def _build(
             fmi=fmi,
             arrays=arrays,
             libraries=libraries,
+            native=native_file(experiment, name) if native and name in NATIVE_MODELS else None,
         )
         for name in names
         if name not in experiment.fmus

@@ -30,7 +30,7 @@ def library() -> ctypes.PyDLL:
         CardsflowError: The library is missing.
     """
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parent.parent))
-    path = root / "controllers" / "lib" / f"cardsflow_dual_newton{_SUFFIX}"
+    path = root / "controllers" / "lib" / f"cardsflow_control{_SUFFIX}"
     if not path.is_file():
         raise CardsflowError(f"{path}: the QP solver is missing; reinstall cardsflow to compile it")
     solver = ctypes.PyDLL(str(path))

@@ -47,6 +47,9 @@ class SplineReference:
     Attributes:
         name: The trajectory's name.
         duration: Time of the last point, in [s].
+        times: When each segment begins, and the last one ends, in [s].
+        coefficients: Of the powers of the time since a segment's begin, lowest first, of
+            positions, velocities and accelerations, shape (segments, powers, 3, n).
     """
 
     def __init__(self, trajectory: Trajectory) -> None:
@@ -54,11 +57,12 @@ class SplineReference:
         self.name = trajectory.name
         self.duration = points[-1].time
         if trajectory.spline == "samples":
-            self._times, coefficients = _through_samples(points)
+            self.times, coefficients = _through_samples(points)
         elif trajectory.spline == "parabolic_blend":
-            self._times, coefficients = _blends(points)
+            self.times, coefficients = _blends(points)
         else:
-            self._times, coefficients = _splines(points)
+            self.times, coefficients = _splines(points)
+        self.coefficients = coefficients
         self._orders = np.arange(coefficients.shape[1], dtype=np.float64)
         self._coefficients = coefficients.reshape(*coefficients.shape[:2], -1)
         self._first, self._last = points[0].q, points[-1].q
@@ -73,8 +77,8 @@ class SplineReference:
             return _at_rest(self._first)
         if t > self.duration:
             return _at_rest(self._last)
-        segment = min(bisect.bisect_right(self._times, t), len(self._times) - 1) - 1
-        powers = (t - self._times[segment]) ** self._orders
+        segment = min(bisect.bisect_right(self.times, t), len(self.times) - 1) - 1
+        powers = (t - self.times[segment]) ** self._orders
         rows = (powers @ self._coefficients[segment]).reshape(3, -1)
         return JointReference(rows[0], rows[1], rows[2])
 

@@ -8,9 +8,12 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import Robot, Vector3, tension_laws
 from addin_sdfusion.robot.tension_laws import law_of
 
+from .carried import Carried
 from .core import law_parameters, pack_blob
-from .frames import FloatArray, MovingFrame, moving_frames
+from .frames import FloatArray, MovingFrame, Place, moving_frames
 from .path_fields import path_counts, path_fields
+
+Fields = dict[str, ArrayLike]
 
 _MOTION = {"rotation": 0, "translation": 1}
 
@@ -21,7 +24,27 @@ def _unit(axis: Vector3) -> FloatArray:
     return unit
 
 
-def _tree_fields(frames: list[MovingFrame]) -> dict[str, ArrayLike]:
+def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
+    """Mass properties of what every moving frame carries."""
+    carried = [Carried() for _ in frames]
+    for link in robot.links:
+        place = places[link.name]
+        if place.frame >= 0:
+            carried[place.frame].add(link.inertia, place.T_frame_link)
+    return {
+        "mass": [body.mass for body in carried],
+        "mass_centre": [body.centre for body in carried],
+        "inertia": [body.inertia for body in carried],
+        "damping": [coordinate.damping for coordinate in robot.coordinates],
+        "stiffness": [coordinate.stiffness for coordinate in robot.coordinates],
+        "rest": [coordinate.rest for coordinate in robot.coordinates],
+        "lower": [coordinate.lower for coordinate in robot.coordinates],
+        "upper": [coordinate.upper for coordinate in robot.coordinates],
+        "gravity": robot.gravity,
+    }
+
+
+def _tree_fields(frames: list[MovingFrame]) -> Fields:
     return {
         "parent": [frame.parent for frame in frames],
         "motion": [_MOTION[frame.motion.kind] for frame in frames],
@@ -54,12 +77,14 @@ def compile_blob(robot: Robot) -> bytes:
         "muscles": len(robot.muscles),
         "tasks": len(tasks),
         "law_parameters": sum(len(law_of(muscle.model).parameters) for muscle in robot.muscles),
+        "robots": 1,
     }
     return pack_blob(
         counts,
         _tree_fields(frames)
         | _law_fields(robot)
         | path_fields(robot, places)
+        | _mass_fields(robot, frames, places)
         | {
             "task_kind": [int(task.is_orientation) for task in tasks],
             "task_frame": [places[task.link].frame for task in tasks],

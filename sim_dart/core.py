@@ -47,17 +47,19 @@ def library() -> ctypes.PyDLL:
     core.core_open.restype = pointer
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
-    core.core_move.restype = core.core_task_jacobian.restype = None
-    core.core_trace.restype = core.core_count_turns.restype = None
+    for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
+        core[f"core_{name}"].restype = None
+    for name in ("accelerate", "trace", "count_turns", "rates", "reach"):
+        core[f"core_{name}"].restype = None
+    text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
+    core.core_step.argtypes = [pointer, text, text, double, count]
     core.core_trace.argtypes = [pointer]
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
-    core.core_rates.restype = core.core_reach.restype = None
-    core.core_reach.argtypes = [pointer, ctypes.c_double]
-    core.core_advance.argtypes = [pointer, ctypes.c_char_p, ctypes.c_double]
-    core.core_invert.argtypes = [pointer, ctypes.c_char_p, ctypes.c_double]
-    number, double = ctypes.c_int, ctypes.c_double
-    core.core_curve.argtypes = [pointer, number, ctypes.c_char_p, double, number]
-    core.core_curve.restype = ctypes.c_double
+    core.core_reach.argtypes = [pointer, double]
+    core.core_advance.argtypes = [pointer, text, double]
+    core.core_invert.argtypes = [pointer, text, double]
+    core.core_curve.argtypes = [pointer, count, text, double, ctypes.c_int]
+    core.core_curve.restype = double
     return core
 
 
@@ -139,6 +141,12 @@ class Core:
         self.reach = core.core_reach
         self.invert = core.core_invert
         self.curve = core.core_curve
+        self.update_task_bias = core.core_task_bias
+        self.update_mass_matrix = core.core_mass_matrix
+        self.update_coriolis = core.core_coriolis
+        self.update_gravity = core.core_gravity
+        self.accelerate = core.core_accelerate
+        self.step = core.core_step
 
     def array(self, name: str, *shape: int) -> FloatArray:
         """A view of a result array, of the given shape; a later call changes it."""

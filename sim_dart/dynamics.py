@@ -8,14 +8,15 @@ from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import Robot, TaskFrame
 
-from .muscle_paths import MusclePaths, finite, vector
+from .muscle_paths import finite, vector
+from .robot_terms import RobotTerms
 from .skeleton import build_skeleton
 from .tasks import angle_bias, task_rows
 
 FloatArray = NDArray[np.float64]
 
 
-class DartDynamics:
+class DartDynamics(RobotTerms):
     """Dynamics of a robot, from DART (M, C, G, task bias) and the C core (l, L, y, J).
 
     It owns its skeleton, so a controller never disturbs a plant. Joint damping is not part of these
@@ -26,39 +27,14 @@ class DartDynamics:
 
     Raises:
         RobotError: The robot is not valid.
-
-    Attributes:
-        robot: The robot.
-        n: Number of coordinates.
-        m: Number of muscles.
-        f_min, f_max: Force bounds, shape (m,), in [N].
-        damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
-        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite where there is none.
-        actuation: A, which gives motors of the joints their coordinates, shape (n, actuated).
-        task_names: k names, in the order of y, such as `hand.x`.
-        task_angles: Which task coordinates are angles, shape (k,).
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._paths = MusclePaths(robot)
+        super().__init__(robot)
         self._skeleton = build_skeleton(robot)
-        self.robot = robot
-        self.coordinate_names = tuple(c.name for c in robot.coordinates)
-        self.muscle_names = tuple(muscle.name for muscle in robot.muscles)
-        self.n = len(self.coordinate_names)
-        self.m = len(self.muscle_names)
-        self.f_min = np.array([muscle.f_min for muscle in robot.muscles])
-        self.f_max = np.array([muscle.f_max for muscle in robot.muscles])
-        self.damping = np.array([c.damping for c in robot.coordinates])
         self._stiffness = np.array([c.stiffness for c in robot.coordinates])
         self._rest = np.array([c.rest for c in robot.coordinates])
         self._sprung = bool(self._stiffness.any())
-        self.actuation = np.eye(self.n)[:, [c.actuated for c in robot.coordinates]]
-        self.q_min = np.array([c.lower for c in robot.coordinates])
-        self.q_max = np.array([c.upper for c in robot.coordinates])
-        frames = [(frame, axis) for frame in robot.task_frames for axis in frame.axes]
-        self.task_names = tuple(f"{frame.name}.{axis}" for frame, axis in frames)
-        self.task_angles = np.array([frame.is_orientation for frame, _ in frames], dtype=bool)
         self._task_rows = task_rows(robot)
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
@@ -92,49 +68,6 @@ class DartDynamics:
             return weight
         springs: FloatArray = self._stiffness * (vector("q", q, self.n) - self._rest)
         return weight + springs
-
-    def muscle_lengths(self, q: ArrayLike) -> FloatArray:
-        """l(q), shape (m,), in [m].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
-        return self._paths.evaluate(q).lengths.copy()
-
-    def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
-        """L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
-        return self._paths.evaluate(q).jacobian.copy()
-
-    def task_position(self, q: ArrayLike) -> FloatArray:
-        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
-        return self._paths.task_position(q)
-
-    def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J(q) = dy/dq, shape (k, n): y' = J q' for positions and angles alike.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
-        return self._paths.task_jacobian(q)
-
-    def point_jacobian(self, q: ArrayLike) -> FloatArray:
-        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes.
-
-        Its transpose makes generalised forces of forces on these points, whichever of their axes
-        count in y.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
-        return self._paths.point_jacobian(q)
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²].

@@ -69,6 +69,7 @@ class MusclePaths:
         RobotError: The robot is not valid.
 
     Attributes:
+        core: The robot in the C core.
         turning: Where turns are counted, what is remembered: the turning angle of each wrap, in
             [rad], NaN before the first call. A view that may be saved and written back.
     """
@@ -77,7 +78,7 @@ class MusclePaths:
         require_valid(robot)
         n, m = len(robot.coordinates), len(robot.muscles)
         self._n = n
-        self._core = Core(compile_blob(robot))
+        self.core = self._core = Core(compile_blob(robot))
         self._move = self._core.move
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))

@@ -9,15 +9,15 @@ from typing import Any
 import dartpy
 import numpy as np
 
-from addin_sdfusion.robot import WORLD, Coordinate, InputError, Joint, Link, Pose, Robot
+from addin_sdfusion.robot import WORLD, Coordinate, Joint, Link, Pose, Robot
 
 from .frames import FloatArray, transform
+from .mass_check import require_inertia
 
 _CREATE = {
     "rotation": "createRevoluteJointAndBodyNodePair",
     "translation": "createPrismaticJointAndBodyNodePair",
 }
-_SINGULAR = 1e-13
 _NEXT_TO_NOTHING = 1e-300  # in [kg]: adds nothing to any sum; DART complains of a zero
 
 
@@ -85,21 +85,9 @@ def build_skeleton(robot: Robot) -> Skeleton:
         body = _add_joint(skeleton, bodies[joint.parent], joint)
         _set_inertia(body, robot.link(joint.child))
         bodies[joint.child] = body
-    _require_inertia(robot, skeleton)
+    require_inertia(robot, skeleton.getMassMatrix())
     dofs = [skeleton.getDof(k).getName() for k in range(skeleton.getNumDofs())]
     return Skeleton(skeleton, bodies, [dofs.index(c.name) for c in robot.coordinates])
-
-
-def _require_inertia(robot: Robot, skeleton: Any) -> None:
-    """Refuse a robot that some motion does not move any mass of: DART would freeze it."""
-    M = skeleton.getMassMatrix()
-    scale = np.sqrt(np.abs(np.diag(M)))
-    scaled = M / np.outer(scale, scale) if scale.all() else np.zeros_like(M)
-    if M.size and np.linalg.eigvalsh(scaled)[0] <= _SINGULAR:
-        raise InputError(
-            f"robot {robot.name!r}: its mass matrix is singular, as some motion of its joints "
-            "moves no mass; give the links between them masses and inertias"
-        )
 
 
 def _add_joint(skeleton: Any, parent: Any, joint: Joint) -> Any:

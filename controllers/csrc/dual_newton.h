@@ -11,7 +11,9 @@
 
 #include <stddef.h>
 
-#if defined(_WIN32)
+#if defined(CARDSFLOW_INSIDE) /* another library */
+#define DUAL_NEWTON_API
+#elif defined(_WIN32)
 #define DUAL_NEWTON_API __declspec(dllexport)
 #else
 #define DUAL_NEWTON_API __attribute__((visibility("default")))

@@ -1,6 +1,7 @@
 /* Activation follows excitation: a' = (u - a) / tau, tau = rise (1/2 + 3/2 a) while it rises and
    fall / (1/2 + 3/2 a) while it falls. The change between the two is a switch (Thelen 2003, Millard et al.
    2013), or smooth (De Groote et al. 2016, eq. 1-2).                                                  */
+#include "elementary.h"
 #include "hill.h"
 
 #include <math.h>
@@ -13,7 +14,7 @@
 static inline double quick_tanh(double y)
 {
     const double z = y * y, zz = z * z;
-    if (z > 0.0121) return tanh(y);
+    if (z > 0.0121) return hyperbolic_tangent(y);
     const double tail = 62 / 2835.0 - 1382 / 155925.0 * z;
     return y * ((1 - 1 / 3.0 * z) + zz * ((2 / 15.0 - 17 / 315.0 * z) + zz * tail));
 }
@@ -50,7 +51,7 @@ static inline double accurate_step(const double *k, double a, double u, double h
 static double stable_step(const double *k, double a, double u, double h)
 {
     const double middle = u + (a - u) / (1 + quickness(k, a, u) * h / 2);
-    return u + (a - u) * exp(-h * quickness(k, middle, u));
+    return u + (a - u) * exponential(-h * quickness(k, middle, u));
 }
 
 double activation_after(const double *k, double a, double u, double h)

@@ -98,6 +98,41 @@ static int is_rotation(const double R[9])
     return 1;
 }
 
+/* Every frame is driven by a coordinate of its own. Quadratic, but only once, and without memory. */
+static int check_coordinates(const blob_view *b, char *message, size_t capacity)
+{
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (b->coordinate[i] < 0 || b->coordinate[i] >= b->counts.dofs)
+            return refuse(message, capacity, "frame %d: there is no coordinate %d", i,
+                          (int)b->coordinate[i]);
+        for (int k = 0; k < i; k++)
+            if (b->coordinate[k] == b->coordinate[i])
+                return refuse(message, capacity, "frames %d and %d share coordinate %d", k, i,
+                              (int)b->coordinate[i]);
+    }
+    return 0;
+}
+
+/* Inertias that are no bodies' make a mass matrix that is not positive definite: the caller's check. */
+static int check_masses(const blob_view *b, char *message, size_t capacity)
+{
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (!(b->mass[i] >= 0) || !all_finite(b->mass + i, 1))
+            return refuse(message, capacity, "frame %d: its mass is not from 0 on", i);
+        if (!all_finite(b->mass_centre + 3 * i, 3) || !all_finite(b->inertia + 6 * i, 6))
+            return refuse(message, capacity, "frame %d: its inertia is not finite", i);
+        if (!(b->damping[i] >= 0) || !all_finite(b->damping + i, 1))
+            return refuse(message, capacity, "coordinate %d: its damping is not from 0 on", i);
+        if (!(b->stiffness[i] >= 0) || !all_finite(b->stiffness + i, 1) || !all_finite(b->rest + i, 1))
+            return refuse(message, capacity, "coordinate %d: its spring is not from 0 on, or not finite", i);
+        if (!(b->lower[i] <= b->upper[i]))
+            return refuse(message, capacity, "coordinate %d: its limits are no interval", i);
+    }
+    if (b->counts.robots != 1 || !all_finite(b->gravity, 3))
+        return refuse(message, capacity, "there is no finite gravity");
+    return 0;
+}
+
 static int check_frames(const blob_view *b, char *message, size_t capacity)
 {
     for (int i = 0; i < b->counts.dofs; i++) {
@@ -106,9 +141,6 @@ static int check_frames(const blob_view *b, char *message, size_t capacity)
                           (int)b->parent[i]);
         if (b->motion[i] < 0 || b->motion[i] >= MOTIONS)
             return refuse(message, capacity, "frame %d: unknown motion %d", i, (int)b->motion[i]);
-        if (b->coordinate[i] < 0 || b->coordinate[i] >= b->counts.dofs)
-            return refuse(message, capacity, "frame %d: there is no coordinate %d", i,
-                          (int)b->coordinate[i]);
         if (!is_rotation(b->offset_rotation + 9 * i))
             return refuse(message, capacity, "frame %d: its rotation is not orthonormal", i);
         if (!all_finite(b->offset_position + 3 * i, 3))
@@ -163,7 +195,8 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
     if (check_header(blob, size, message, capacity)) return 1;
     set_pointers(view, blob);
     const blob_counts *n = &view->counts;
-    return check_frames(view, message, capacity) || check_muscles(view, message, capacity) ||
+    return check_frames(view, message, capacity) || check_coordinates(view, message, capacity) ||
+           check_masses(view, message, capacity) || check_muscles(view, message, capacity) ||
            check_points("via point", view->point_frame, view->point_position, n->points, n->dofs, message,
                         capacity) ||
            check_tasks(view, message, capacity) || paths_check(view, message, capacity) ||

@@ -1,6 +1,7 @@
 /* The handle: its memory, its arrays, and the calls that a step makes. */
 #include "core.h"
 
+#include "law.h"
 #include "state.h"
 
 #include <math.h>
@@ -43,6 +44,7 @@ core *core_open(const void *blob, size_t size, void *memory)
 #define PLACE(name, length) c->name = at, at += length;
     STATE_ARRAYS(PLACE)
 #undef PLACE
+    for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
     tree_prepare(c);
     paths_prepare(c);
     laws_prepare(c);
@@ -78,10 +80,26 @@ double *core_array(core *c, const char *name, size_t *length)
         {"force_low", c->force_low, muscles},
         {"force_high", c->force_high, muscles},
         {"commands", c->commands, muscles},
+        {"task_bias", c->task_bias, 3 * tasks},
+        {"mass_matrix", c->mass_matrix, dofs * dofs},
+        {"coriolis", c->coriolis, dofs},
+        {"gravity", c->gravity, dofs},
+        {"qdd", c->qdd, dofs},
+        {"q", c->q, dofs},
+        {"qd", c->qd, dofs},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;
     return NULL;
+}
+
+const double *core_coordinates(const core *c, const char *field)
+{
+    const blob_view *blob = &c->blob;
+    return !strcmp(field, "damping") ? blob->damping
+           : !strcmp(field, "lower") ? blob->lower
+           : !strcmp(field, "upper") ? blob->upper
+                                     : NULL;
 }
 
 void core_move(core *c, const double *q)

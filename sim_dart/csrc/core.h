@@ -8,7 +8,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
+#if defined(CARDSFLOW_INSIDE) /* another library */
+#define CORE_API
+#elif defined(_WIN32)
 #define CORE_API __declspec(dllexport)
 #else
 #define CORE_API __attribute__((visibility("default")))
@@ -29,12 +31,18 @@ CORE_API size_t core_size(const void *blob, size_t size, char *message, size_t c
    outlive it. NULL if the blob is refused.                                                            */
 CORE_API core *core_open(const void *blob, size_t size, void *memory);
 
-/* A result array by name, and its number of elements; NULL if there is no such array.
+/* An array by name, and its number of elements; NULL if there is no such array.
      lengths        muscle path lengths l, muscles
      jacobian       L = dl/dq, muscles x dofs, row by row
      torques        -L'f, dofs
      task_values    task coordinates, tasks x 3: see enum task
      task_jacobian  their derivatives by q, tasks x 3 x dofs
+     task_bias      J'(q, qd) qd, tasks x 3
+     mass_matrix    M(q), dofs x dofs
+     coriolis       C(q, qd), dofs
+     gravity        G(q), dofs
+     q, qd          the state that core_step advances, dofs
+     qdd            accelerations, dofs
    Of the paths:
      points         via points in the world, points x 3
      surface_places a surface's centre and z axis in the world, surfaces x 6
@@ -50,6 +58,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      force_high     largest tension in reach, muscles
      commands       found by core_invert, muscles                                                      */
 CORE_API double *core_array(core *c, const char *name, size_t *length);
+
+/* damping, lower or upper of the coordinates, dofs, as the blob has them. */
+CORE_API const double *core_coordinates(const core *c, const char *field);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
 CORE_API void core_move(core *c, const double *q);
@@ -78,6 +89,28 @@ CORE_API void core_count_turns(core *c, int on);
 
 /* task_jacobian at the last q. */
 CORE_API void core_task_jacobian(core *c);
+
+/* task_bias at the last q. */
+CORE_API void core_task_bias(core *c, const double *qd);
+
+/* Terms of M qdd + C + G = tau at the last q; G is the weight's and the joints' springs'. */
+CORE_API void core_mass_matrix(core *c);
+CORE_API void core_coriolis(core *c, const double *qd);
+CORE_API void core_gravity(core *c);
+/* C + G in the place of `coriolis`. */
+CORE_API void core_bias(core *c, const double *qd);
+
+/* qdd of (M + diag(armature)) qdd + C + G = tau at the last q; here G is the weight's alone. */
+CORE_API void core_accelerate(core *c, const double *qd, const double *tau, const double *armature);
+
+/* Advance q, qd and law_states by steps of h with constant commands u (of an ideal cable its force) and
+   further generalised forces `extra` (NULL for none): semi-implicit Euler, with the joints' damping and
+   springs implicit:
+     (M + h D + h^2 K) qdd + C + G = -L'f + extra - D qd - K (q + h qd - rest)
+   (here G is the weight's alone) and joint limits as inelastic stops that are met exactly. 0; or 1 + the
+   index of the first coordinate that has diverged, dofs + 1 for a muscle's state; or -1 - the index of the
+   first command that is not finite, before anything moves.                                            */
+CORE_API int core_step(core *c, const double *u, const double *extra, double h, int32_t steps);
 
 /* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
    the law's range acts as the nearest one in it, that of a passive muscle is not looked at. Those that

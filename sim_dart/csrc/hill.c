@@ -1,4 +1,5 @@
 /* Muscles of Hill's type: rigid and elastic tendons. */
+#include "elementary.h"
 #include "hill.h"
 
 #include "root.h"
@@ -35,12 +36,12 @@ void hill_prepare(const double *p, double shortest, double steepest, double damp
                   double *k)
 {
     const double optimum = p[AT_optimal_fibre_length];
-    const double height = optimum * sin(p[AT_pennation_at_optimal]);
+    const double height = optimum * sine(p[AT_pennation_at_optimal]);
     k[LAW_LOW] = 0, k[LAW_HIGH] = 1;
     k[HILL_FORCE] = p[AT_max_isometric_force], k[HILL_OPTIMUM] = optimum;
     k[HILL_SLACK] = p[AT_tendon_slack_length], k[HILL_HEIGHT2] = height * height;
     k[HILL_SPEED] = p[AT_max_contraction_velocity] * optimum, k[HILL_DAMPING] = damping;
-    k[HILL_SHORTEST] = fmax(shortest * optimum, height / sin(steepest));
+    k[HILL_SHORTEST] = fmax(shortest * optimum, height / sine(steepest));
     k[HILL_NEAREST] = sqrt(fmax(k[HILL_SHORTEST] * k[HILL_SHORTEST] - k[HILL_HEIGHT2], 0));
     k[HILL_ELASTIC] = p[AT_elastic_tendon];
     k[HILL_PER_OPTIMUM] = 1 / optimum, k[HILL_PER_SPEED] = 1 / k[HILL_SPEED];

@@ -3,6 +3,7 @@
    De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44: Evaluation of direct collocation optimal
    control problem formulations for solving the muscle redundancy problem. The numbers are those of
    OpenSim's DeGrooteFregly2016Muscle: more digits than printed, so that fL(1) = 1 and fV(0) = 1.      */
+#include "elementary.h"
 #include "hill.h"
 
 #include <math.h>
@@ -15,7 +16,7 @@ enum { PER_WIDTH = HILL_CONSTANTS, PASSIVE_RATE, PASSIVE_FOOT, PASSIVE_SCALE, TE
 static inline double skewed(const double b[4], double z, double *slope)
 {
     const double per_width = 1 / (b[2] + b[3] * z), ratio = (z - b[1]) * per_width;
-    const double y = b[0] * exp(-0.5 * ratio * ratio);
+    const double y = b[0] * exponential(-0.5 * ratio * ratio);
     if (slope && y > 0) *slope += -y * ratio * (1 - ratio * b[3]) * per_width;
     return y;
 }
@@ -40,19 +41,19 @@ static double velocity(const double *k, double w, double *slope)
     (void)k;
     const double s = D2 * w + D3, root = sqrt(s * s + 1);
     if (slope) *slope = D1 * D2 / root;
-    return D1 * log(s + root) + D4;
+    return D1 * logarithm(s + root) + D4;
 }
 
 static double passive(const double *k, double x, double *slope)
 {
-    const double y = exp(k[PASSIVE_RATE] * (x - 1));
+    const double y = exponential(k[PASSIVE_RATE] * (x - 1));
     if (slope) *slope = k[PASSIVE_RATE] * y * k[PASSIVE_SCALE];
     return (y - k[PASSIVE_FOOT]) * k[PASSIVE_SCALE];
 }
 
 static double tendon(const double *k, double x, double *slope)
 {
-    const double y = 0.2 * exp(k[TENDON_RATE] * (x - 1));
+    const double y = 0.2 * exponential(k[TENDON_RATE] * (x - 1));
     if (slope) *slope = k[TENDON_RATE] * y;
     return y - 0.2;
 }
@@ -77,9 +78,9 @@ static void prepare(const double *p, double *k)
     hill_prepare(p, p[AT_elastic_tendon] ? shortest : 0, 1.5707963267948966, p[AT_fibre_damping],
                  p[AT_activation_smoothing], k);
     k[PER_WIDTH] = 1 / p[AT_active_width_scale];
-    k[PASSIVE_RATE] = shape / strain, k[PASSIVE_FOOT] = exp(shape * (shortest - 1) / strain);
-    k[PASSIVE_SCALE] = 1 / (exp(shape) - k[PASSIVE_FOOT]);
-    k[TENDON_RATE] = log((1 + 0.2) / 0.2) / p[AT_tendon_strain];
+    k[PASSIVE_RATE] = shape / strain, k[PASSIVE_FOOT] = exponential(shape * (shortest - 1) / strain);
+    k[PASSIVE_SCALE] = 1 / (exponential(shape) - k[PASSIVE_FOOT]);
+    k[TENDON_RATE] = logarithm((1 + 0.2) / 0.2) / p[AT_tendon_strain];
 }
 
 const tension_law LAW_DE_GROOTE = HILL_LAW(PARAMETERS, CONSTANTS);

@@ -6,6 +6,7 @@
 
    Chou & Hannaford 1996, IEEE Trans. Robotics Autom. 12. The pressure p, above that of the air, follows
    its set point u with a time constant.                                                               */
+#include "elementary.h"
 #include "law.h"
 
 #include <math.h>
@@ -62,7 +63,7 @@ static void start(const double *k, double l, double u, double *x)
 static void advance(const double *k, double *x, double l, double v, double u, double h)
 {
     (void)l, (void)v;
-    x[0] = k[TIME_CONSTANT] > 0 ? u + (x[0] - u) * exp(-h / k[TIME_CONSTANT]) : u;
+    x[0] = k[TIME_CONSTANT] > 0 ? u + (x[0] - u) * exponential(-h / k[TIME_CONSTANT]) : u;
 }
 
 const tension_law LAW_MCKIBBEN = {

@@ -13,6 +13,7 @@
 
    For a short time rho is constant, and so is whether the spring is taut: the equations are linear then
    and their Taylor series is summed up to rounding.                                                   */
+#include "elementary.h"
 #include "law.h"
 
 #include <math.h>
@@ -70,7 +71,7 @@ static const char *refusal(const double *p)
 static double efficiency(const double *k, double current, double speed)
 {
     const double eta = k[EFFICIENCY];
-    return eta + (1 / eta - eta) * (tanh(-500 * current * speed - 5) + 1) / 2;
+    return eta + (1 / eta - eta) * (hyperbolic_tangent(-500 * current * speed - 5) + 1) / 2;
 }
 
 static void prepare(const double *p, double *k)

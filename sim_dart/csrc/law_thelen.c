@@ -2,6 +2,7 @@
 
    Thelen 2003, J. Biomech. Eng. 125: Adjustment of muscle mechanics model parameters to simulate dynamic
    contractions in older adults. The tendon's toe is exact: it joins the line with equal slope.        */
+#include "elementary.h"
 #include "hill.h"
 
 #include <math.h>
@@ -26,7 +27,7 @@ static const double TOE_FORCE = 0.33, TOE_SHAPE = 3;
 
 static double active(const double *k, double x, double *slope)
 {
-    const double y = exp(-(x - 1) * (x - 1) / k[ACTIVE_SHAPE]);
+    const double y = exponential(-(x - 1) * (x - 1) / k[ACTIVE_SHAPE]);
     if (slope) *slope = -2 * (x - 1) / k[ACTIVE_SHAPE] * y;
     return y;
 }
@@ -57,9 +58,9 @@ static double passive(const double *k, double x, double *slope)
         if (slope) *slope = 0;
         return 0;
     }
-    const double rate = k[PASSIVE_SHAPE] / k[PASSIVE_STRAIN], scale = expm1(k[PASSIVE_SHAPE]);
-    if (slope) *slope = rate * exp(rate * (x - 1)) / scale;
-    return expm1(rate * (x - 1)) / scale;
+    const double rate = k[PASSIVE_SHAPE] / k[PASSIVE_STRAIN], scale = exponential_less_one(k[PASSIVE_SHAPE]);
+    if (slope) *slope = rate * exponential(rate * (x - 1)) / scale;
+    return exponential_less_one(rate * (x - 1)) / scale;
 }
 
 static double tendon(const double *k, double x, double *slope)
@@ -70,8 +71,8 @@ static double tendon(const double *k, double x, double *slope)
         return k[TENDON_SLOPE] * (strain - k[TOE_STRAIN]) + TOE_FORCE;
     }
     const double on = strain > 0 ? strain : 0;
-    if (slope) *slope = strain > 0 ? rate * exp(rate * on) * k[TOE_SCALE] : 0;
-    return expm1(rate * on) * k[TOE_SCALE];
+    if (slope) *slope = strain > 0 ? rate * exponential(rate * on) * k[TOE_SCALE] : 0;
+    return exponential_less_one(rate * on) * k[TOE_SCALE];
 }
 
 /* A muscle that is not active shortens at a quarter of the speed. */
@@ -105,7 +106,7 @@ static void prepare(const double *p, double *k)
     k[LINEAR_FROM] = (bent - 1) / (k[ECCENTRIC_SHAPE] * (most - bent));
     /* The toe rises to TOE_FORCE with the line's slope: its strain e_t is that where
        TOE_SHAPE TOE_FORCE exp(TOE_SHAPE) / (exp(TOE_SHAPE) - 1) / e_t = (1 - TOE_FORCE) / (strain - e_t) */
-    const double grown = exp(TOE_SHAPE), toe_slope = TOE_SHAPE * TOE_FORCE * grown / (grown - 1);
+    const double grown = exponential(TOE_SHAPE), toe_slope = TOE_SHAPE * TOE_FORCE * grown / (grown - 1);
     k[TOE_STRAIN] = p[AT_tendon_strain] * toe_slope / (1 - TOE_FORCE + toe_slope);
     k[TOE_SCALE] = TOE_FORCE / (grown - 1);
     k[TENDON_SLOPE] = (1 - TOE_FORCE) / (p[AT_tendon_strain] - k[TOE_STRAIN]);

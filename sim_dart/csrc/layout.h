@@ -23,7 +23,8 @@
     COUNT(law_parameters, 4194304)                                                                     \
     COUNT(surfaces, 65536)                                                                             \
     COUNT(wraps, 1048576)                                                                              \
-    COUNT(pulleys, 65536)
+    COUNT(pulleys, 65536)                                                                              \
+    COUNT(robots, 1)
 
 /* FIELD(element type, name, elements an item, count that says how many items)
      parent           frame that this one is fixed to at q = 0, or -1
@@ -32,6 +33,14 @@
      offset_rotation  the frame at q = 0 in the parent frame, row by row
      offset_position  its origin, in [m]
      axis             of the motion: unit vector in the frame
+     mass             of the bodies that the frame carries, in [kg]; may be 0
+     mass_centre      of these bodies, in the frame, in [m]
+     inertia          of these bodies about their mass centre, along the frame's axes: xx, yy, zz, xy,
+                      xz, yz, in [kg m2]
+     damping          of a coordinate, by its index in q
+     stiffness, rest  spring of a coordinate, by its index in q: torque -stiffness (q - rest)
+     lower, upper     limits of a coordinate, by its index in q; infinite where there is none
+     gravity          in the world, in [m/s2]
      muscle_points    via points of a muscle, at least 2
      point_frame      frame that a via point is fixed to, or -1
      point_position   in that frame, in [m]; muscle after muscle
@@ -61,6 +70,15 @@
     FIELD(double, offset_rotation, 9, dofs)                                                            \
     FIELD(double, offset_position, 3, dofs)                                                            \
     FIELD(double, axis, 3, dofs)                                                                       \
+    FIELD(double, mass, 1, dofs)                                                                       \
+    FIELD(double, mass_centre, 3, dofs)                                                                \
+    FIELD(double, inertia, 6, dofs)                                                                    \
+    FIELD(double, damping, 1, dofs)                                                                    \
+    FIELD(double, stiffness, 1, dofs)                                                                  \
+    FIELD(double, rest, 1, dofs)                                                                       \
+    FIELD(double, lower, 1, dofs)                                                                      \
+    FIELD(double, upper, 1, dofs)                                                                      \
+    FIELD(double, gravity, 3, robots)                                                                  \
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
     FIELD(int32_t, point_frame, 1, points)                                                             \
     FIELD(double, point_position, 3, points)                                                           \

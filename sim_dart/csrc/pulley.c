@@ -8,6 +8,7 @@
    CASPR takes the arc from a cosine, which is the same up to half a turn and the rest of a turn beyond.
 
    A far end inside the circle is reached on the smaller one that touches v at F and passes through it.    */
+#include "elementary.h"
 #include "wrap.h"
 
 #include "state.h"
@@ -19,18 +20,18 @@
 
 static void leave_along(contact *out, const double v[3], const double e[3], double turn)
 {
-    const double c = cos(turn), s = sin(turn);
+    const double c = cosine(turn), s = sine(turn);
     for (int k = 0; k < 3; k++) out->pull.leaving[k] = c * v[k] + s * e[k];
 }
 
 /* l = d b / sin b, with the chord d from F at the angle b to v: half of the arc's. */
 static void end_inside(const double v[3], const double e[3], double x, double y, contact *out)
 {
-    const double d = sqrt(x * x + y * y), chord = atan2(y, x), bb = chord * chord;
+    const double d = sqrt(x * x + y * y), chord = arc_tangent(y, x), bb = chord * chord;
     const int is_small = chord < 1e-4;
-    const double sine = sin(chord), ratio = is_small ? 1 + bb / 6 : chord / sine;
-    const double change = is_small ? chord / 3 : (sine - chord * cos(chord)) / (sine * sine);
-    const double radial[2] = {cos(chord), sine};
+    const double half_height = sine(chord), ratio = is_small ? 1 + bb / 6 : chord / half_height;
+    const double change = is_small ? chord / 3 : (half_height - chord * cosine(chord)) / (half_height * half_height);
+    const double radial[2] = {cosine(chord), half_height};
     out->pull.length = ratio * d;
     out->pull.angle = 2 * chord;
     for (int k = 0; k < 3; k++)
@@ -41,7 +42,7 @@ static void end_inside(const double v[3], const double e[3], double x, double y,
 /* exp(i turn) = i (x + i (y - R)) (R - i tangent) / |b - centre|^2 */
 static double turn_angle(double x, double y, double R, double tangent)
 {
-    const double turn = atan2(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
+    const double turn = arc_tangent(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
     if (turn >= 0) return turn;
     return x > 0 ? 0 : turn + 2 * PI; /* rounding where it runs straight on, or more than half a turn */
 }
@@ -73,5 +74,5 @@ void pulley_off(const double F[3], const double v[3], double R, const double b[3
     out->pull.angle = turn;
     leave_along(out, v, e, turn);
     for (int k = 0; k < 3; k++)
-        out->lift[k] = F[k] + R * (sin(turn) * v[k] + (1 - cos(turn)) * e[k]);
+        out->lift[k] = F[k] + R * (sine(turn) * v[k] + (1 - cosine(turn)) * e[k]);
 }

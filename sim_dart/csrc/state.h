@@ -14,6 +14,36 @@
     ARRAY(origin, 3 * dofs)   /* of the frame in the world; on the axis */                             \
     ARRAY(axis, 3 * dofs)     /* in the world */                                                       \
     ARRAY(point, 3 * points)  /* via points in the world */                                            \
+    ARRAY(link, 3 * dofs)     /* from the parent frame's origin to this one's, in the world */         \
+    ARRAY(spin, 3 * dofs)     /* angular velocity of the frame, in the world */                        \
+    ARRAY(slide, 3 * dofs)    /* what the motion's own velocity is: axis * qd */                       \
+    ARRAY(velocity, 3 * dofs) /* of the origin */                                                      \
+    ARRAY(centre, 3 * dofs)   /* first moment of mass about the origin, m r */                         \
+    ARRAY(moment, 9 * dofs)   /* second moment: inertia about the origin */                            \
+    ARRAY(drift, 6 * dofs)    /* acceleration of the frame beyond the parent's, at qdd = 0 */          \
+    ARRAY(acceleration, 6 * dofs)                                                                      \
+    ARRAY(wrench, 6 * dofs)   /* moment about the origin, force */                                     \
+    ARRAY(articulated, 27 * dofs)                                                                      \
+    ARRAY(reaction, 6 * dofs)                                                                          \
+    ARRAY(pivot, dofs)                                                                                 \
+    ARRAY(drive, dofs)                                                                                 \
+    ARRAY(mass_matrix, dofs *dofs)                                                                     \
+    ARRAY(coriolis, dofs)                                                                              \
+    ARRAY(gravity, dofs)                                                                               \
+    ARRAY(qdd, dofs)                                                                                   \
+    ARRAY(at, dofs)           /* q of the last move */                                                 \
+    ARRAY(q, dofs)            /* where the robot is */                                                 \
+    ARRAY(qd, dofs)                                                                                    \
+    ARRAY(load, dofs)         /* generalised forces of a step */                                       \
+    ARRAY(armature, dofs)                                                                              \
+    ARRAY(response, dofs *dofs) /* rows: what a unit impulse on a coordinate does to qd */             \
+    ARRAY(factor, dofs *dofs)                                                                          \
+    ARRAY(impulse, dofs)                                                                               \
+    ARRAY(target, dofs)                                                                                \
+    ARRAY(free, dofs)         /* velocities without any limit */                                       \
+    ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
+    ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
+    ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(jacobian, muscles *dofs)                                                                     \
     ARRAY(torques, dofs)                                                                               \
@@ -39,6 +69,7 @@
 struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps remember their turns */
+    int32_t has_laws;    /* whether any muscle is more than an ideal cable */
     STATE_ARRAYS(STATE_MEMBER)
 };
 #undef STATE_MEMBER
@@ -58,6 +89,17 @@ void tree_point(const core *c, int32_t frame, const double local[3], double worl
 void tree_direction(const core *c, int32_t frame, const double local[3], double world[3]);
 /* Velocity of a point that frame j carries, for unit velocity of its motion. */
 void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3]);
+/* link, at the last q; centre and moment; spin, velocity, slide and drift. */
+void dynamics_links(core *c);
+void dynamics_inertias(core *c);
+void dynamics_velocities(core *c, const double *qd);
+/* What the parent's acceleration is at the origin of frame i; that of the world is zero. */
+void dynamics_carry(const core *c, int32_t i, const double *accelerations, double out[6]);
+/* dqd = M^-1 impulse, with the articulated bodies of the last factorisation. */
+void dynamics_factor(core *c, const double *armature);
+void dynamics_respond(core *c, const double *impulse, double *change);
+/* Change qd so that no coordinate passes a limit within h. */
+void limits_keep(core *c, double h);
 void paths_prepare(core *c);
 void paths_move(core *c);
 void tasks_move(core *c);

@@ -1,22 +1,24 @@
 /* Task coordinates: where points are and how links are turned, and how q changes that. */
-#include "state.h"
+#include "elementary.h"
+#include "spatial.h"
 
-#include <math.h>
 #include <string.h>
 
 /* The angles of R = Rx(alpha) Ry(beta) Rz(gamma). */
 static void angles_of(const double R[9], double angles[3])
 {
-    angles[0] = atan2(-R[5], R[8]);
-    angles[1] = asin(fmax(-1.0, fmin(1.0, R[2])));
-    angles[2] = atan2(-R[1], R[0]);
+    angles[0] = arc_tangent(-R[5], R[8]);
+    angles[1] = arc_sine(R[2]);
+    angles[2] = arc_tangent(-R[1], R[0]);
 }
 
 /* Rates of the angles for an angular velocity w in the world:
    w = alpha' x + beta' Rx y + gamma' Rx Ry z, solved for the rates.                                    */
 static void angle_rates(const double angles[3], const double w[3], double rates[3])
 {
-    const double ca = cos(angles[0]), sa = sin(angles[0]), sb = sin(angles[1]), cb = cos(angles[1]);
+    double sa, ca, sb, cb;
+    sine_cosine(angles[0], &sa, &ca);
+    sine_cosine(angles[1], &sb, &cb);
     rates[1] = ca * w[1] + sa * w[2];
     rates[2] = (ca * w[2] - sa * w[1]) / cb;
     rates[0] = w[0] - sb * rates[2];
@@ -62,4 +64,53 @@ void core_task_jacobian(core *c)
             for (size_t row = 0; row < 3; row++)
                 c->task_jacobian[(3 * (size_t)k + row) * dofs + column] += rates[row];
         }
+}
+
+/* Derivative of angle_rates at constant angular acceleration alpha: solved from
+   alpha_w = d/dt (alpha' x + beta' Rx y + gamma' Rx Ry z).                                             */
+static void angle_accelerations(const double angles[3], const double w[3], const double alpha[3],
+                                double out[3])
+{
+    double sa, ca, sb, cb;
+    sine_cosine(angles[0], &sa, &ca);
+    sine_cosine(angles[1], &sb, &cb);
+    double rates[3];
+    angle_rates(angles, w, rates);
+    const double second[3] = {0, ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
+    const double first[3] = {1, 0, 0};
+    /* the axes turn: x stands still, y with alpha', z with alpha' x + beta' y */
+    double left[3] = {alpha[0], alpha[1], alpha[2]}, turn[3], change[3];
+    for (int k = 0; k < 3; k++) turn[k] = rates[0] * first[k];
+    cross3(change, turn, second);
+    for (int k = 0; k < 3; k++) left[k] -= rates[1] * change[k], turn[k] += rates[1] * second[k];
+    cross3(change, turn, third);
+    for (int k = 0; k < 3; k++) left[k] -= rates[2] * change[k];
+    angle_rates(angles, left, out);
+}
+
+void core_task_bias(core *c, const double *qd)
+{
+    dynamics_links(c);
+    dynamics_velocities(c, qd);
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        double *acceleration = c->acceleration + 6 * i;
+        dynamics_carry(c, i, c->acceleration, acceleration);
+        for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];
+    }
+    memset(c->task_bias, 0, 3 * (size_t)c->blob.counts.tasks * sizeof(double));
+    for (int32_t k = 0; k < c->blob.counts.tasks; k++) {
+        const int32_t frame = c->blob.task_frame[k];
+        double *bias = c->task_bias + 3 * k;
+        if (frame < 0) continue;
+        const double *spin = c->spin + 3 * frame, *acceleration = c->acceleration + 6 * frame;
+        if (c->blob.task_kind[k] == TASK_ORIENTATION) {
+            angle_accelerations(c->task_values + 3 * k, spin, acceleration, bias);
+            continue;
+        }
+        double arm[3];
+        for (int a = 0; a < 3; a++) arm[a] = c->task_values[3 * k + a] - c->origin[3 * frame + a];
+        memcpy(bias, acceleration + 3, 3 * sizeof(double));
+        add_cross3(bias, acceleration, arm);
+        add_centripetal(bias, spin, arm);
+    }
 }

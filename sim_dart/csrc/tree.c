@@ -1,7 +1,7 @@
 /* Kinematics of the tree: where every frame is, and how a joint moves a point. */
+#include "elementary.h"
 #include "state.h"
 
-#include <math.h>
 #include <string.h>
 
 /* R1 = R0 [a], R2 = R0 [a][a], so that Rodrigues' formula is two products and two sums an entry. */
@@ -41,12 +41,15 @@ static void frame_rotation(const core *c, int32_t i, double q, double R[9])
         memcpy(R, R0, 9 * sizeof(double));
         return;
     }
-    const double s = sin(q), v = 1 - cos(q);
+    double s, cosine;
+    sine_cosine(q, &s, &cosine);
+    const double v = 1 - cosine;
     for (int k = 0; k < 9; k++) R[k] = R0[k] + s * c->rotation_sin[9 * i + k] + v * c->rotation_cos[9 * i + k];
 }
 
 void tree_move(core *c, const double *q)
 {
+    memcpy(c->at, q, (size_t)c->blob.counts.dofs * sizeof(double));
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         const int32_t parent = c->blob.parent[i];
         const double qi = q[c->blob.coordinate[i]];

@@ -18,6 +18,7 @@
 #pragma GCC optimize("no-tree-vectorize") /* packing vectors of three into pairs costs more than it saves */
 #endif
 
+#include "elementary.h"
 #include "wrap.h"
 
 #include "state.h"
@@ -67,8 +68,8 @@ static double tapered(const wrap_surface *s, const view *v, double *slope)
     if (beyond <= 0) return s->radius;
     if (beyond >= s->radius) return 0;
     const double phase = PI * beyond / s->radius;
-    *slope = -0.5 * PI * sin(phase) * (z < 0 ? -1 : 1);
-    return 0.5 * s->radius * (1 + cos(phase));
+    *slope = -0.5 * PI * sine(phase) * (z < 0 ? -1 : 1);
+    return 0.5 * s->radius * (1 + cosine(phase));
 }
 
 /* The circle: no larger than the distance of either end, so that both lie on it or outside. */
@@ -137,7 +138,7 @@ static inline course choose(const wrap_surface *s, const wrap_way *way, const vi
 /* The angle from a to b by the shorter way, positive about the normal. */
 static double shorter_turn(const view *v)
 {
-    return atan2(v->cross, dot3(v->a, v->b));
+    return arc_tangent(v->cross, dot3(v->a, v->b));
 }
 
 /* The course that a remembered turning angle goes on with: less than half a turn has been made since. */
@@ -166,7 +167,7 @@ static inline double contact_angle(const view *v, const course *c, double ta, do
 {
     const double re = v->RR - ta * tb, im = -v->R * (ta + tb);
     const double ab = v->aa + v->ad, turned = c->sense * v->cross;
-    const double angle = atan2(ab * im + turned * re, ab * re - turned * im);
+    const double angle = arc_tangent(ab * im + turned * re, ab * re - turned * im);
     const double middle = (c->is_long ? PI : 0) + (re > 0 ? PI / 4 : -PI / 4);
     return angle < middle - PI ? angle + 2 * PI : angle > middle + PI ? angle - 2 * PI : angle;
 }

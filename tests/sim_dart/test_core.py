@@ -37,7 +37,13 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
         except CardsflowError:
             refused += 1
             continue
-        core.move(core.handle, np.zeros(64).tobytes())
+        zeros = np.zeros(64).tobytes()
+        core.move(core.handle, zeros)
+        core.update_mass_matrix(core.handle)
+        core.update_coriolis(core.handle, zeros)
+        core.update_gravity(core.handle)
+        core.update_task_bias(core.handle, zeros)
+        core.accelerate(core.handle, zeros, zeros, zeros)
         core.trace(core.handle)
     assert refused > 1000
 
@@ -52,6 +58,17 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
         ("axis", [[0, 2, 0], [0, 1, 0]], "frame 0: its axis"),
         ("offset_rotation", [np.eye(3), np.ones((3, 3))], "frame 1: its rotation"),
         ("offset_position", [[0, 0, np.nan], [0, 0, 0]], "frame 0: its position"),
+        ("coordinate", [1, 1], "frames 0 and 1 share coordinate 1"),
+        ("mass", [-1, 1], "frame 0: its mass"),
+        ("mass", [1, np.nan], "frame 1: its mass"),
+        ("mass_centre", [[0, 0, 0], [0, np.inf, 0]], "frame 1: its inertia"),
+        ("inertia", [[np.nan] * 6, [1] * 6], "frame 0: its inertia"),
+        ("damping", [0, -1], "coordinate 1: its damping"),
+        ("stiffness", [0, -1], "coordinate 1: its spring"),
+        ("rest", [np.inf, 0], "coordinate 0: its spring"),
+        ("lower", [0, 2], "coordinate 1: its limits"),
+        ("upper", [np.nan, 1], "coordinate 0: its limits"),
+        ("gravity", [0, 0, np.nan], "no finite gravity"),
         ("muscle_points", [1], "muscle 0: fewer"),
         ("muscle_points", [3], "do not add up"),
         ("point_frame", [-1, 2], "via point 1: there is no frame 2"),
@@ -64,7 +81,7 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
 def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
     names = [line.split()[:2] for line in library().core_layout().decode().splitlines()]
     counts = dict.fromkeys((name for kind, name in names if kind == "count"), 0)
-    counts |= {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1}
+    counts |= {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1, "robots": 1}
     fields: dict[str, object] = {name: [] for kind, name in names if kind not in ("count", "law")}
     fields |= {
         "parent": [-1, 0],
@@ -73,6 +90,15 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
         "offset_rotation": [np.eye(3), np.eye(3)],
         "offset_position": np.zeros((2, 3)),
         "axis": [[0, 1, 0], [0, 1, 0]],
+        "mass": [1, 2],
+        "mass_centre": np.zeros((2, 3)),
+        "inertia": np.ones((2, 6)),
+        "damping": [0, 0.1],
+        "stiffness": [0, 1],
+        "rest": [0, 0.5],
+        "lower": [-np.inf, -1],
+        "upper": [np.inf, 1],
+        "gravity": [0, 0, -9.81],
         "muscle_points": [2],
         "point_frame": [-1, 1],
         "point_position": [[0, 0, 0], [1, 0, 0]],

@@ -10,7 +10,13 @@ from oracles.mujoco_model import MujocoRobot
 from robots import planar_2r, random_robot
 
 from addin_sdfusion.robot import IDENTITY, Inertia, InputError, read_robot
-from sim_dart import DartDynamics, Plant
+from sim_dart import CoreDynamics, DartDynamics, Plant
+
+pytestmark = pytest.mark.native
+
+Engine = type[CoreDynamics] | type[DartDynamics]
+every_engine = pytest.mark.parametrize("engine", [CoreDynamics, DartDynamics])
+"""Both are to give the same terms."""
 
 CASPR_2R = {
     "Example_2R_planar_XZ__basic": "basic",
@@ -27,8 +33,9 @@ CASPR_OTHERS = {
 }
 
 
+@every_engine
 @pytest.mark.parametrize("file", [*CASPR_2R, *CASPR_OTHERS])
-def test_terms_equal_casprs_own(shared: Path, file: str) -> None:
+def test_terms_equal_casprs_own(engine: Engine, shared: Path, file: str) -> None:
     """M, G, L, l, J, y to 1e-10 and C, J' to 1e-8 of CASPR's own numbers.
 
     The 2R models are those of the example, the others are read from CASPR's files: ball and free
@@ -38,7 +45,7 @@ def test_terms_equal_casprs_own(shared: Path, file: str) -> None:
         robot = planar_2r(CASPR_2R[file])
     else:
         robot = read_robot(shared / "robots/caspr" / CASPR_OTHERS[file], file.split("__")[1])
-    dynamics = DartDynamics(robot)
+    dynamics = engine(robot)
     reference = json.loads((shared / "reference/caspr" / f"{file}.json").read_text())
     names = [muscle.name.replace("_", " ") for muscle in robot.muscles]
     assert names == [name.replace("_", " ") for name in reference["cable_names"]]
@@ -58,9 +65,10 @@ def test_terms_equal_casprs_own(shared: Path, file: str) -> None:
             np.testing.assert_allclose(dynamics.task_bias(q, qd), bias, rtol=0, atol=1e-8)
 
 
-def test_paper_era_model_has_casprs_published_terms() -> None:
+@every_engine
+def test_paper_era_model_has_casprs_published_terms(engine: Engine) -> None:
     """The spot values of one pose, to the digits they are given with."""
-    dynamics = DartDynamics(planar_2r("basic_4_cables_2018_10"))
+    dynamics = engine(planar_2r("basic_4_cables_2018_10"))
     q, qd = np.array([-0.4448, -0.3029]), np.array([-0.2181, 0.7428])
     L = [[-0.33126, 0], [-0.78211, -0.23618], [0.49093, 0], [1.41739, 0.71539]]
     lengths = [1.102993, 2.882402, 0.726739, 1.561710]
@@ -73,9 +81,10 @@ def test_paper_era_model_has_casprs_published_terms() -> None:
     np.testing.assert_allclose(dynamics.muscle_lengths(q), lengths, atol=5e-5)
 
 
-def test_terms_equal_the_closed_form_of_a_two_link_arm() -> None:
+@every_engine
+def test_terms_equal_the_closed_form_of_a_two_link_arm(engine: Engine) -> None:
     """Links of length 1 with the mass in the middle and no moment about the joint axis."""
-    dynamics, m, g = DartDynamics(planar_2r()), 0.1, 9.81
+    dynamics, m, g = engine(planar_2r()), 0.1, 9.81
     for q1, q2, u1, u2 in np.random.default_rng(0).uniform(-2, 2, (20, 4)):
         c2, s2 = np.cos(q2), np.sin(q2)
         M = m * np.array([[0.25 + 1.25 + c2, 0.25 + 0.5 * c2], [0.25 + 0.5 * c2, 0.25]])
@@ -87,10 +96,11 @@ def test_terms_equal_the_closed_form_of_a_two_link_arm() -> None:
         np.testing.assert_allclose(dynamics.gravity(q), G, rtol=0, atol=1e-14)
 
 
+@every_engine
 @pytest.mark.parametrize("seed", range(10))
-def test_terms_equal_mujocos_on_random_trees(seed: int) -> None:
+def test_terms_equal_mujocos_on_random_trees(engine: Engine, seed: int) -> None:
     robot = random_robot(seed)
-    dynamics, mujoco = DartDynamics(robot), MujocoRobot(robot)
+    dynamics, mujoco = engine(robot), MujocoRobot(robot)
     rng = np.random.default_rng(seed)
     for _ in range(5):
         q, qd = rng.uniform(-1.5, 1.5, (2, len(robot.coordinates)))
@@ -102,19 +112,21 @@ def test_terms_equal_mujocos_on_random_trees(seed: int) -> None:
         np.testing.assert_allclose(bias, mujoco.bias, rtol=1e-11, atol=1e-11)
 
 
+@every_engine
 @pytest.mark.parametrize("seed", range(5))
-def test_task_bias_is_the_rest_of_the_task_acceleration(seed: int) -> None:
+def test_task_bias_is_the_rest_of_the_task_acceleration(engine: Engine, seed: int) -> None:
     """J' qd = d(J qd)/dt at constant qd, by central differences."""
     robot = random_robot(seed)
-    dynamics, h = DartDynamics(robot), 1e-6
+    dynamics, h = engine(robot), 1e-6
     q, qd = np.random.default_rng(seed).uniform(-1, 1, (2, len(robot.coordinates)))
     ahead, behind = (dynamics.task_jacobian(q + s * h * qd) @ qd for s in (1, -1))
     np.testing.assert_allclose(dynamics.task_bias(q, qd), (ahead - behind) / (2 * h), atol=1e-7)
 
 
-def test_dynamics_never_disturb_a_plant() -> None:
+@every_engine
+def test_dynamics_never_disturb_a_plant(engine: Engine) -> None:
     robot = planar_2r()
-    plant, alone, dynamics = Plant(robot), Plant(robot), DartDynamics(robot)
+    plant, alone, dynamics = Plant(robot), Plant(robot), engine(robot)
     for _ in range(50):
         dynamics.mass_matrix([1.0, 2.0])
         dynamics.coriolis([1.0, 2.0], [3.0, 4.0])
@@ -123,19 +135,37 @@ def test_dynamics_never_disturb_a_plant() -> None:
     assert np.array_equal(plant.get_state(), alone.get_state())
 
 
-def test_zero_moment_of_inertia_makes_no_noise(capfd: pytest.CaptureFixture[str]) -> None:
+@every_engine
+def test_zero_moment_of_inertia_makes_no_noise(
+    engine: Engine, capfd: pytest.CaptureFixture[str]
+) -> None:
     """DART warns of inertias that it takes all the same; a user sees none of it."""
     Plant(planar_2r()).step([10.0] * 4)
-    DartDynamics(planar_2r()).mass_matrix([0.0, 0.0])
+    engine(planar_2r()).mass_matrix([0.0, 0.0])
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_robot_whose_motions_move_no_mass_is_refused() -> None:
+@every_engine
+def test_a_robot_whose_motions_move_no_mass_is_refused(engine: Engine) -> None:
     """Two parallel axes through one point, nothing but a massless link between them."""
     first, second = planar_2r().joints
     turned = replace(second, T_parent_joint=IDENTITY)
     massless = replace(planar_2r().links[0], inertia=Inertia(0.0))
     robot = replace(planar_2r(), joints=(first, turned), links=(massless, planar_2r().links[1]))
-    for make in (Plant, DartDynamics):
+    for make in (Plant, engine):
         with pytest.raises(InputError, match="mass matrix is singular"):
             make(robot)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_articulated_bodies_solve_the_equation_of_motion(seed: int) -> None:
+    """M qdd + C + G = tau, checked with DART's terms."""
+    robot = random_robot(seed, joints=12)
+    core, dart = CoreDynamics(robot), DartDynamics(robot)
+    rng = np.random.default_rng(seed)
+    for _ in range(5):
+        q, qd, tau = rng.uniform(-2, 2, (3, core.n))
+        qdd = core.acceleration(q, qd, tau)
+        M, h = dart.mass_matrix(q), dart.coriolis(q, qd) + dart.gravity(q)
+        scale = np.abs(M) @ np.abs(qdd) + np.abs(h) + np.abs(tau)
+        assert (np.abs(M @ qdd + h - tau) <= 1e-13 * scale.max()).all()

@@ -17,11 +17,12 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
     """Two muscles of two points, the first off a pulley and over a sphere, both over a cylinder."""
     names = [line.split() for line in library().core_layout().decode().splitlines()]
     counts = {words[1]: 0 for words in names if words[0] == "count"}
-    counts |= {"muscles": 2, "points": 4, "surfaces": 2, "wraps": 3, "pulleys": 1}
+    counts |= {"muscles": 2, "points": 4, "surfaces": 2, "wraps": 3, "pulleys": 1, "robots": 1}
     fields: dict[str, object] = {
         words[1]: [] for words in names if words[0] in ("double", "int32_t")
     }
     fields |= {
+        "gravity": [0, 0, -9.81],
         "muscle_points": [2, 2],
         "point_frame": [-1] * 4,
         "point_position": np.eye(4, 3),

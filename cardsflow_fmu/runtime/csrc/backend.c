@@ -1,6 +1,7 @@
 #include "backend.h"
 
 #include "environment.h"
+#include "native_model.h"
 #include "python_in_process.h"
 #include "python_worker.h"
 
@@ -27,6 +28,8 @@ int backend_open(struct model *model, const struct port_table *ports, const char
                  struct text *error)
 {
     int failed = 1;
+    if (native_file_exists(resources))
+        return native_open(model, ports, resources, error);
     char *wanted = environment_get("CARDSFLOW_FMU_HOST");
     if (!wanted)
         failed = open_where_it_fits(model, ports, resources, error);

@@ -1,0 +1,107 @@
+"""Native models: what an FMU needs to compute in C alone, without any Python; see native_file.h.
+
+The settings stand in the order that the C sources of the models say.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, Robot
+from sim_dart import compile_blob
+from sim_dart.tasks import point_rows, task_rows
+
+from .experiment import ControllerSettings, Experiment, TaskSettings
+from .native_reference import reference_settings
+
+NATIVE_FILE = "native.bin"
+NATIVE_MODELS = ("plant", "controller", "reference")
+
+_MAGIC = b"CARDSNAT"
+_VERSION = 1
+_HEADER_SIZE = 32
+_LAWS = ("joint_space", "operational_space")
+
+FloatArray = NDArray[np.float64]
+
+
+def native_file(experiment: Experiment, model: str) -> bytes:
+    """The contents of `resources/native.bin`.
+
+    Args:
+        experiment: What to simulate.
+        model: Which model of it.
+
+    Raises:
+        InputError: The experiment has something that the C core cannot do.
+    """
+    if model == "reference":
+        return _encode(model, b"", reference_settings(experiment))
+    if model == "plant":
+        robot = experiment.plant_robot
+        return _encode(model, compile_blob(robot), _robot_settings(robot))
+    robot, controller = experiment.robot, experiment.controller
+    _require_native(controller)
+    settings = [*_robot_settings(robot), *_controller_settings(robot, controller)]
+    return _encode(model, compile_blob(robot), settings)
+
+
+def _require_native(controller: ControllerSettings) -> None:
+    """Refuse what the laws in C lack."""
+    lacking = None
+    if controller.type not in _LAWS:
+        lacking = f"the law {controller.type!r} (only {' and '.join(_LAWS)})"
+    elif controller.tasks is not None and len(set(controller.tasks.priorities)) > 1:
+        lacking = "tasks of several priorities"
+    if lacking:
+        raise InputError(
+            f"a native controller does not have {lacking}; build the FMU without --native",
+            key="controller",
+        )
+
+
+def _encode(model: str, blob: bytes, settings: Sequence[ArrayLike]) -> bytes:
+    numbers = np.concatenate([np.ravel(np.asarray(s, dtype=np.float64)) for s in settings])
+    body = struct.pack("<III", NATIVE_MODELS.index(model), len(blob), numbers.size)
+    body += blob + bytes(-len(blob) % 8) + numbers.astype("<f8").tobytes()
+    size = _HEADER_SIZE - struct.calcsize("<III") + len(body)
+    return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
+
+
+def _robot_settings(robot: Robot) -> list[ArrayLike]:
+    points = [row // 3 for row in point_rows(robot)[::3]]
+    rows = task_rows(robot)
+    return [len(points), len(rows), points, rows]
+
+
+def _controller_settings(robot: Robot, controller: ControllerSettings) -> list[ArrayLike]:
+    own: list[ArrayLike] = [
+        controller.tasks is not None,
+        controller.ki,
+        controller.observer,
+        controller.delay,
+        controller.predict,
+        controller.weights,
+    ]
+    return own if controller.tasks is None else [*own, *_task_settings(robot, controller.tasks)]
+
+
+def _task_settings(robot: Robot, tasks: TaskSettings) -> list[ArrayLike]:
+    n = len(robot.coordinates)
+    posture, rest = tasks.posture, np.zeros(n)
+    return [
+        [frame.is_orientation for frame in robot.task_frames for _ in frame.axes],
+        tasks.acceleration_weights,
+        tasks.force_rate_weights,
+        tasks.pretension,
+        tasks.task_weights,
+        rest if posture is None else posture.kp,
+        rest if posture is None else posture.kd,
+        rest if posture is None else posture.q0,
+        tasks.limit_bandwidth or 0.0,
+    ]

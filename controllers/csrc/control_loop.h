@@ -1,0 +1,53 @@
+/* A computed-torque law ticking with a period, and what a sampled loop needs around it:
+
+     integral action       correction += T Ki e, at rest while the law cannot be met
+     disturbance observer  w += gain (w_seen - w),   gain = 1 - exp(-bandwidth T),
+                           w_seen = -L'f - h - M (qd - qd_last)/T - w_e, at the last tick
+     delay                 the law is evaluated at the state predicted for when its forces take effect
+
+   No allocation, no global state; the robot is known by a table of functions only.                     */
+#ifndef CARDSFLOW_CONTROL_LOOP_H
+#define CARDSFLOW_CONTROL_LOOP_H
+
+#include "computed_torque.h"
+
+/* What the loop asks of a robot, at any state. */
+typedef struct {
+    void *self;
+    /* M, n x n; h = C + G + D qd, n; L, m x n */
+    void (*terms)(void *self, const double *q, const double *qd, double *M, double *h, double *L);
+    /* In operational space: what is still to go to a position of the tasks, angles the shorter way round, k;
+       J, k x n; J' qd, k */
+    void (*tasks)(void *self, const double *q, const double *qd, const double *position, double *error,
+                  double *J, double *bias);
+} control_robot;
+
+typedef struct control_loop control_loop;
+
+/* Bytes of working memory; sizes as for computed_torque_size. */
+DUAL_NEWTON_API size_t control_loop_size(int coordinates, int muscles, int tasks);
+DUAL_NEWTON_API control_loop *control_loop_open(const control_robot *robot, int coordinates, int muscles,
+                                                int tasks, void *memory);
+/* The law in it, for its gains, bounds and weights. */
+DUAL_NEWTON_API computed_torque *control_loop_law(control_loop *s);
+
+/* An array by name: those of the loop are
+     ki               r
+     gain             1, of the observer; 0 for none
+     delay, predict   1 each: ticks until forces take effect, 0 or 1; whether to make up for that
+   Results:
+     acting           m: the forces from this tick to the next
+     disturbance      n: the observer's load
+   Everything that it remembers:
+     remembered                                                                                         */
+DUAL_NEWTON_API double *control_loop_array(control_loop *s, const char *name, size_t *length);
+
+/* Forget everything; f_min acts until the first forces do. */
+DUAL_NEWTON_API void control_loop_reset(control_loop *s);
+
+/* A tick; an enum computed_torque_status of the law. reference: position, velocity, acceleration, 3 x r;
+   load: known generalised load on the left of the motion equation, n.                                 */
+DUAL_NEWTON_API int control_loop_tick(control_loop *s, double period, const double *q, const double *qd,
+                                      const double *reference, const double *load);
+
+#endif

@@ -1,0 +1,220 @@
+/* Elementary functions: an exact reduction of the argument, then a polynomial.
+
+   The polynomials are minimax ones, found by Remez' algorithm for relative errors below 5e-18. Sums are
+   arranged so that what is rounded is small against the result.                                        */
+#include "elementary.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define HORNER(z, c) horner(z, c, sizeof c / sizeof *c)
+
+static double horner(double z, const double *c, size_t count)
+{
+    double sum = c[count - 1];
+    for (size_t k = count - 1; k-- > 0;) sum = sum * z + c[k];
+    return sum;
+}
+
+/* ------------------------------------------------------------------------------- sine and cosine */
+
+/* pi/2 in parts of 22 bits, so that multiples below 2^31 of all but the last are exact. */
+static const double QUARTER[4] = {1.570796012878418, 3.139164164167596e-07, 6.223371969669989e-14,
+                                  2.0222662487959506e-21};
+static const double TURNS = 0.6366197723675814; /* 2/pi */
+
+/* (sin x - x)/x^3 and (cos x - 1 + x^2/2)/x^4 by x^2, for |x| <= pi/4 */
+static const double SINE[] = {-0.16666666666666632,    0.008333333333322372,    -0.0001984126982977151,
+                              2.7557313678691495e-06, -2.5050755954726174e-08, 1.5896665643172655e-10};
+static const double COSINE[] = {0.0416666666666666,     -0.0013888888888874066, 2.4801587289444864e-05,
+                                -2.75573143410594e-07, 2.0875721678381953e-09, -1.1359562171885525e-11};
+
+/* x less the nearest multiple of pi/2, as high + low; the multiple, modulo 4. */
+static int reduce(double x, double *high, double *low)
+{
+    double n = x * TURNS, rest = x, lost = 0;
+    n = (double)(int64_t)(n < 0 ? n - 0.5 : n + 0.5);
+    for (int k = 0; k < 4; k++) { /* Knuth's two-sum keeps what each subtraction loses */
+        const double part = -n * QUARTER[k], sum = rest + part, back = sum - rest;
+        lost += (rest - (sum - back)) + (part - back);
+        rest = sum;
+    }
+    *high = rest + lost;
+    *low = (rest - *high) + lost;
+    return (int)((int64_t)n & 3);
+}
+
+/* of high + low, |high + low| <= pi/4 */
+static double small_sine(double high, double low)
+{
+    const double z = high * high;
+    return high + (z * high * HORNER(z, SINE) + low * (1 - 0.5 * z));
+}
+
+static double small_cosine(double high, double low)
+{
+    const double z = high * high, half = 0.5 * z, w = 1 - half;
+    return w + (((1 - w) - half) + (z * z * HORNER(z, COSINE) - high * low));
+}
+
+/* Not a number for what is not finite. */
+void sine_cosine(double x, double *sine, double *cosine)
+{
+    double high, low = 0;
+    int quarter = 0;
+    if (!(fabs(x) <= 1e9)) x = fmod(x, 6.283185307179586); /* further than any robot turns */
+    high = x;
+    if (fabs(x) > 0.785) quarter = reduce(x, &high, &low);
+    const double s = small_sine(high, low), c = small_cosine(high, low);
+    *sine = quarter == 0 ? s : quarter == 1 ? c : quarter == 2 ? -s : -c;
+    *cosine = quarter == 0 ? c : quarter == 1 ? -s : quarter == 2 ? -c : s;
+}
+
+double sine(double x)
+{
+    double s, c;
+    sine_cosine(x, &s, &c);
+    return s;
+}
+
+double cosine(double x)
+{
+    double s, c;
+    sine_cosine(x, &s, &c);
+    return c;
+}
+
+/* ------------------------------------------------------------------------------------ arc tangent */
+
+/* (atan x - x)/x^3 by x^2, for |x| <= 7/16 */
+static const double ARC[] = {-0.33333333333332926, 0.1999999999987503,   -0.14285714272372965,
+                             0.11111110399576317,  -0.09090886979963088, 0.07691873724338298,
+                             -0.0666104749337431,  0.05833400416770279,  -0.04976182551012515,
+                             0.03651550949356882,  -0.01626983448084869};
+
+/* atan of 0.5, 1, 1.5 and infinity as high + low */
+static const double CORNER[4][2] = {{0.4636476090008061, 2.2698777452961687e-17},
+                                    {0.7853981633974483, 3.061616997868383e-17},
+                                    {0.982793723247329, 1.3903311031230998e-17},
+                                    {1.5707963267948966, 6.123233995736766e-17}};
+
+/* of x >= 0: atan x = atan a + atan((x - a)/(1 + a x)) */
+static double arc_tangent_of(double x)
+{
+    int corner = -1;
+    if (x >= 0.4375) {
+        corner = x < 0.6875 ? 0 : x < 1.1875 ? 1 : x < 2.4375 ? 2 : 3;
+        x = corner == 0   ? (2 * x - 1) / (2 + x)
+            : corner == 1 ? (x - 1) / (x + 1)
+            : corner == 2 ? (x - 1.5) / (1 + 1.5 * x)
+                          : -1 / x;
+    }
+    const double z = x * x, bent = x * z * HORNER(z, ARC);
+    return corner < 0 ? x + bent : CORNER[corner][0] + (x + (bent + CORNER[corner][1]));
+}
+
+double arc_tangent(double y, double x)
+{
+    static const double PI = 3.141592653589793, PI_LOW = 1.2246467991473532e-16;
+    if (isnan(x) || isnan(y)) return NAN;
+    const double a = fabs(x), b = fabs(y);
+    double angle;
+    if (isinf(a) && isinf(b))
+        angle = CORNER[1][0];
+    else if (b == 0)
+        angle = 0;
+    else if (b > 1e300 * a) /* straight up, and a quotient could overflow */
+        return signbit(y) ? -CORNER[3][0] : CORNER[3][0];
+    else
+        angle = arc_tangent_of(b / a);
+    if (signbit(x)) angle = PI - (angle - PI_LOW);
+    return signbit(y) ? -angle : angle;
+}
+
+double arc_sine(double x)
+{
+    x = x < -1 ? -1 : x > 1 ? 1 : x;
+    return arc_tangent(x, sqrt((1 - x) * (1 + x)));
+}
+
+double arc_cosine(double x)
+{
+    x = x < -1 ? -1 : x > 1 ? 1 : x;
+    return arc_tangent(sqrt((1 - x) * (1 + x)), x);
+}
+
+/* ---------------------------------------------------------------------- exponential and logarithm */
+
+static const double LN2_HIGH = 0.6931471803691238, LN2_LOW = 1.9082149292705877e-10; /* 32 bits + rest */
+
+/* (r (e^r + 1)/(e^r - 1) - 2)/r^2 by r^2, for |r| <= ln(2)/2 */
+static const double EXP[] = {0.166666666666666, -0.002777777777698507, 6.613756312760736e-05,
+                             -1.6533892597968386e-06, 4.137774110612632e-08};
+
+/* (ln((1 + s)/(1 - s)) - 2s)/s^3 by s^2, for 1 + f within sqrt(1/2) and sqrt(2), s = f/(2 + f) */
+static const double LOG[] = {0.666666666666674,  0.39999999999378016, 0.2857142875130177, 0.22222197586901452,
+                             0.1818361903429931, 0.15312568241503632, 0.14811560129883308};
+
+/* (tanh x - x)/x^3 by x^2, for |x| <= 0.4 */
+static const double TANH[] = {-0.3333333333333333,    0.13333333333332628,   -0.0539682539675065,
+                              0.02186948849693757,    -0.008863234346172966, 0.00359210589232848,
+                              -0.0014555686280255324, 0.000587971111313554,  -0.00022913508403632726,
+                              6.856938213882136e-05};
+
+static double power_of_two(int exponent) /* within -1022 to 1023 */
+{
+    const uint64_t bits = (uint64_t)(exponent + 1023) << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
+double exponential(double x)
+{
+    if (isnan(x)) return x;
+    if (x > 709.782712893384) return INFINITY;
+    if (x < -745.2) return 0;
+    const double n = (double)(int)(x / 0.6931471805599453 + (x < 0 ? -0.5 : 0.5));
+    const double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
+    const double z = r * r, c = r - z * HORNER(z, EXP);
+    const double y = 1 - ((low - (r * c) / (2 - c)) - high);
+    const int k = (int)n, half_way = k / 2; /* 2^k itself may be beyond what a number can hold */
+    return y * power_of_two(half_way) * power_of_two(k - half_way);
+}
+
+double exponential_less_one(double x)
+{
+    if (fabs(x) > 0.34) return exponential(x) - 1; /* loses a digit at most; also NaN */
+    const double z = x * x, c = x - z * HORNER(z, EXP);
+    return x + x * c / (2 - c);
+}
+
+double logarithm(double x)
+{
+    if (!(x > 0)) return x == 0 ? -INFINITY : NAN;
+    if (isinf(x)) return x;
+    int k = 0;
+    if (x < 2.2250738585072014e-308) x *= 18014398509481984.0, k = -54; /* 2^54 */
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    k += (int)(bits >> 52) - 1023;
+    bits = (bits & 0xfffffffffffffu) | (uint64_t)1023 << 52;
+    memcpy(&x, &bits, sizeof x);
+    if (x > 1.4142135623730951) x *= 0.5, k++;
+    const double f = x - 1, s = f / (2 + f), z = s * s, half = 0.5 * f * f;
+    const double bent = z * HORNER(z, LOG);
+    return k * LN2_HIGH - ((half - (s * (half + bent) + k * LN2_LOW)) - f);
+}
+
+double hyperbolic_tangent(double x)
+{
+    if (isnan(x)) return x;
+    const double a = fabs(x);
+    if (a < 0.4) { /* the quotient would lose digits */
+        const double z = x * x;
+        return x + x * z * HORNER(z, TANH);
+    }
+    const double t = a > 20 ? 1 : 1 - 2 / (exponential(2 * a) + 1);
+    return x < 0 ? -t : t;
+}

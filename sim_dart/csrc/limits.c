@@ -1,0 +1,116 @@
+/* Joint limits: inelastic stops. With v the velocities that a step would end with, the impulses p solve
+
+     v + M^-1 p  within  (lower - q)/h  and  (upper - q)/h,   p_i pushing inwards, and only at a limit.
+
+   The set of limits that are met is found by exchange: take in the limit that is passed furthest, drop
+   those whose impulse would pull. M is positive definite, so that almost every step needs one or two
+   exchanges; their number is bounded all the same.                                                     */
+#include "spatial.h"
+
+#include <math.h>
+#include <string.h>
+
+static double *entry(const core *c, double *matrix, int32_t row, int32_t column)
+{
+    return matrix + (size_t)row * (size_t)c->blob.counts.dofs + (size_t)column;
+}
+
+/* By how much a velocity is under its lower bound (negative) or over its upper one. */
+static double excess(const core *c, int32_t j, double h)
+{
+    const double low = (c->blob.lower[j] - c->q[j]) / h, high = (c->blob.upper[j] - c->q[j]) / h;
+    return c->qd[j] < low ? c->qd[j] - low : c->qd[j] > high ? c->qd[j] - high : 0;
+}
+
+/* The coordinate that is furthest beyond a limit that is not met yet, or -1. */
+static int32_t furthest(const core *c, double h)
+{
+    int32_t found = -1;
+    double most = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const double by = c->side[j] == 0 ? fabs(excess(c, j, h)) : 0;
+        if (by > most) most = by, found = j;
+    }
+    return found;
+}
+
+/* Impulses of the coordinates met that bring each to its bound, by Cholesky's factors. */
+static void solve(core *c, int32_t count)
+{
+    double *p = c->impulse;
+    for (int32_t a = 0; a < count; a++) {
+        const int32_t i = (int32_t)c->met[a];
+        for (int32_t b = 0; b <= a; b++) {
+            double sum = *entry(c, c->response, i, (int32_t)c->met[b]);
+            for (int32_t k = 0; k < b; k++) sum -= *entry(c, c->factor, a, k) * *entry(c, c->factor, b, k);
+            *entry(c, c->factor, a, b) = a == b ? sqrt(sum) : sum / *entry(c, c->factor, b, b);
+        }
+        double sum = c->target[i] - c->free[i];
+        for (int32_t k = 0; k < a; k++) sum -= *entry(c, c->factor, a, k) * p[k];
+        p[a] = sum / *entry(c, c->factor, a, a);
+    }
+    for (int32_t a = count; a-- > 0;) {
+        for (int32_t k = a + 1; k < count; k++) p[a] -= *entry(c, c->factor, k, a) * p[k];
+        p[a] /= *entry(c, c->factor, a, a);
+    }
+}
+
+/* Drop the coordinate whose impulse pulls most; the number of those left. */
+static int32_t drop_pulling(core *c, int32_t count)
+{
+    int32_t worst = -1;
+    double most = 0;
+    for (int32_t a = 0; a < count; a++) {
+        const double pull = c->impulse[a] * c->side[(int32_t)c->met[a]];
+        if (pull > most) most = pull, worst = a;
+    }
+    if (worst < 0) return count;
+    c->side[(int32_t)c->met[worst]] = 0;
+    for (int32_t a = worst; a + 1 < count; a++) c->met[a] = c->met[a + 1];
+    return count - 1;
+}
+
+static void meet(core *c, int32_t j, int32_t count, double h)
+{
+    double *unit = c->impulse;
+    const int under = excess(c, j, h) < 0;
+    c->side[j] = under ? -1 : 1;
+    c->target[j] = ((under ? c->blob.lower[j] : c->blob.upper[j]) - c->q[j]) / h;
+    c->met[count] = j;
+    memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(double));
+    unit[j] = 1;
+    dynamics_respond(c, unit, entry(c, c->response, j, 0));
+}
+
+/* qd = free + M^-1 p; exactly the bound where a limit is met. */
+static void apply(core *c, int32_t count)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    memcpy(c->qd, c->free, (size_t)dofs * sizeof(double));
+    for (int32_t a = 0; a < count; a++) {
+        const double *row = entry(c, c->response, (int32_t)c->met[a], 0);
+        for (int32_t j = 0; j < dofs; j++) c->qd[j] += c->impulse[a] * row[j];
+    }
+    for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
+}
+
+void limits_keep(core *c, double h)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    memset(c->side, 0, dofs * sizeof(double));
+    int32_t count = 0, next = furthest(c, h);
+    if (next < 0) return;
+    memcpy(c->free, c->qd, dofs * sizeof(double));
+    memset(c->armature, 0, dofs * sizeof(double));
+    dynamics_factor(c, c->armature);
+    for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
+        meet(c, next, count++, h);
+        for (int32_t left = -1; left != count;) {
+            if (left >= 0) count = left;
+            solve(c, count);
+            left = drop_pulling(c, count);
+        }
+        apply(c, count);
+        next = furthest(c, h);
+    }
+}

@@ -1,0 +1,48 @@
+/* Spatial algebra, in world axes about the origin of each frame.
+
+   Motions are (angular, linear) pairs of the frame's origin, wrenches (moment, force) about it. Between a
+   frame and its parent lies a shift only, no rotation; and since the origin is the frame's own, long
+   chains lose no digits to the distance from the world's origin, as they would about that.
+
+   Accelerations are those of a stopwatch and a ruler: the linear part is the second derivative of the
+   origin's position.                                                                                  */
+#ifndef CARDSFLOW_SPATIAL_H
+#define CARDSFLOW_SPATIAL_H
+
+#include "state.h"
+
+static inline void add3(double out[3], const double v[3])
+{
+    for (int k = 0; k < 3; k++) out[k] += v[k];
+}
+
+static inline void add_cross3(double out[3], const double a[3], const double b[3])
+{
+    double product[3];
+    cross3(product, a, b);
+    add3(out, product);
+}
+
+/* w x (w x r) */
+static inline void add_centripetal(double out[3], const double w[3], const double r[3])
+{
+    double wr[3];
+    cross3(wr, w, r);
+    add_cross3(out, w, wr);
+}
+
+/* The generalised force of a wrench along a frame's motion, S'w. */
+static inline double along(const core *c, int32_t i, const double wrench[6])
+{
+    return dot3(c->axis + 3 * i, wrench + (c->blob.motion[i] == ROTATION ? 0 : 3));
+}
+
+/* Add a wrench about the origin of frame i to one about its parent's. */
+static inline void add_to_parent(const core *c, int32_t i, const double wrench[6], double parent[6])
+{
+    add3(parent, wrench);
+    add_cross3(parent, c->link + 3 * i, wrench + 3);
+    add3(parent + 3, wrench + 3);
+}
+
+#endif

@@ -1,0 +1,186 @@
+"""Native FMUs give what those with a Python model give, and hold nothing of Python."""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_host import load
+from robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu_instance import FmuInstance
+from cardsflow_fmu.foreign_fmu import fitting_wiring
+from cardsflow_fmu.master import Master, Recording
+from cardsflow_fmu.native import NATIVE_FILE, NATIVE_MODELS
+from cardsflow_fmu.ports import load_signals
+from cardsflow_fmu.simulation import build, simulate
+
+pytestmark = pytest.mark.native
+
+SETTINGS: dict[str, dict[str, object]] = {
+    "planar_2r": {"run.duration": 0.6},
+    "roboy_left_arm": {"run.duration": 0.3},
+}
+AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
+
+
+def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Recording:
+    """A run over the FMUs that are built."""
+    fmus = build(experiment, folder, native=native)
+    parts = {name: FmuInstance(name, file, folder / name) for name, file in fmus.items()}
+    loads = load_signals(experiment.robot)
+    master = Master(
+        [parts[name] for name in ("plant", "reference", "controller")],
+        fitting_wiring(experiment.wiring, experiment.fmus, parts.values(), loads),
+        step=experiment.run.step,
+        steps=experiment.run.steps,
+        coupling=experiment.run.coupling,
+        every={"controller": round(experiment.controller.period / experiment.run.step)},
+    )
+    recording = master.run()
+    for part in parts.values():
+        part.close()
+    return recording
+
+
+@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("around", [{}, AROUND], ids=["plain", "around"])
+@pytest.mark.parametrize("example", SETTINGS)
+def test_a_closed_loop_is_the_same(
+    example: str, around: dict[str, object], known: bool, tmp_path: Path
+) -> None:
+    """Positions to 1e-12, forces to 1e-9 of theirs, over hundreds of ticks."""
+    settings = SETTINGS[example] | around
+    if known:
+        frames = Experiment.load(EXAMPLES / example).robot.task_frames
+        force = {frame.name: [3.0, -2.0, 1.0] for frame in frames if not frame.is_orientation}
+        settings |= {"disturbance": {"force": force, "begin": 0.05, "end": 0.2, "known": True}}
+    experiment = Experiment.load(EXAMPLES / example, settings)
+    python = co_simulate(experiment, tmp_path / "python", native=False)
+    native = co_simulate(experiment, tmp_path / "native", native=True)
+    assert native.failure is None
+    assert native.names == python.names
+    for k, name in enumerate(python.names):
+        scale = max(np.abs(python.rows[:, k]).max(), 1.0)
+        near = 1e-9 if name.split(".")[0] in ("f", "slack") else 1e-12
+        np.testing.assert_allclose(
+            native.rows[:, k], python.rows[:, k], rtol=0, atol=near * scale, err_msg=name
+        )
+
+
+def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
+    experiment = Experiment.load(EXAMPLES / "planar_2r")
+    for file in build(experiment, tmp_path, native=True).values():
+        names = zipfile.ZipFile(file).namelist()
+        resources = {name for name in names if name.startswith("resources/")}
+        assert resources >= {f"resources/{NATIVE_FILE}", "resources/ports.bin"}
+        assert not [name for name in names if name.endswith((".py", "model.json", "python.txt"))]
+        description = fmpy.read_model_description(str(file))
+        assert not description.coSimulation.needsExecutionTool
+        assert description.coSimulation.canGetAndSetFMUstate
+        assert file.stat().st_size < 300_000
+
+
+@pytest.mark.parametrize("model", NATIVE_MODELS)
+def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
+    """Run on, go back, run on; and the same in another instance, from serialised bytes."""
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])
+    file = build(experiment, tmp_path, native=True)[model]
+    folder = tmp_path / "unpacked"
+    fmpy.extract(str(file), str(folder))
+    host = load(folder)
+    slave = host.slave
+    description = fmpy.read_model_description(str(folder))
+    kept = [
+        variable.valueReference
+        for variable in description.modelVariables
+        if variable.causality == "output"
+        and variable.type == "Real"
+        and variable.name != "solve_time"
+    ]
+
+    def begin() -> None:
+        assert host.instantiate(slave.guid, (folder / "resources").as_uri())
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+
+    def go(first: int, last: int) -> list[list[float]]:
+        rows = []
+        for k in range(first, last):
+            slave.doStep(k * 1e-2, 1e-2)
+            rows.append(slave.getReal(kept))
+        return rows
+
+    begin()
+    go(0, 5)
+    state = slave.getFMUstate()
+    stored = slave.serializeFMUstate(state)
+    wanted = go(5, 10)
+    slave.setFMUstate(state)
+    assert go(5, 10) == wanted
+    slave.freeFMUstate(state)
+    slave.fmi2FreeInstance(slave.component)
+    begin()
+    slave.setFMUstate(slave.deSerializeFMUstate(stored))
+    assert go(5, 10) == wanted
+    slave.fmi2FreeInstance(slave.component)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"controller.type": "lyapunov"}, "the law 'lyapunov'"),
+        ({"controller.type": "torque_position"}, "the law 'torque_position'"),
+    ],
+)
+def test_what_the_core_lacks_is_refused_by_name(
+    settings: dict[str, object], message: str, tmp_path: Path
+) -> None:
+    experiment = Experiment.load(EXAMPLES / "planar_2r", settings)
+    with pytest.raises(InputError, match=message):
+        build(experiment, tmp_path / "out", native=True)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("model", NATIVE_MODELS)
+def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
+    """Also with a checksum that fits: no number in it is trusted."""
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])
+    file = build(experiment, tmp_path, native=True)[model]
+    folder = tmp_path / "unpacked"
+    fmpy.extract(str(file), str(folder))
+    target = folder / "resources" / NATIVE_FILE
+    sound = target.read_bytes()
+    host = load(folder)
+    rng, refused = np.random.default_rng(0), 0
+    for _ in range(300):
+        damaged = bytearray(sound)
+        for _ in range(rng.integers(1, 4)):
+            at = rng.integers(20, len(damaged)) if rng.random() < 0.5 else rng.integers(20, 120)
+            damaged[at] = rng.integers(256)
+        damaged[16:20] = struct.pack("<I", zlib.crc32(bytes(damaged[20:])))
+        target.write_bytes(bytes(damaged))
+        refused += not host.instantiate(host.slave.guid, (folder / "resources").as_uri())
+    assert refused > 50
+    for cut in range(0, len(sound), 97):
+        target.write_bytes(sound[:cut])
+        assert not host.instantiate(host.slave.guid, (folder / "resources").as_uri())
+        assert "native.bin" in host.last
+
+
+def test_the_run_over_python_objects_is_the_same(tmp_path: Path) -> None:
+    """The native closed loop against the plain Python one."""
+    experiment = Experiment.load(EXAMPLES / "planar_2r", SETTINGS["planar_2r"])
+    native = co_simulate(experiment, tmp_path, native=True)
+    direct = simulate(experiment, through="direct")
+    for name in ("q.joint_1", "q.joint_2"):
+        column = native.rows[:, native.names.index(name)]
+        np.testing.assert_allclose(column, direct[name], rtol=0, atol=1e-12)
