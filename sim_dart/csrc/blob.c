@@ -1,9 +1,8 @@
 /* Opening a blob: nothing in it is trusted. */
+#include "message.h"
 #include "state.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 
 #define LAYOUT_COUNT(name, largest) "count " #name "\n"
 #define LAYOUT_FIELD(type, name, per_item, count) #type " " #name " " #per_item " " #count "\n"
@@ -34,7 +33,7 @@ static int refuse(char *message, size_t capacity, const char *format, ...)
     if (message && capacity) {
         va_list arguments;
         va_start(arguments, format);
-        vsnprintf(message, capacity, format, arguments);
+        message_write(message, capacity, format, arguments);
         va_end(arguments);
     }
     return 1;
