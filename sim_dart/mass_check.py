@@ -19,8 +19,13 @@ def require_inertia(robot: Robot, M: FloatArray) -> None:
         M: Its mass matrix at any position, shape (n, n).
 
     Raises:
-        InputError: The matrix is singular.
+        InputError: The matrix is singular, or a number of it is too large to compute with.
     """
+    if not np.isfinite(M).all():
+        raise InputError(
+            f"robot {robot.name!r}: its mass matrix is not finite; "
+            "its masses or lengths are too large"
+        )
     scale = np.sqrt(np.abs(np.diag(M)))
     scaled = M / np.outer(scale, scale) if scale.all() else np.zeros_like(M)
     if M.size and np.linalg.eigvalsh(scaled)[0] <= _SINGULAR:

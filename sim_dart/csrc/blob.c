@@ -1,10 +1,9 @@
 /* Opening a blob: nothing in it is trusted. */
 #include "law.h"
+#include "message.h"
 #include "state.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 
 #define LAYOUT_COUNT(name, largest) "count " #name "\n"
 #define PARAMETER_NAME(name) " " #name
@@ -34,7 +33,7 @@ int refuse(char *message, size_t capacity, const char *format, ...)
     if (message && capacity) {
         va_list arguments;
         va_start(arguments, format);
-        vsnprintf(message, capacity, format, arguments);
+        message_write(message, capacity, format, arguments);
         va_end(arguments);
     }
     return 1;

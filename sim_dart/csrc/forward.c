@@ -64,8 +64,9 @@ static void react(const core *c, int32_t i, const articulated *A, double U[6])
 /* A - U U'/d: what is left when the joint gives way. */
 static void release(articulated *A, const double U[6], double d)
 {
+    const double share = 1 / d; /* divisions are slow */
     for (int a = 0; a < 3; a++) {
-        const double n = U[a] / d, f = U[3 + a] / d;
+        const double n = U[a] * share, f = U[3 + a] * share;
         for (int b = 0; b < 3; b++) {
             A->I[3 * a + b] -= n * U[b];
             A->H[3 * a + b] -= n * U[3 + b];
@@ -89,6 +90,10 @@ static void skewed(double out[9], const double r[3], const double K[9])
 static void add_articulated(articulated *P, const articulated *A, const double r[3])
 {
     double rM[9], rH[9], Ht[9], rMt[9], rMr[9];
+    if (r[0] == 0 && r[1] == 0 && r[2] == 0) { /* the motions of one joint share their origin */
+        for (int k = 0; k < 9; k++) P->I[k] += A->I[k], P->H[k] += A->H[k], P->M[k] += A->M[k];
+        return;
+    }
     skewed(rM, r, A->M);
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) Ht[3 * a + b] = A->H[3 * b + a], rMt[3 * a + b] = rM[3 * b + a];

@@ -85,10 +85,7 @@ int refuse(char *message, size_t capacity, const char *format, ...);
 
 void tree_prepare(core *c);
 void tree_move(core *c, const double *q);
-void tree_point(const core *c, int32_t frame, const double local[3], double world[3]);
 void tree_direction(const core *c, int32_t frame, const double local[3], double world[3]);
-/* Velocity of a point that frame j carries, for unit velocity of its motion. */
-void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3]);
 /* link, at the last q; centre and moment; spin, velocity, slide and drift. */
 void dynamics_links(core *c);
 void dynamics_inertias(core *c);
@@ -140,5 +137,7 @@ static inline void multiply3(double out[9], const double A[9], const double B[9]
         for (int k = 0; k < 3; k++)
             out[3 * i + k] = A[3 * i] * B[k] + A[3 * i + 1] * B[3 + k] + A[3 * i + 2] * B[6 + k];
 }
+
+#include "points.h"
 
 #endif

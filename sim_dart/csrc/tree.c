@@ -16,16 +16,6 @@ void tree_prepare(core *c)
     }
 }
 
-void tree_point(const core *c, int32_t frame, const double local[3], double world[3])
-{
-    if (frame < 0) {
-        memcpy(world, local, 3 * sizeof(double));
-        return;
-    }
-    rotate3(world, c->rotation + 9 * frame, local);
-    for (int k = 0; k < 3; k++) world[k] += c->origin[3 * frame + k];
-}
-
 void tree_direction(const core *c, int32_t frame, const double local[3], double world[3])
 {
     if (frame < 0)
@@ -64,15 +54,4 @@ void tree_move(core *c, const double *q)
         if (c->blob.motion[i] == TRANSLATION)
             for (int k = 0; k < 3; k++) origin[k] += qi * axis[k];
     }
-}
-
-void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3])
-{
-    const double *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
-    if (c->blob.motion[j] == TRANSLATION) {
-        memcpy(velocity, axis, 3 * sizeof(double));
-        return;
-    }
-    const double arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
-    cross3(velocity, axis, arm);
 }

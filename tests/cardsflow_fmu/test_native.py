@@ -10,16 +10,13 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from co_simulation import co_simulate
 from fmu_host import load
 from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu_instance import FmuInstance
-from cardsflow_fmu.foreign_fmu import fitting_wiring
-from cardsflow_fmu.master import Master, Recording
 from cardsflow_fmu.native import NATIVE_FILE, NATIVE_MODELS
-from cardsflow_fmu.ports import load_signals
 from cardsflow_fmu.simulation import build, simulate
 
 pytestmark = pytest.mark.native
@@ -29,25 +26,6 @@ SETTINGS: dict[str, dict[str, object]] = {
     "roboy_left_arm": {"run.duration": 0.3},
 }
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
-
-
-def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Recording:
-    """A run over the FMUs that are built."""
-    fmus = build(experiment, folder, native=native)
-    parts = {name: FmuInstance(name, file, folder / name) for name, file in fmus.items()}
-    loads = load_signals(experiment.robot)
-    master = Master(
-        [parts[name] for name in ("plant", "reference", "controller")],
-        fitting_wiring(experiment.wiring, experiment.fmus, parts.values(), loads),
-        step=experiment.run.step,
-        steps=experiment.run.steps,
-        coupling=experiment.run.coupling,
-        every={"controller": round(experiment.controller.period / experiment.run.step)},
-    )
-    recording = master.run()
-    for part in parts.values():
-        part.close()
-    return recording
 
 
 @pytest.mark.parametrize("known", [False, True])

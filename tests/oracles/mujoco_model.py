@@ -22,21 +22,36 @@ class MujocoRobot:
     Args:
         robot: The robot.
         inertias: Whether to hand over the links' inertias; MuJoCo refuses zero moments.
+        step: Of `run`, in [s].
     """
 
-    def __init__(self, robot: Robot, *, inertias: bool = True) -> None:
-        xml = etree.tostring(_model(robot, inertias), encoding="unicode")
+    def __init__(self, robot: Robot, *, inertias: bool = True, step: float = 1e-3) -> None:
+        xml = etree.tostring(_model(robot, inertias, step), encoding="unicode")
         self.model: Any = mujoco.MjModel.from_xml_string(xml)
         self.data: Any = mujoco.MjData(self.model)
-        self._order = [
-            self.model.joint(j.name).dofadr[0] for j in robot.joints if j.type != "fixed"
-        ]
+        self._order = [self.model.joint(c.name).dofadr[0] for c in robot.coordinates]
 
     def move(self, q: Sequence[float], qd: Sequence[float] | None = None) -> None:
         """Go to a state and evaluate everything that depends on it."""
         self.data.qpos[self._order] = q
         self.data.qvel[self._order] = 0.0 if qd is None else qd
         mujoco.mj_forward(self.model, self.data)
+
+    def acceleration(self, tau: FloatArray) -> FloatArray:
+        """Qdd of M qdd + C + G + D qd = tau at the last state, shape (n,)."""
+        self.data.qfrc_applied[self._order] = tau
+        mujoco.mj_forward(self.model, self.data)
+        return np.array(self.data.qacc)[self._order]
+
+    def run(self, forces: Sequence[float] | FloatArray, steps: int) -> None:
+        """Advance by steps with constant muscle forces: semi-implicit Euler, implicit damping."""
+        self.data.ctrl[:] = forces
+        mujoco.mj_step(self.model, self.data, steps)
+
+    @property
+    def q(self) -> FloatArray:
+        """Positions, shape (n,)."""
+        return np.array(self.data.qpos)[self._order]
 
     @property
     def lengths(self) -> FloatArray:
@@ -66,14 +81,17 @@ class MujocoRobot:
         return np.array(self.data.qfrc_bias)[self._order]
 
 
-def _model(robot: Robot, inertias: bool) -> Any:
+def _model(robot: Robot, inertias: bool, step: float) -> Any:
     root = etree.Element("mujoco")
     etree.SubElement(root, "compiler", angle="radian", autolimits="false")
-    etree.SubElement(root, "option", gravity=_text(robot.gravity))
+    etree.SubElement(root, "option", gravity=_text(robot.gravity), timestep=repr(step))
     bodies = {WORLD: etree.SubElement(root, "worldbody")}
     for joint in robot.joints:
         bodies[joint.child] = _body(robot, joint, bodies[joint.parent], inertias)
     _tendons(robot, root, bodies)
+    actuators = etree.SubElement(root, "actuator")
+    for muscle in robot.muscles:  # which pulls where a motor pushes
+        etree.SubElement(actuators, "motor", tendon=muscle.name, gear="-1")
     return root
 
 
@@ -83,14 +101,16 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
         parent, "body", name=joint.child, pos=_text(T[:3, 3]), quat=_quaternion(T)
     )
     R_child_joint = _matrix(joint.T_child_joint)[:3, :3]
-    if joint.type != "fixed":
+    for motion in joint.motions:  # MuJoCo, too, applies those of one body in turn
+        coordinate = joint.coordinates[motion.coordinate]
         etree.SubElement(
             body,
             "joint",
-            name=joint.name,
-            type={"revolute": "hinge", "prismatic": "slide"}[joint.type],
+            name=coordinate.name,
+            type={"rotation": "hinge", "translation": "slide"}[motion.kind],
             pos=_text(joint.T_child_joint.position),
-            axis=_text(R_child_joint @ np.array(joint.motions[0].axis)),
+            axis=_text(R_child_joint @ np.array(motion.axis)),
+            damping=repr(coordinate.damping),
         )
     inertia = robot.link(joint.child).inertia
     moments = (inertia.ixx, inertia.iyy, inertia.izz, inertia.ixy, inertia.ixz, inertia.iyz)

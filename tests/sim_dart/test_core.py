@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 import pytest
 from robots import planar_2r, random_robot
@@ -111,6 +113,16 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
     Core(pack_blob(counts, fields))
     with pytest.raises(CardsflowError, match=message):
         Core(pack_blob(counts, fields | {field: value}))
+
+
+@pytest.mark.parametrize("capacity", [1, 2, 30, 64])
+def test_a_message_is_cut_at_its_capacity(capacity: int) -> None:
+    blob = np.frombuffer(compile_blob(planar_2r()), np.float64)
+    message = ctypes.create_string_buffer(b"?" * 64, 64)
+    whole = f"the blob has {blob.nbytes - 8} bytes, its header promises {blob.nbytes}"
+    assert library().core_size(blob.ctypes.data, blob.nbytes - 8, message, capacity) == 0
+    assert message.value.decode() == whole[: capacity - 1]
+    assert message.raw[capacity:] == (b"?" * 64)[capacity:]
 
 
 def test_the_layout_text_names_every_count_and_field() -> None:

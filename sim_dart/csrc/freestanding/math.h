@@ -1,0 +1,21 @@
+/* What the core and the control laws use of <math.h>, for machines without a C library.
+
+   All of it is exact or, as the square root, rounded in one way by IEEE 754, so that nothing depends on
+   whose it is. `sqrt` is an instruction of the processor; where it has none, the compiler's own library
+   must have it: compile with -fno-math-errno.                                                         */
+#ifndef CARDSFLOW_FREESTANDING_MATH_H
+#define CARDSFLOW_FREESTANDING_MATH_H
+
+#define NAN __builtin_nanf("")
+#define INFINITY __builtin_inff()
+
+#define isfinite(x) __builtin_isfinite(x)
+#define isnan(x) __builtin_isnan(x)
+#define isinf(x) __builtin_isinf(x)
+#define signbit(x) __builtin_signbit(x)
+#define fabs(x) __builtin_fabs(x)
+
+double sqrt(double x);
+double fmod(double x, double y);
+
+#endif

@@ -1,0 +1,31 @@
+/* Points that frames carry. Here for speed: every muscle asks for all of its points, so that they are to be
+   compiled into whoever asks. state.h includes this.                                                   */
+#ifndef CARDSFLOW_POINTS_H
+#define CARDSFLOW_POINTS_H
+
+#include <string.h>
+
+/* Where a point of a frame is in the world; frame -1 is the world itself. */
+static inline void tree_point(const core *c, int32_t frame, const double local[3], double world[3])
+{
+    if (frame < 0) {
+        memcpy(world, local, 3 * sizeof(double));
+        return;
+    }
+    rotate3(world, c->rotation + 9 * frame, local);
+    for (int k = 0; k < 3; k++) world[k] += c->origin[3 * frame + k];
+}
+
+/* Velocity of a point that frame j carries, for unit velocity of its motion. */
+static inline void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3])
+{
+    const double *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
+    if (c->blob.motion[j] == TRANSLATION) {
+        memcpy(velocity, axis, 3 * sizeof(double));
+        return;
+    }
+    const double arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
+    cross3(velocity, axis, arm);
+}
+
+#endif

@@ -1,0 +1,75 @@
+"""Writes example.h: the robot and the settings of an example as constant data in C."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from vector_file import law_arrays
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.models.reference import make_reference
+from controllers.dual_newton import library
+from sim_dart import compile_blob
+from sim_dart.core import library as core_library
+from sim_dart.tasks import task_rows
+
+
+def write_example(path: Path, experiment: Experiment) -> int:
+    """Write example.h; returns the bytes of the robot's blob."""
+    robot, settings = experiment.robot, experiment.controller
+    blob = compile_blob(robot)
+    rows = [] if settings.space == "joint" else task_rows(robot)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    words = np.frombuffer(blob, "<u8")
+    reference = np.array(make_reference(experiment).evaluate(0.5)[:3])
+    arrays = {name: np.ravel(values) for name, values in law_arrays(experiment).items()}
+    lines = [
+        "#include <stddef.h>",
+        "#include <stdint.h>",
+        f"enum {{ COORDINATES = {n}, MUSCLES = {m}, TASKS = {len(rows)} }};",
+        f"enum {{ ROBOT_MEMORY = {_core_size(blob)} }};",
+        f"enum {{ LOOP_MEMORY = {_loop_size(n, m, len(rows))} }};",
+        f"static const uint64_t BLOB[] = {{{', '.join(f'{word}u' for word in words)}}};",
+        _array("TASK_ROWS", [*rows, 0.0]),
+        _array("START", experiment.start.q),
+        _array("REFERENCE", np.ravel(reference)),
+        f"enum {{ PLANT_STEPS = {round(settings.period / experiment.plant.step)} }};",
+        f"static const double PLANT_STEP = {experiment.plant.step.hex()};",
+        f"static const double PERIOD = {float(settings.period).hex()};",
+        *(_array(_identifier(name), values) for name, values in arrays.items()),
+        "static const struct { const char *name; const double *values; size_t count; }",
+        "SETTINGS[] = {",
+        *(f'{{"{name}", {_identifier(name)}, {len(a)}}},' for name, a in arrays.items()),
+        "};",
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    return len(blob)
+
+
+def _core_size(blob: bytes) -> int:
+    """Bytes on this machine, whose pointers are not smaller."""
+    words = np.frombuffer(blob, np.float64)
+    return -(-int(core_library().core_size(words.ctypes.data, len(blob), None, 0)) // 8) * 8
+
+
+def _loop_size(n: int, m: int, k: int) -> int:
+    size = library().control_loop_size
+    return -(-int(size(n, m, k)) // 8) * 8
+
+
+def _identifier(name: str) -> str:
+    return name.replace(".", "_").upper()
+
+
+def _array(name: str, values: ArrayLike) -> str:
+    """A constant array; written as hexadecimal floats, so that no digit is lost."""
+    numbers = [_number(float(value)) for value in np.ravel(np.asarray(values, float))]
+    return f"static const double {name}[] = {{{', '.join(numbers)}}};"
+
+
+def _number(value: float) -> str:
+    if np.isinf(value):
+        return "-__builtin_inf()" if value < 0 else "__builtin_inf()"
+    return value.hex()

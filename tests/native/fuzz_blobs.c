@@ -1,0 +1,86 @@
+/* Opens damaged robot blobs: fuzz_blobs FIRST COUNT BLOB...
+
+   Each is refused with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
+   were refused. The sanitizers that this is compiled with end it at anything else.                      */
+#include "core.h"
+#include "mutate.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double *array(core *c, const char *name, size_t *length)
+{
+    return core_array(c, name, length);
+}
+
+/* Numbers that a simulation may come to, and now and then such as it may not. */
+static double *numbers(uint64_t *state, size_t count)
+{
+    const double odd[] = {NAN, INFINITY, -INFINITY, 1e300, 1e9, -1e9, 0};
+    double *values = malloc((count + !count) * sizeof *values);
+    if (!values) exit(2);
+    const int wild = draw(state) % 8 == 0;
+    for (size_t i = 0; i < count; i++)
+        values[i] = wild && draw(state) % 4 == 0 ? odd[draw(state) % 7] : (double)(draw(state) >> 40) / 5e6 - 1.5;
+    return values;
+}
+
+static void use(core *c, uint64_t *state)
+{
+    size_t n, m;
+    double *own_q = array(c, "q", &n), *own_qd = array(c, "qd", &n);
+    array(c, "lengths", &m);
+    double *q = numbers(state, n), *qd = numbers(state, n), *f = numbers(state, m);
+    if (!core_move_checked(c, q, qd)) {
+        memcpy(own_q, q, n * sizeof(double));
+        memcpy(own_qd, qd, n * sizeof(double));
+        core_step(c, f, NULL, 1e-3, 3);
+    }
+    core_move(c, q);
+    core_pull(c, f);
+    core_task_jacobian(c);
+    core_task_bias(c, qd);
+    core_mass_matrix(c);
+    core_coriolis(c, qd);
+    core_gravity(c);
+    core_accelerate(c, qd, qd, q);
+    free(q), free(qd), free(f);
+}
+
+static int is_refused(const unsigned char *contents, size_t size, uint64_t *state)
+{
+    char message[64] = "";
+    unsigned char *blob = mutated(state, contents, &size, 0);
+    const size_t needed = core_size(blob, size, message, sizeof message);
+    if (needed > (size_t)1 << 28) { /* a large robot, not a wrong one */
+        free(blob);
+        return 0;
+    }
+    if (!needed && !*message) exit(3); /* without a reason */
+    void *memory = needed ? malloc(needed) : NULL;
+    if (needed) {
+        core *c = core_open(blob, size, memory);
+        if (!c) exit(4);
+        use(c, state);
+    }
+    free(memory), free(blob);
+    return !needed;
+}
+
+int main(int argc, char **argv)
+{
+    unsigned long refused = 0;
+    if (argc < 4) return 2;
+    const unsigned long first = strtoul(argv[1], NULL, 10), count = strtoul(argv[2], NULL, 10);
+    for (unsigned long number = first; number < first + count; number++) {
+        size_t size;
+        uint64_t state = number;
+        unsigned char *contents = file_contents(argv[3 + draw(&state) % (uint64_t)(argc - 3)], &size);
+        refused += (unsigned long)is_refused(contents, size, &state);
+        free(contents);
+    }
+    printf("%lu\n", refused);
+    return 0;
+}

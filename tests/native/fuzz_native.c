@@ -1,0 +1,106 @@
+/* Opens damaged files of native FMUs: fuzz_native FIRST COUNT SCRATCH RESOURCES...
+
+   SCRATCH is a folder to write in; RESOURCES are those of sound FMUs. Each damaged native.bin is refused
+   with a message, or is a model that can be stepped, saved and restored; half of them have a checksum
+   that fits. Prints how many were refused.                                                              */
+#include "mutate.h"
+#include "native_model.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CHECKED_FROM = 20 };
+
+static uint32_t checksum(const unsigned char *bytes, size_t size)
+{
+    uint32_t crc = 0xffffffffu;
+    for (size_t i = 0; i < size; i++) {
+        crc ^= bytes[i];
+        for (int k = 0; k < 8; k++) crc = crc >> 1 ^ (0xedb88320u & (0u - (crc & 1u)));
+    }
+    return ~crc;
+}
+
+/* Length and checksum as they should be. */
+static void seal(unsigned char *bytes, size_t size)
+{
+    if (size < CHECKED_FROM) return;
+    const uint32_t values[2] = {(uint32_t)size, checksum(bytes + CHECKED_FROM, size - CHECKED_FROM)};
+    memcpy(bytes + 12, values, sizeof values);
+}
+
+static char *joined(const char *folder, const char *name)
+{
+    char *path = malloc(strlen(folder) + strlen(name) + 2);
+    if (!path) exit(2);
+    sprintf(path, "%s/%s", folder, name);
+    return path;
+}
+
+static void write_file(const char *folder, const unsigned char *bytes, size_t size)
+{
+    char *path = joined(folder, "native.bin");
+    FILE *file = fopen(path, "wb");
+    if (!file || fwrite(bytes, 1, size, file) != size || fclose(file)) exit(2);
+    free(path);
+}
+
+static void restore(struct model *model)
+{
+    void *bytes = NULL;
+    size_t size = 0;
+    if (!model->functions->get_state(model, &bytes, &size)) model->functions->set_state(model, bytes, size);
+    free(bytes);
+}
+
+static void use(struct model *model, const struct port_table *ports, uint64_t *state)
+{
+    model->clock[0] = 0, model->clock[1] = 0.005;
+    if (model->functions->initialize(model)) return;
+    for (int step = 0; step < 3; step++, model->clock[0] += 0.005) {
+        for (size_t i = 0; i < ports->count; i++)
+            if (ports->ports[i].causality == CAUSALITY_INPUT)
+                model->values[i] += (double)(draw(state) >> 44) / 1e6 - 0.5;
+        if (model->functions->step(model)) return;
+        restore(model);
+    }
+}
+
+static int is_refused(const char *scratch, const char *resources, uint64_t *state)
+{
+    struct port_table ports;
+    struct model model = {0};
+    struct text error = {0};
+    size_t size;
+    char *path = joined(resources, "native.bin");
+    unsigned char *sound = file_contents(path, &size);
+    const size_t safe = draw(state) % 2 ? CHECKED_FROM : 0;
+    unsigned char *bytes = mutated(state, sound, &size, safe);
+    if (safe) seal(bytes, size);
+    write_file(scratch, bytes, size);
+    if (port_table_read(&ports, resources, &error)) exit(2);
+    const int refused = native_open(&model, &ports, scratch, &error);
+    if (refused && !*text_get(&error)) exit(3); /* without a reason */
+    if (!refused) {
+        use(&model, &ports, state);
+        model.functions->close(&model);
+    }
+    text_free(&model.error), text_free(&error), port_table_free(&ports);
+    free(bytes), free(sound), free(path);
+    return refused;
+}
+
+int main(int argc, char **argv)
+{
+    unsigned long refused = 0;
+    if (argc < 5) return 2;
+    const unsigned long first = strtoul(argv[1], NULL, 10), count = strtoul(argv[2], NULL, 10);
+    for (unsigned long number = first; number < first + count; number++) {
+        uint64_t state = number;
+        const char *resources = argv[4 + draw(&state) % (uint64_t)(argc - 4)];
+        refused += (unsigned long)is_refused(argv[3], resources, &state);
+    }
+    printf("%lu\n", refused);
+    return 0;
+}

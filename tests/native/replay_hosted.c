@@ -1,0 +1,44 @@
+/* The replay on a machine with a C library: replay_hosted FILE */
+#include "replay_vectors.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+void say(const char *text)
+{
+    fputs(text, stdout);
+}
+
+void fail(const char *what, const char *name)
+{
+    fprintf(stderr, "%s: %s\n", name, what);
+    exit(2);
+}
+
+void *room(size_t size)
+{
+    void *memory = size ? malloc(size) : NULL;
+    if (!memory) fail("no memory, or a size that is refused", "room");
+    return memory;
+}
+
+static char *contents(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    if (!file) fail("cannot be read", path);
+    fseek(file, 0, SEEK_END);
+    *size = (size_t)ftell(file);
+    rewind(file);
+    char *bytes = room(*size);
+    if (fread(bytes, 1, *size, file) != *size) fail("cannot be read", path);
+    fclose(file);
+    return bytes;
+}
+
+int main(int argc, char **argv)
+{
+    size_t size;
+    if (argc != 2) fail("takes a file", argv[0]);
+    const char *bytes = contents(argv[1], &size);
+    return replay_vectors(bytes, size);
+}

@@ -1,0 +1,217 @@
+/* Replays vectors through the core and the control laws.
+
+   The vectors are a list of records, see vector_file.py; replay.py does the same through ctypes. For every
+   comparison a line is said: the digest of the bits that came out, and the name. Needs nothing of a C
+   library beyond what core and laws need, so that it runs on a bare machine too.                        */
+#include "replay_vectors.h"
+
+#include "control_loop.h"
+#include "core.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct {
+    char name[48];
+    double tolerance;
+    uint64_t count; /* of numbers */
+} record;
+
+static core *robot;
+static dual_newton *program;
+static control_loop *loop;
+static const double *task_rows, *damping;
+static size_t n, m, k; /* coordinates, muscles, rows of task_rows that are followed */
+static double *positions, *forces; /* at every tick of the last run */
+static size_t ticks;
+
+static double *room_for(size_t count)
+{
+    return room((count + 1) * sizeof(double));
+}
+
+/* --------------------------------------------------------------------------------- what has a name */
+
+static double *core_part(const char *name)
+{
+    size_t length;
+    return core_array(robot, name, &length);
+}
+
+static double *find(const char *name, size_t *length)
+{
+    double *found = NULL;
+    if (!strncmp(name, "core.", 5)) found = core_array(robot, name + 5, length);
+    if (!strncmp(name, "program.", 8)) found = dual_newton_array(program, name + 8, length);
+    if (!strncmp(name, "law.", 4)) found = computed_torque_array(control_loop_law(loop), name + 4, length);
+    if (!strncmp(name, "loop.", 5)) found = control_loop_array(loop, name + 5, length);
+    if (!strcmp(name, "run.q")) *length = ticks * n, found = positions;
+    if (!strcmp(name, "run.forces")) *length = ticks * m, found = forces;
+    if (!found) fail("there is no such array", name);
+    return found;
+}
+
+static void set(const char *name, const double *values, uint64_t count)
+{
+    size_t length;
+    double *array = find(name, &length);
+    if (length != count) fail("has another size", name);
+    memcpy(array, values, length * sizeof(double));
+}
+
+/* FNV-1a of the bits, lowest byte first. */
+static uint64_t digest(const double *values, size_t count)
+{
+    uint64_t hash = 14695981039346656037u, bits;
+    for (size_t i = 0; i < count; i++) {
+        memcpy(&bits, values + i, sizeof bits);
+        for (int byte = 0; byte < 8; byte++) hash = (hash ^ (bits >> 8 * byte & 255)) * 1099511628211u;
+    }
+    return hash;
+}
+
+static int compare(const char *name, const double *expected, uint64_t count, double tolerance)
+{
+    size_t length;
+    const double *array = find(name, &length);
+    double scale = 0;
+    int failed = 0;
+    if (length != count) fail("has another size", name);
+    for (size_t i = 0; i < length; i++) scale = fabs(expected[i]) > scale ? fabs(expected[i]) : scale;
+    for (size_t i = 0; i < length; i++) failed |= !(fabs(array[i] - expected[i]) <= tolerance * scale);
+    char line[17] = "";
+    const uint64_t bits = digest(array, length);
+    for (int k = 0; k < 16; k++) line[k] = "0123456789abcdef"[bits >> (60 - 4 * k) & 15];
+    say(line), say(failed ? " deviates: " : " "), say(name), say("\n");
+    return failed;
+}
+
+/* --------------------------------------------------------------------------------------- the robot */
+
+static void open_robot(const double *blob, uint64_t count)
+{
+    char message[256] = "";
+    const size_t size = core_size(blob, (size_t)count * 8, message, sizeof message);
+    if (!size) fail(message, "robot");
+    robot = core_open(blob, (size_t)count * 8, room(size));
+    damping = core_coordinates(robot, "damping");
+    core_array(robot, "q", &n);
+    core_array(robot, "lengths", &m);
+}
+
+/* Everything at q, qd and muscle forces f; `coriolis` is left with C + G. */
+static void visit(const double *q, const double *qd, const double *f)
+{
+    double *none = room_for(n);
+    memset(none, 0, n * sizeof(double));
+    if (core_move_checked(robot, q, qd) || core_pull(robot, f)) fail("a number is not finite", "state");
+    core_task_jacobian(robot);
+    core_task_bias(robot, qd);
+    core_mass_matrix(robot);
+    core_gravity(robot);
+    core_bias(robot, qd);
+    core_accelerate(robot, qd, core_part("torques"), none);
+}
+
+/* ---------------------------------------------------------------------------------- the closed loop */
+
+static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
+{
+    (void)self;
+    core_move(robot, q);
+    core_mass_matrix(robot);
+    core_bias(robot, qd);
+    memcpy(M, core_part("mass_matrix"), n * n * sizeof(double));
+    memcpy(L, core_part("jacobian"), m * n * sizeof(double));
+    for (size_t j = 0; j < n; j++) h[j] = core_part("coriolis")[j] + damping[j] * qd[j];
+}
+
+static void tasks(void *self, const double *q, const double *qd, const double *position, double *error,
+                  double *J, double *bias)
+{
+    (void)self;
+    core_move(robot, q);
+    core_task_jacobian(robot);
+    core_task_bias(robot, qd);
+    for (size_t i = 0; i < k; i++) {
+        const size_t row = (size_t)task_rows[i];
+        error[i] = position[i] - core_part("task_values")[row];
+        bias[i] = core_part("task_bias")[row];
+        memcpy(J + i * n, core_part("task_jacobian") + row * n, n * sizeof(double));
+    }
+}
+
+static void open_loop(const double *rows, uint64_t count)
+{
+    const control_robot asked = {NULL, terms, tasks};
+    task_rows = rows;
+    k = (size_t)count;
+    loop = control_loop_open(&asked, (int)n, (int)m, (int)k, room(control_loop_size((int)n, (int)m, (int)k)));
+}
+
+/* values: period; step of the plant; its steps a period; q, qd at the start; reference of every tick */
+static void run(const double *values, uint64_t count)
+{
+    const size_t r = k ? k : n;
+    const double period = values[0], step = values[1], *reference = values + 3 + 2 * n;
+    double *q = room_for(n), *qd = room_for(n), *still = room_for(n);
+    size_t length;
+    ticks = ((size_t)count - 3 - 2 * n) / (3 * r);
+    positions = room_for(ticks * n), forces = room_for(ticks * m);
+    memset(still, 0, n * sizeof(double));
+    memcpy(q, values + 3, n * sizeof(double));
+    memcpy(qd, values + 3 + n, n * sizeof(double));
+    control_loop_reset(loop);
+    for (size_t t = 0; t < ticks; t++) {
+        if (control_loop_tick(loop, period, q, qd, reference + 3 * r * t, still) > COMPUTED_TORQUE_SOFT)
+            fail("the law fails", "run");
+        const double *acting = control_loop_array(loop, "acting", &length);
+        memcpy(core_part("q"), q, n * sizeof(double));
+        memcpy(core_part("qd"), qd, n * sizeof(double));
+        core_move(robot, q);
+        if (core_step(robot, acting, NULL, step, (int32_t)values[2])) fail("the plant diverges", "run");
+        memcpy(q, core_part("q"), n * sizeof(double));
+        memcpy(qd, core_part("qd"), n * sizeof(double));
+        memcpy(positions + t * n, q, n * sizeof(double));
+        memcpy(forces + t * m, acting, m * sizeof(double));
+    }
+}
+
+/* ------------------------------------------------------------------------------------- the vectors */
+
+static int replay(const record *head, const double *values)
+{
+    const char *name = head->name;
+    const uint64_t count = head->count;
+    if (!strncmp(name, "set ", 4))
+        set(name + 4, values, count);
+    else if (!strncmp(name, "expect ", 7))
+        return compare(name + 7, values, count, head->tolerance);
+    else if (!strcmp(name, "robot"))
+        open_robot(values, count);
+    else if (!strcmp(name, "state"))
+        visit(values, values + n, values + 2 * n);
+    else if (!strcmp(name, "program")) {
+        program = dual_newton_open((int)values[0], (int)values[1],
+                                   room(dual_newton_size((int)values[0], (int)values[1])));
+    } else if (!strcmp(name, "solve")) {
+        if (dual_newton_solve(program) != DUAL_NEWTON_SOLVED) fail("is not solved", name);
+    } else if (!strcmp(name, "loop"))
+        open_loop(values, count);
+    else if (!strcmp(name, "run"))
+        run(values, count);
+    else
+        fail("unknown record", name);
+    return 0;
+}
+
+int replay_vectors(const char *bytes, size_t size)
+{
+    int failed = 0;
+    for (size_t at = 0; at < size;) {
+        const record *head = (const record *)(const void *)(bytes + at);
+        failed |= replay(head, (const double *)(const void *)(head + 1));
+        at += sizeof *head + (size_t)head->count * 8;
+    }
+    return failed;
+}

@@ -1,0 +1,98 @@
+"""Core and laws on a Cortex-M7 without a C library: what they need, and what they give.
+
+QEMU's user mode runs the very instructions; where it is missing, the programs are only built.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+from pathlib import Path
+
+import pytest
+from elf import program_sizes
+from example import write_example
+from replay import replay_vectors
+from robots import EXAMPLES
+from targets import FOLDERS, ROOT, ZIG, environment, find_runner
+from vector_file import write_vectors
+
+from cardsflow_fmu import Experiment
+
+FREESTANDING = ROOT / "sim_dart/csrc/freestanding"
+HERE = Path(__file__).parent
+FLAGS = ["-std=gnu99", "-ffp-contract=off", "-fno-math-errno", "-ffreestanding", "-fno-builtin"]
+FLAGS += ["-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE", "-nostdinc"]
+FLAGS += ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-fno-unwind-tables"]
+PROCESSORS = {"single": "cortex_m7", "double": "cortex_m7+fp_armv8d16"}
+"""By the floating point unit that it has: numbers of single precision only, or double ones too."""
+
+EMULATOR = "qemu-arm-static"
+STACK, FLASH = 4096, 65536  # in bytes
+
+
+def build(program: Path, processor: str, *sources: str, flags: tuple[str, ...] = ()) -> Path:
+    """Compile a program for the machine; nothing but this repository and the compiler is used."""
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("no ziglang: the extra `cross`")
+    files = [HERE / name for name in ("bare_machine.c", *sources)]
+    files += [file for csrc in (*FOLDERS, FREESTANDING) for file in sorted(csrc.glob("*.c"))]
+    compiler = Path(importlib.util.find_spec("ziglang").origin).parent  # type: ignore[union-attr, arg-type]
+    headers = [FREESTANDING, *FOLDERS, HERE, program.parent, compiler / "lib/include"]
+    target = ["thumb-freestanding-eabihf", f"-mcpu={PROCESSORS[processor]}"]
+    command = [*ZIG, *target, *FLAGS, *flags, *(f"-I{folder}" for folder in headers)]
+    done = subprocess.run(
+        [*command, *map(str, files), "-o", str(program)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+    )
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+def run(program: Path) -> list[str]:
+    """What the program says; skips without the emulator."""
+    emulator = find_runner(EMULATOR)
+    if emulator is None:
+        pytest.skip(f"no {EMULATOR}")
+    done = subprocess.run(
+        [emulator, "-cpu", "max", str(program)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.splitlines() or done.stderr.splitlines()
+
+
+@pytest.mark.parametrize("processor", PROCESSORS)
+def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
+    """Without a unit for double precision too: then the compiler's library computes."""
+    vectors = write_vectors(tmp_path / "vectors.bin")
+    program = build(
+        tmp_path / "replay.elf",
+        processor,
+        "replay_bare.c",
+        "replay_vectors.c",
+        flags=("-O2", f'-DVECTORS="{vectors}"'),
+    )
+    assert run(program) == replay_vectors(vectors)[0]
+
+
+@pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
+def test_the_controller_of_an_example_fits(example: str, tmp_path: Path) -> None:
+    """Sizes for flash and memory, and the stack that a tick takes."""
+    blob = write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))
+    program = build(
+        tmp_path / "firmware.elf", "double", "firmware.c", "example_loop.c", flags=("-Os",)
+    )
+    sizes = program_sizes(program)
+    print(f"\n{example}: code {sizes.code}, constants {sizes.constants} of which robot {blob},")
+    print(f"  static memory {sizes.memory} bytes")
+    assert sizes.code + sizes.constants < FLASH
+    said = {what: int(number) for what, number in (line.split() for line in run(program))}
+    print(f"  robot {said['robot']}, law {said['law']}, stack {said['stack']} bytes")
+    assert said["stack"] < STACK

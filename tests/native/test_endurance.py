@@ -1,0 +1,34 @@
+"""A robot for hours: no memory is taken after the start, and no tick takes long."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from example import write_example
+from robots import EXAMPLES
+from targets import TARGETS, build_program, run_program
+
+from cardsflow_fmu import Experiment
+
+STEPS = int(os.environ.get("CARDSFLOW_STEPS", "200000"))
+TICKS = int(os.environ.get("CARDSFLOW_TICKS", "20000"))
+
+
+@pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
+def test_the_heap_stays_as_it_is(example: str, tmp_path: Path) -> None:
+    """CARDSFLOW_STEPS and CARDSFLOW_TICKS for longer runs: 10 million and 300,000."""
+    write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))
+    sources = ("endurance.c", "example_loop.c")
+    flags = ("-D_GNU_SOURCE", f"-I{tmp_path}")
+    program = build_program(TARGETS["gcc -O3"], tmp_path, sources, *flags)
+    heap, times, factor = run_program(program, str(STEPS), str(TICKS)).splitlines()
+    before, after = heap.split()
+    assert before == after
+    median, rare, worst, work = (float(time) for time in times.split())
+    print(f"\n{example}: {STEPS} steps; {TICKS} ticks of the controller,")
+    print(f"  median {median:.2f}, 99.9 % {rare:.2f}, worst {worst:.1f} us,")
+    print(f"  worst without other programs' time {work:.1f} us,")
+    print(f"  loop at {float(factor):.0f} times real time")
+    assert median < 100

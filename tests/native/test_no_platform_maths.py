@@ -1,0 +1,30 @@
+"""Core and laws call no function of the platform whose answer may differ from another's."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from targets import FLAGS, FOLDERS
+
+EXACT = {"sqrt", "fmod"}
+"""IEEE 754 rounds the one in one way, and the other is exact."""
+
+MEMORY = {"memcpy", "memmove", "memset", "strcmp"}
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=["core", "laws"])
+def test_nothing_else_is_called(folder: Path, tmp_path: Path) -> None:
+    if shutil.which("gcc") is None or shutil.which("nm") is None:
+        pytest.skip("no gcc, or no nm")
+    sources = sorted(folder.glob("*.c"))
+    command = ["gcc", *FLAGS, "-O3", "-fno-stack-protector", "-c", *map(str, sources)]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    objects = [str(path) for path in sorted(tmp_path.glob("*.o"))]
+    lines = subprocess.run(["nm", *objects], capture_output=True, text=True, check=True).stdout
+    symbols = [line.split() for line in lines.splitlines() if line and not line.endswith(":")]
+    called = {words[-1] for words in symbols if words[-2] == "U"}
+    own = {words[-1] for words in symbols if words[-2] != "U"}
+    assert called - own - {"_GLOBAL_OFFSET_TABLE_"} <= EXACT | MEMORY

@@ -1,0 +1,177 @@
+"""A file of vectors: robots, states, QPs and closed loops, with what DART and others make of them.
+
+A record is a name of 48 bytes, an allowed deviation (relative to the largest number), the number of
+doubles that follow, and these, all little-endian:
+
+    robot               a blob
+    state               q, qd, f
+    program             variables, rows
+    solve               nothing
+    loop                rows of the task coordinates that are followed; none in joint space
+    run                 period, plant's step, its steps a period, q, qd, reference of every tick
+    set <array>         numbers for an array of `program`, `loop` or `law`
+    expect <array>      what is to be in an array of `core`, `program` or `run`
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import qpsolvers
+from numpy.typing import ArrayLike
+from oracles.mujoco_model import MujocoRobot
+from robots import EXAMPLES, random_robot
+
+from addin_sdfusion.robot import Robot, TaskFrame, TaskSet
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.models.controller import control_law
+from cardsflow_fmu.models.reference import make_reference
+from controllers import ControlLoop
+from sim_dart import DartDynamics, Plant, compile_blob
+from sim_dart.skeleton import build_skeleton
+from sim_dart.tasks import task_rows
+
+TICKS = 50
+AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
+HEAD = struct.Struct("<48sdQ")
+
+
+class VectorFile:
+    """Records, one after the other."""
+
+    def __init__(self) -> None:
+        self.contents = b""
+
+    def add(self, name: str, values: ArrayLike | bytes = (), tolerance: float = 0.0) -> None:
+        """Add a record; numbers may have any shape."""
+        if not isinstance(values, bytes):
+            values = np.asarray(values, dtype="<f8").tobytes()
+        self.contents += HEAD.pack(name.encode(), tolerance, len(values) // 8) + values
+
+
+def write_vectors(path: Path) -> Path:
+    """Write the file; returns its path."""
+    file = VectorFile()
+    for seed in range(3):
+        _add_robot(file, random_robot(seed), np.random.default_rng(seed))
+    for seed in range(10):
+        _add_program(file, np.random.default_rng(seed))
+    for example in ("planar_2r", "roboy_left_arm"):
+        for settings in ({}, AROUND):
+            _add_loop(file, Experiment.load(EXAMPLES / example, settings))
+    path.write_bytes(file.contents)
+    return path
+
+
+def _add_robot(file: VectorFile, robot: Robot, rng: np.random.Generator) -> None:
+    """A robot, and its terms at some states: dynamics by DART, paths by MuJoCo."""
+    points = TaskFrame("hand", robot.links[5].name, (0.1, -0.2, 0.3))
+    turned = TaskFrame("palm", robot.links[4].name, axes=("alpha", "beta", "gamma"))
+    robot = replace(robot, task_sets=(TaskSet("whole", (points, turned)),), task_set="whole")
+    file.add("robot", compile_blob(robot))
+    dart, skeleton, mujoco = DartDynamics(robot), build_skeleton(robot), MujocoRobot(robot)
+    for _ in range(5):
+        q, qd = rng.uniform(-1.5, 1.5, (2, dart.n))
+        f = rng.uniform(0.0, 100.0, dart.m)
+        mujoco.move(q)
+        L = mujoco.jacobian
+        skeleton.set_positions(q)
+        skeleton.set_velocities(qd)
+        skeleton.set_forces(-L.T @ f)
+        skeleton.dart.computeForwardDynamics()
+        file.add("state", [*q, *qd, *f])
+        file.add("expect core.lengths", mujoco.lengths, 1e-14)
+        file.add("expect core.jacobian", L, 1e-14)
+        file.add("expect core.mass_matrix", dart.mass_matrix(q), 1e-12)
+        file.add("expect core.gravity", dart.gravity(q), 1e-12)
+        file.add("expect core.coriolis", dart.coriolis(q, qd) + dart.gravity(q), 1e-12)
+        file.add("expect core.torques", -L.T @ f, 1e-13)
+        file.add("expect core.task_bias", dart.task_bias(q, qd), 1e-12)
+        qdd = skeleton.vector(skeleton.dart.getAccelerations())
+        file.add("expect core.qdd", qdd, 1e-12)
+
+
+def _add_program(file: VectorFile, rng: np.random.Generator) -> None:
+    """A QP as a controller has them, with some forces at their bounds, and quadprog's answer."""
+    n, rows = int(rng.integers(6, 20)), int(rng.integers(2, 5))
+    H, g, A = rng.uniform(0.5, 2.0, n), rng.normal(size=n), rng.normal(size=(rows, n))
+    lb = rng.uniform(-1.0, 0.0, n)
+    ub = lb + rng.uniform(0.5, 2.0, n)
+    b = A @ rng.uniform(lb, ub)
+    x = qpsolvers.solve_qp(np.diag(H), g, A=A, b=b, lb=lb, ub=ub, solver="quadprog")
+    file.add("program", [n, rows])
+    problem = {"H_diagonal": H, "g": g, "lb": lb, "ub": ub, "A": A.T, "b": b}
+    for name, values in problem.items():
+        file.add(f"set program.{name}", values)
+    file.add("solve")
+    file.add("expect program.x", x, 1e-9)
+
+
+def law_arrays(experiment: Experiment) -> dict[str, ArrayLike]:
+    """What the law in C is to be told."""
+    robot, settings = experiment.robot, experiment.controller
+    n, tasks = len(robot.coordinates), settings.tasks
+    arrays: dict[str, ArrayLike] = {
+        "law.kp": settings.kp,
+        "law.kd": settings.kd,
+        "law.f_min": [muscle.f_min for muscle in robot.muscles],
+        "law.f_max": [muscle.f_max for muscle in robot.muscles],
+        "law.H_f": settings.weights,
+        "loop.ki": settings.ki,
+        "loop.gain": 1.0 - np.exp(-settings.observer * settings.period),
+        "loop.delay": float(settings.delay),
+        "loop.predict": float(settings.predict),
+    }
+    if tasks is None:
+        return arrays
+    assert tasks.posture is not None
+    return arrays | {
+        "law.H_q": tasks.acceleration_weights,
+        "law.H_r": tasks.force_rate_weights,
+        "law.f_p": tasks.pretension,
+        "law.W": tasks.task_weights,
+        "law.posture_kp": np.broadcast_to(tasks.posture.kp, n),
+        "law.posture_kd": np.broadcast_to(tasks.posture.kd, n),
+        "law.q0": tasks.posture.q0,
+        "law.q_min": [c.lower for c in robot.coordinates],
+        "law.q_max": [c.upper for c in robot.coordinates],
+        "law.limit_bandwidth": tasks.limit_bandwidth or 0.0,
+    }
+
+
+def _add_loop(file: VectorFile, experiment: Experiment) -> None:
+    """A closed loop over some ticks, and what Python's law and DART's plant make of it."""
+    robot, settings = experiment.robot, experiment.controller
+    dynamics, reference = DartDynamics(robot), make_reference(experiment)
+    names = dynamics.coordinate_names if settings.space == "joint" else dynamics.task_names
+    loop = ControlLoop(
+        control_law(experiment, dynamics),
+        names,
+        settings.period,
+        ki=settings.ki,
+        observer=settings.observer,
+        delay=settings.delay,
+        predict=settings.predict,
+    )
+    plant = Plant(robot, experiment.plant.step)
+    plant.reset(experiment.start.q, experiment.start.qd)
+    steps = round(settings.period / experiment.plant.step)
+    rows = [np.array(reference.evaluate(0.5 + settings.period * t)[:3]) for t in range(TICKS)]
+    start = [*plant.q, *plant.qd]
+    positions, forces = [], []
+    for row in rows:
+        loop.tick(plant.q, plant.qd, row)
+        for _ in range(steps):
+            plant.step(loop.acting)
+        positions.append(plant.q)
+        forces.append(loop.acting)
+    file.add("robot", compile_blob(robot))
+    file.add("loop", [] if settings.space == "joint" else task_rows(robot))
+    for name, values in law_arrays(experiment).items():
+        file.add(f"set {name}", values)
+    file.add("run", [settings.period, experiment.plant.step, steps, *start, *np.ravel(rows)])
+    file.add("expect run.q", positions, 1e-11)
+    file.add("expect run.forces", forces, 1e-8)

@@ -1,0 +1,114 @@
+"""The core against DART, MuJoCo and Pinocchio, on trees with every kind of joint."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from oracles.mujoco_model import MujocoRobot
+from random_trees import random_state, random_tree
+
+from sim_dart import CoreDynamics, DartDynamics, Plant, compile_blob
+from sim_dart.core import Core
+from sim_dart.skeleton import build_skeleton
+
+TREES, GROUP = 500, 50
+groups = pytest.mark.parametrize("first", range(0, TREES, GROUP))
+
+
+def deviation(found: np.ndarray, expected: np.ndarray) -> float:
+    """The largest difference, relative to the largest number."""
+    scale = np.abs(expected).max(initial=0.0)
+    return float(np.abs(found - expected).max(initial=0.0) / (scale or 1.0))
+
+
+def check(deviations: dict[str, float], allowed: float, seed: int) -> None:
+    for name, by in deviations.items():
+        assert by <= allowed, f"tree {seed}: {name} is off by {by}"
+
+
+@pytest.mark.native
+@groups
+def test_dart(first: int) -> None:
+    for seed in range(first, first + GROUP):
+        robot = random_tree(seed)
+        core, dart, skeleton = CoreDynamics(robot), DartDynamics(robot), build_skeleton(robot)
+        q, qd, f = random_state(robot, np.random.default_rng(seed))
+        tau = -core.muscle_jacobian(q).T @ f
+        skeleton.set_positions(q)
+        skeleton.set_velocities(qd)
+        skeleton.set_forces(tau)
+        skeleton.dart.computeForwardDynamics()
+        terms = {
+            "M": (core.mass_matrix(q), dart.mass_matrix(q)),
+            "C + G": (
+                core.coriolis(q, qd) + core.gravity(q),
+                dart.coriolis(q, qd) + dart.gravity(q),
+            ),
+            "qdd": (
+                core.acceleration(q, qd, tau),
+                skeleton.vector(skeleton.dart.getAccelerations()),
+            ),
+        }
+        check({name: deviation(*pair) for name, pair in terms.items()}, 1e-12, seed)
+        bias = deviation(core.task_bias(q, qd), dart.task_bias(q, qd))
+        check({"J' qd": bias}, 1e-10, seed)
+
+
+@groups
+def test_mujoco(first: int) -> None:
+    for seed in range(first, first + GROUP):
+        robot = random_tree(seed)
+        core, mujoco = CoreDynamics(robot), MujocoRobot(robot)
+        q, qd, f = random_state(robot, np.random.default_rng(seed))
+        mujoco.move(q, qd)
+        tau = -core.muscle_jacobian(q).T @ f
+        terms = {
+            "l": (core.muscle_lengths(q), mujoco.lengths),
+            "L": (core.muscle_jacobian(q), mujoco.jacobian),
+            "M": (core.mass_matrix(q), mujoco.mass_matrix),
+            "C + G": (core.coriolis(q, qd) + core.gravity(q), mujoco.bias),
+            "qdd": (core.acceleration(q, qd, tau), mujoco.acceleration(tau)),
+        }
+        check({name: deviation(*pair) for name, pair in terms.items()}, 1e-12, seed)
+
+
+@groups
+def test_pinocchio(first: int) -> None:
+    if find_spec("pinocchio") is None:
+        pytest.skip("no pinocchio: the extra `pinocchio`")
+    from oracles.pinocchio_model import PinocchioRobot
+
+    for seed in range(first, first + GROUP):
+        robot = random_tree(seed)
+        core, pinocchio = CoreDynamics(robot), PinocchioRobot(robot)
+        q, qd, f = random_state(robot, np.random.default_rng(seed))
+        tau = -core.muscle_jacobian(q).T @ f
+        terms = {
+            "M": (core.mass_matrix(q), pinocchio.mass_matrix(q)),
+            "C + G": (core.coriolis(q, qd) + core.gravity(q), pinocchio.bias(q, qd)),
+            "qdd": (core.acceleration(q, qd, tau), pinocchio.acceleration(q, qd, tau)),
+        }
+        check({name: deviation(*pair) for name, pair in terms.items()}, 1e-12, seed)
+        hand = robot.task_frames[0]
+        found = pinocchio.point_bias(q, qd, hand.link, hand.position)
+        check({"J' qd": deviation(core.task_bias(q, qd)[:3], found)}, 1e-10, seed)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_thousand_damped_steps_are_those_of_dart(seed: int) -> None:
+    """Muscles pull a damped tree about; undamped ones part from any neighbour exponentially."""
+    robot = random_tree(seed, damping=2.0)
+    plant, core = Plant(robot, 1e-3), Core(compile_blob(robot))
+    q, _, f = random_state(robot, np.random.default_rng(seed))
+    plant.reset(q)
+    state = core.array("q", q.size)
+    state[:] = q
+    core.move(core.handle, q.tobytes())
+    for _ in range(20):
+        for _ in range(50):
+            plant.step(0.3 * f)
+        assert core.step(core.handle, (0.3 * f).tobytes(), None, 1e-3, 50) == 0
+        assert np.abs(state - plant.q).max() <= 1e-9
+    assert np.abs(state - q).max() > 0.01
