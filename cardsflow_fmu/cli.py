@@ -20,6 +20,7 @@ from addin_sdfusion.robot import CardsflowError, InputError, RobotError  # noqa:
 
 from .cli_addin import add_addin  # noqa: E402
 from .cli_parts import BAD_INPUT, FAILED, GOOD, add_command, settings_of  # noqa: E402
+from .cli_view import add_live_options, add_view, refuse_view, watched  # noqa: E402
 from .version import __version__  # noqa: E402
 
 if TYPE_CHECKING:
@@ -78,6 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_convert(commands, common)
     _add_size(commands, common)
     add_addin(commands, common)
+    add_view(commands, common)
     return parser
 
 
@@ -109,6 +111,10 @@ def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
         "--direct", action="store_true", help="step plain Python objects instead of FMUs"
     )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    parser.add_argument(
+        "--view", action="store_true", help="show the run in the browser while it goes on"
+    )
+    add_live_options(parser)
     parser.set_defaults(command=_run)
 
 
@@ -225,20 +231,28 @@ def _run(options: argparse.Namespace) -> int:
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     through: Through = "direct" if options.direct else "fmu"
     try:
-        with _progress_bar(experiment.run.steps) as progress:
-            result = run(
-                experiment, options.output, through=through, progress=progress, started=_STARTED
-            )
+        with watched(experiment, options) as (watch, replay):
+            with _progress_bar(experiment.run.steps) as progress:
+                result = run(
+                    experiment,
+                    options.output,
+                    through=through,
+                    progress=progress,
+                    watch=watch,
+                    started=_STARTED,
+                )
+            _print_result(result, options.json)
+            replay(result)
     except RunError as error:
         _print_result(error.result, options.json)
         raise
-    _print_result(result, options.json)
     return GOOD
 
 
 def _run_system(options: argparse.Namespace) -> int:
     from .system_run import SystemRunError, run_system
 
+    refuse_view(options, "the robot of an .ssp is not known")
     if options.direct:
         raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
     settings = settings_of(options.set)

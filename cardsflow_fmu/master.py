@@ -18,6 +18,8 @@ from .units import Conversion
 from .wiring import Copy, Indices, Wiring, connect, indices
 
 Progress = Callable[[int], None]
+Watch = Callable[[tuple[str, ...], FloatArray], None]
+"""Given the names of the columns and a view of the rows so far, shape (rows, len(names))."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +107,12 @@ class Master:
         outputs = () if self._ticking is None else self._ticking.output_names
         self._timer = outputs.index(SOLVE_TIME) if SOLVE_TIME in outputs else None
 
-    def run(self, progress: Progress | None = None) -> Recording:
+    def run(self, progress: Progress | None = None, watch: Watch | None = None) -> Recording:
         """Run to the end, to the first failure, or until Ctrl-C.
 
         Args:
             progress: Called now and then with the number of steps done.
+            watch: Called as often with what has been recorded.
         """
         rows = np.empty((self._steps + 1, len(self.names)))
         self._ticks, self._solve_times = [], []
@@ -122,6 +125,8 @@ class Master:
                         raise SimulationError("interrupted")
                     if progress and done % 128 == 0:
                         progress(done)
+                    if watch and done % 128 == 0:
+                        watch(self.names, rows[: self._recorded])
             except CardsflowError as error:
                 failure = error
             except KeyboardInterrupt:

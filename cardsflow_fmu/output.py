@@ -22,6 +22,7 @@ _OWN = (
     "tracking.svg",
     "path.png",
     "path.svg",
+    "experiment.zip",
     "plant.fmu",
     "controller.fmu",
     "reference.fmu",

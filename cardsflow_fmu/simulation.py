@@ -19,7 +19,7 @@ from .fmu_file import write_fmu
 from .fmu_instance import FmuInstance
 from .foreign_fmu import HARDWARE, AdaptedFmu, fitting_wiring
 from .interruption import ignoring_interrupts
-from .master import Master, Progress, Recording
+from .master import Master, Progress, Recording, Watch
 from .model_description import FmiVersion
 from .models.controller import ControllerModel
 from .models.experiment_model import ExperimentModel
@@ -30,6 +30,7 @@ from .participants import DirectParticipant, Participant
 from .ports import load_signals
 from .results import Result
 from .runtime.library import find_platform
+from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
 from .summary import Speed, summarize
 
@@ -150,6 +151,7 @@ def run(
     *,
     through: Through = "fmu",
     progress: Progress | None = None,
+    watch: Watch | None = None,
     started: float | None = None,
 ) -> Result:
     """Run an experiment and write its results: FMUs, table, summary and figure.
@@ -160,6 +162,7 @@ def run(
         through: `fmu` for a co-simulation of FMUs, `direct` for the same loop over plain Python
             objects.
         progress: Called now and then with the number of steps done.
+        watch: Called now and then with the columns' names and the rows so far.
         started: `time.perf_counter()` at the start of the program; now when None.
 
     Returns:
@@ -173,10 +176,11 @@ def run(
     with OutputFolder(Path(output or experiment.run.output)) as folder:
         with tempfile.TemporaryDirectory() as aside:
             fmus = _build(experiment, Path(aside)) if through == "fmu" else {}
-            result, recording = _simulate(experiment, fmus, progress, started)
             contents: dict[str, str | bytes] = {
                 path.name: path.read_bytes() for path in fmus.values()
             }
+            contents[EXPERIMENT] = experiment_archive(experiment)
+            result, recording = _simulate(experiment, fmus, progress, started, watch)
         with ignoring_interrupts():
             _write(result, contents, folder)
     return _finished(result, recording)
@@ -215,7 +219,11 @@ def _finished(result: Result, recording: Recording) -> Result:
 
 
 def _simulate(
-    experiment: Experiment, fmus: dict[str, Path], progress: Progress | None, started: float
+    experiment: Experiment,
+    fmus: dict[str, Path],
+    progress: Progress | None,
+    started: float,
+    watch: Watch | None = None,
 ) -> tuple[Result, Recording]:
     with _participants(experiment, fmus) as participants:
         settings = experiment.run
@@ -233,7 +241,7 @@ def _simulate(
             every={"controller": round(experiment.controller.period / settings.step)},
         )
         begin = time.perf_counter()
-        recording = master.run(progress)
+        recording = master.run(progress, watch)
         speed = Speed(time.perf_counter() - begin, begin - started)
     result = Result(
         recording.names,

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, Literal
 
 from lxml import etree
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
+from .archive import require_inside, unpack_archive
 from .ssp import FMU_TYPE
 from .ssp_parameters import read_parameters
 from .ssp_system import Component, Connection, Connector, System
 from .ssp_xml import children, decimal, local, parse, read_units, require
 from .units import Conversion, Unit, conversion
-
-_MAX_FILES, _MAX_BYTES = 10_000, 2**31
 
 
 def unpack_ssp(path: Path, folder: Path) -> Path:
@@ -35,21 +32,7 @@ def unpack_ssp(path: Path, folder: Path) -> Path:
     Raises:
         InputError: It is no zip archive, or holds what no .ssp should.
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(path.read_bytes())) as archive:
-            entries = archive.infolist()
-            if len(entries) > _MAX_FILES or sum(e.file_size for e in entries) > _MAX_BYTES:
-                raise InputError("is larger than a system of FMUs may be", file=path)
-            for entry in entries:
-                _require_inside(entry.filename, path)
-            archive.extractall(folder)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
-    except Exception as error:  # damage shows in many ways, in what unpacks as well
-        raise InputError(f"is no .ssp: {' '.join(str(error).split())}", file=path) from None
-    return folder
+    return unpack_archive(path, folder, ".ssp", "a system of FMUs")
 
 
 def read_system(folder: Path, variant: str | None = None) -> System:
@@ -84,12 +67,6 @@ def read_system(folder: Path, variant: str | None = None) -> System:
     return System(root.get("name", file.stem), tuple(components), connections, step, stop)
 
 
-def _require_inside(name: str, path: Path) -> None:
-    parts = PurePosixPath(name).parts
-    if name.startswith("/") or "\\" in name or ":" in name or ".." in parts:
-        raise InputError(f"holds {name!r}, which leads out of the archive", file=path)
-
-
 def _elements(system: Any, file: Path) -> list[Any]:
     found = []
     for elements in children(system, "Elements"):
@@ -117,7 +94,7 @@ def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -
     if element.get("implementation", "any") not in ("any", "CoSimulation"):
         what = f"component {name} is meant for model exchange, which is not supported"
         raise InputError(what, file=file, line=line)
-    _require_inside(source, file)
+    require_inside(source, file)
     if not (folder / source).is_file():
         raise InputError(f"component {name}: no file {source!r} in it", file=file, line=line)
     connectors = [

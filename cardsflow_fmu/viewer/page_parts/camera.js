@@ -1,0 +1,98 @@
+// A camera that turns about a point: drag turns, drag with the other button or Shift shifts, the wheel zooms.
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const unit = a => { const l = Math.hypot(...a); return a.map(x => x / l); };
+const sum = (a, b, factor = 1) => a.map((x, i) => x + factor * b[i]);
+
+// What holds everything that moves: its middle, its size, the floor below it, and where to look from.
+function surroundings(act) {
+  const up = act.up, east = unit(cross(Math.abs(up[1]) < 0.9 ? [0, 1, 0] : [0, 0, 1], up)), north = cross(up, east);
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (const { kind, points } of act.shapes) {
+    if (kind === "MeshShape" || kind === "Frame" || kind === "Arrow") continue; // their points are not all their own
+    for (let i = 0; i < points.numbers.length; i += 3) {
+      const p = points.numbers.subarray(i, i + 3);
+      [east, north, up].forEach((axis, j) => {
+        low[j] = Math.min(low[j], dot(axis, p));
+        high[j] = Math.max(high[j], dot(axis, p));
+      });
+    }
+  }
+  const size = high.map((x, j) => x - low[j]), mid = high.map((x, j) => (x + low[j]) / 2);
+  const place = (e, n, u) => sum(sum(east.map(x => e * x), north, n), up, u);
+  const floorHeight = low[2] - 0.06 * act.reach;
+  return {
+    up, east, north, reach: act.reach, floorHeight,
+    centre: place(...mid), middle: place(mid[0], mid[1], floorHeight),
+    flat: Math.min(size[0], size[1]) < 0.02 * act.reach, alongEast: size[0] < size[1], size: Math.hypot(...size),
+  };
+}
+
+class Camera {
+  constructor(world) {
+    this.world = world;
+    this.target = world.centre;
+    this.distance = 1.25 * world.size;
+    const turned = world.flat ? 0.22 : 0.5;
+    this.turn = (world.alongEast ? 0 : -Math.PI / 2) + turned;
+    this.tilt = world.flat ? 0.14 : 0.3;
+  }
+
+  axes() {
+    const { up, east, north } = this.world, c = Math.cos(this.tilt);
+    const level = sum(east.map(x => Math.cos(this.turn) * x), north, Math.sin(this.turn));
+    const back = sum(level.map(x => c * x), up, Math.sin(this.tilt)), right = unit(cross(up, back));
+    return { back, right, top: cross(back, right) };
+  }
+
+  follow(canvas, changed) {
+    const fingers = new Map();
+    canvas.addEventListener("contextmenu", event => event.preventDefault());
+    canvas.addEventListener("pointerdown", event => { canvas.setPointerCapture(event.pointerId); fingers.set(event.pointerId, event); });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, event => fingers.delete(event.pointerId));
+    canvas.addEventListener("pointermove", event => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return;
+      const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;
+      if (fingers.size === 2) {
+        const [other] = [...fingers.values()].filter(finger => finger.pointerId !== event.pointerId);
+        const apart = finger => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY) || 1;
+        this.distance *= apart(before) / apart(event);
+      } else if (event.buttons === 1 && !event.shiftKey) {
+        this.turn -= 0.008 * dx;
+        this.tilt = Math.max(-1.5, Math.min(1.5, this.tilt + 0.008 * dy));
+      } else {
+        const { right, top } = this.axes(), step = this.distance * 0.0011;
+        this.target = sum(sum(this.target, right, -step * dx), top, step * dy);
+      }
+      fingers.set(event.pointerId, event);
+      changed();
+    });
+    canvas.addEventListener("wheel", event => {
+      event.preventDefault();
+      this.distance *= Math.exp(0.001 * event.deltaY);
+      changed();
+    }, { passive: false });
+  }
+
+  // The matrix that projects the world, by columns, and where the eye is.
+  uniforms(aspect) {
+    const { back, right, top } = this.axes();
+    const far = Math.max(1, 0.85 / aspect) * this.distance, eye = sum(this.target, back, far);
+    const near = far / 50, end = far * 20, f = 1 / Math.tan(0.36);
+    const row = (axis, factor) => [...axis.map(x => factor * x), -factor * dot(axis, eye)];
+    const x = row(right, f / aspect), y = row(top, f), w = row(back, -1); // w: how far before the eye
+    const z = w.map((d, i) => (d * (end + near) - (i === 3 ? 2 * end * near : 0)) / (end - near));
+    const view = new Float32Array(16);
+    for (let i = 0; i < 4; i++) [x, y, z, w].forEach((line, j) => { view[4 * i + j] = line[i]; });
+    return { view, eye };
+  }
+}
+
+// Where a point is in the window, as parts of its width and height; null behind the eye.
+function project(view, p) {
+  const at = j => view[j] * p[0] + view[4 + j] * p[1] + view[8 + j] * p[2] + view[12 + j];
+  const w = at(3);
+  return w > 0 ? [0.5 + at(0) / w / 2, 0.5 - at(1) / w / 2] : null;
+}

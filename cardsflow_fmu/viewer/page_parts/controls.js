@@ -1,0 +1,85 @@
+// Titles, switches, the legend and the bar with play, scrub and speed.
+
+function element(tag, into, properties = {}) {
+  const made = Object.assign(document.createElement(tag), properties);
+  into.append(made);
+  return made;
+}
+
+const short = x => Number(x.toPrecision(4)).toString();
+
+function addTitle(act, into) {
+  const title = element("div", into, { className: "title" });
+  element("b", title, { textContent: act.title });
+  for (const note of act.notes) element("span", title, { textContent: note });
+}
+
+// One switch a group that has shapes; returns the set of the groups that are shown.
+function addSwitches(motion, changed) {
+  const panel = element("details", document.body, { className: "panel", open: innerWidth > 700 });
+  element("summary", panel, { textContent: "Show" });
+  const used = new Set(motion.acts.flatMap(act => act.shapes.map(shape => shape.group))), shown = new Set();
+  motion.groups.forEach((name, group) => {
+    if (!used.has(group)) return;
+    const checked = !motion.hidden.includes(name);
+    if (checked) shown.add(group);
+    const label = element("label", panel), box = element("input", label, { type: "checkbox", checked, name });
+    label.append(` ${name}`);
+    box.addEventListener("change", () => { shown[box.checked ? "add" : "delete"](group); changed(); });
+  });
+  addLegend(motion, panel);
+  return shown;
+}
+
+function addLegend(motion, panel) {
+  const ranges = new Map(motion.acts.flatMap(act => act.tensions).map(range => [range.join(), range]));
+  if (!ranges.size) return;
+  const legend = element("div", panel, { className: "legend", textContent: "tension" });
+  const colours = motion.ramp.map(colour => `rgb(${colour})`).join();
+  element("i", legend).style.background = `linear-gradient(90deg, ${colours})`;
+  for (const [low, high] of [...ranges.values()].slice(0, 6)) {
+    const row = element("span", legend);
+    element("span", row, { textContent: `${short(low)} N` });
+    element("span", row, { textContent: `${short(high)} N` });
+  }
+}
+
+// The clock: { now, playing }, moved by `tick(seconds)`; a bar to steer it where there is a motion.
+function addClock(end, changed) {
+  const clock = { now: 0, playing: false, speed: 1, tick() {} };
+  if (!(end > 0)) return clock;
+  const bar = element("div", document.body, { className: "bar" });
+  const button = element("button", bar, { ariaLabel: "play" });
+  const slider = element("input", bar, { type: "range", min: 0, max: end, step: "any", ariaLabel: "time" });
+  const output = element("output", bar);
+  const speed = element("select", bar, { ariaLabel: "speed" });
+  for (const factor of [0.1, 0.25, 0.5, 1, 2, 4]) element("option", speed, { value: factor, textContent: `${factor} x`, selected: factor === 1 });
+  const show = () => {
+    button.textContent = clock.playing ? "❚❚" : "▶";
+    slider.value = clock.now;
+    output.textContent = `${clock.now.toFixed(2)} of ${end.toFixed(2)} s`;
+    changed();
+  };
+  const play = () => {
+    clock.playing = !clock.playing;
+    if (clock.playing && clock.now >= end) clock.now = 0;
+    show();
+  };
+  const seek = time => { clock.now = Math.max(0, Math.min(end, time)); show(); };
+  clock.tick = seconds => {
+    if (!clock.playing) return;
+    clock.playing = clock.now + clock.speed * seconds < end;
+    seek(clock.now + clock.speed * seconds);
+  };
+  button.addEventListener("click", play);
+  slider.addEventListener("input", () => { clock.playing = false; seek(slider.valueAsNumber); });
+  speed.addEventListener("change", () => { clock.speed = Number(speed.value); });
+  addEventListener("keydown", event => {
+    if (event.target !== document.body) return;
+    if (event.key === " ") play();
+    if (event.key === "ArrowRight") seek(clock.now + end / 100);
+    if (event.key === "ArrowLeft") seek(clock.now - end / 100);
+  });
+  seek(Number(new URLSearchParams(location.hash.slice(1)).get("t")) || 0);
+  return clock;
+}

@@ -1,0 +1,203 @@
+// Draws bodies, meshes, their shadow and the floor with WebGL 2; no library.
+
+const SHADE = `
+  vec3 shade(vec3 colour, vec3 normal, vec3 toEye, vec3 up) {
+    vec3 n = normalize(normal), v = normalize(toEye);
+    if (dot(n, v) < 0.0) n = -n;
+    vec3 key = normalize(v + 0.9 * up + 0.45 * normalize(cross(up, v) + 1e-4));
+    float sky = 0.5 + 0.5 * dot(n, up);
+    float light = 0.42 + 0.22 * sky + 0.46 * max(dot(n, key), 0.0);
+    float gloss = 0.16 * pow(max(dot(n, normalize(key + v)), 0.0), 40.0);
+    return colour * light + gloss;
+  }`;
+
+const PLACE = `
+  uniform mat4 view; uniform vec3 eye, up; uniform float floorHeight, isShadow;
+  vec3 dropped(vec3 p) { return mix(p, p - up * (dot(p, up) - floorHeight), isShadow); }`;
+
+const BODY_VERTEX = `#version 300 es
+  precision highp float; ${PLACE}
+  layout(location=0) in vec4 corner; layout(location=1) in vec3 direction;
+  layout(location=2) in vec3 a; layout(location=3) in vec3 b;
+  layout(location=4) in float radius; layout(location=5) in vec4 colour;
+  out vec3 normal, toEye; out vec4 tint;
+  void main() {
+    vec3 along = b - a; float l = length(along);
+    vec3 z = l > 1e-9 ? along / l : vec3(0, 0, 1);
+    vec3 x = normalize(cross(abs(z.z) < 0.9 ? vec3(0, 0, 1) : vec3(1, 0, 0), z)), y = cross(z, x);
+    vec3 place = dropped(a + along * corner.w + radius * (x * corner.x + y * corner.y + z * corner.z));
+    normal = x * direction.x + y * direction.y + z * direction.z;
+    toEye = eye - place; tint = colour; gl_Position = view * vec4(place, 1);
+  }`;
+
+const BODY_PIXEL = `#version 300 es
+  precision highp float; uniform vec3 up; uniform float isShadow;
+  in vec3 normal, toEye; in vec4 tint; out vec4 pixel; ${SHADE}
+  void main() {
+    pixel = isShadow > 0.5 ? vec4(0.79, 0.82, 0.86, 1) : vec4(shade(tint.rgb, normal, toEye, up) * tint.a, tint.a);
+  }`;
+
+const MESH_VERTEX = `#version 300 es
+  precision highp float; ${PLACE}
+  layout(location=0) in vec3 corner; uniform mat4 pose; out vec3 place;
+  void main() { place = dropped((pose * vec4(corner, 1)).xyz); gl_Position = view * vec4(place, 1); }`;
+
+const MESH_PIXEL = `#version 300 es
+  precision highp float; uniform vec3 eye, up, colour; uniform float isShadow;
+  in vec3 place; out vec4 pixel; ${SHADE}
+  void main() {
+    vec3 normal = cross(dFdx(place), dFdy(place));
+    pixel = isShadow > 0.5 ? vec4(0.79, 0.82, 0.86, 1) : vec4(shade(colour, normal, eye - place, up), 1);
+  }`;
+
+const FLOOR_VERTEX = `#version 300 es
+  precision highp float; uniform mat4 view; uniform vec3 middle, east, north; uniform float size;
+  out vec2 place;
+  void main() {
+    place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0; place *= size;
+    gl_Position = view * vec4(middle + east * place.x + north * place.y, 1);
+  }`;
+
+const FLOOR_PIXEL = `#version 300 es
+  precision highp float; uniform float size, cell; in vec2 place; out vec4 pixel;
+  void main() {
+    vec2 x = place / cell, near = abs(fract(x - 0.5) - 0.5) / fwidth(x);
+    float line = 1.0 - min(min(near.x, near.y), 1.0), fade = 1.0 - smoothstep(0.25, 1.0, length(place) / size);
+    float alpha = 0.55 * line * fade;
+    pixel = vec4(vec3(0.63, 0.68, 0.75) * alpha, alpha);
+  }`;
+
+class Drawing {
+  constructor(canvas) {
+    const gl = this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
+    if (!gl) throw new Error("this browser has no WebGL 2");
+    this.canvas = canvas;
+    this.bodies = this.program(BODY_VERTEX, BODY_PIXEL);
+    this.meshes = this.program(MESH_VERTEX, MESH_PIXEL);
+    this.floor = this.program(FLOOR_VERTEX, FLOOR_PIXEL);
+    this.parts = Object.fromEntries(Object.entries(BODIES).map(([name, body]) => [name, this.body(body)]));
+    this.nothing = gl.createVertexArray();
+    gl.enable(gl.DEPTH_TEST);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+  }
+
+  program(vertex, pixel) {
+    const gl = this.gl, program = gl.createProgram(), at = {};
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, pixel]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error("the graphics driver refuses the shaders");
+    for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); i++) {
+      const { name } = gl.getActiveUniform(program, i);
+      at[name] = gl.getUniformLocation(program, name);
+    }
+    return { program, at };
+  }
+
+  buffer(target, data) {
+    const buffer = this.gl.createBuffer();
+    this.gl.bindBuffer(target, buffer);
+    if (data) this.gl.bufferData(target, data, this.gl.STATIC_DRAW);
+    return buffer;
+  }
+
+  body({ vertices, faces }) {
+    const gl = this.gl, array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    this.buffer(gl.ARRAY_BUFFER, vertices);
+    const attribute = (place, size, stride, offset, every) => {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * stride, 4 * offset);
+      gl.vertexAttribDivisor(place, every);
+    };
+    attribute(0, 4, 7, 0, 0);
+    attribute(1, 3, 7, 4, 0);
+    const instances = this.buffer(gl.ARRAY_BUFFER);
+    [[2, 3, 0], [3, 3, 3], [4, 1, 6], [5, 4, 7]].forEach(([place, size, offset]) => attribute(place, size, 11, offset, 1));
+    this.buffer(gl.ELEMENT_ARRAY_BUFFER, faces);
+    gl.bindVertexArray(null);
+    return { array, instances, count: faces.length };
+  }
+
+  mesh(vertices, faces) {
+    const gl = this.gl, array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    this.buffer(gl.ARRAY_BUFFER, vertices);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
+    this.buffer(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(faces));
+    gl.bindVertexArray(null);
+    return { array, count: faces.length };
+  }
+
+  begin() {
+    const gl = this.gl, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const width = Math.round(this.canvas.clientWidth * ratio), height = Math.round(this.canvas.clientHeight * ratio);
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  }
+
+  // One act, in part `i` of `count` beside each other.
+  draw(i, count, camera, world, lists, meshes) {
+    const gl = this.gl, width = this.canvas.width / count;
+    gl.viewport(i * width, 0, width, this.canvas.height);
+    const uniforms = { ...camera, up: world.up, floorHeight: world.floorHeight };
+    this.drawFloor(camera, world);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(-1, -1);
+    this.drawAll({ ...uniforms, isShadow: 1 }, lists.shadowed, meshes);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    this.drawAll({ ...uniforms, isShadow: 0 }, lists.solid, meshes);
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    this.drawAll({ ...uniforms, isShadow: 0 }, lists.clear, []);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  use({ program, at }, uniforms) {
+    const gl = this.gl;
+    gl.useProgram(program);
+    for (const [name, value] of Object.entries(uniforms)) {
+      if (at[name] === undefined) continue;
+      if (typeof value === "number") gl.uniform1f(at[name], value);
+      else if (value.length === 3) gl.uniform3fv(at[name], value);
+      else gl.uniformMatrix4fv(at[name], false, value);
+    }
+  }
+
+  drawAll(uniforms, lists, meshes) {
+    const gl = this.gl;
+    this.use(this.bodies, uniforms);
+    for (const [name, numbers] of Object.entries(lists)) {
+      const part = this.parts[name];
+      gl.bindVertexArray(part.array);
+      gl.bindBuffer(gl.ARRAY_BUFFER, part.instances);
+      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(numbers), gl.DYNAMIC_DRAW);
+      gl.drawElementsInstanced(gl.TRIANGLES, part.count, gl.UNSIGNED_SHORT, 0, numbers.length / 11);
+    }
+    for (const { mesh, pose, colour } of meshes) {
+      this.use(this.meshes, { ...uniforms, pose, colour });
+      gl.bindVertexArray(mesh.array);
+      gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
+    }
+    gl.bindVertexArray(null);
+  }
+
+  drawFloor(camera, { middle, east, north, reach }) {
+    const gl = this.gl;
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    this.use(this.floor, { view: camera.view, middle, east, north, size: 2.2 * reach, cell: 10 ** Math.floor(Math.log10(reach / 2)) });
+    gl.bindVertexArray(this.nothing);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+}

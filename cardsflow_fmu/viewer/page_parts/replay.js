@@ -1,0 +1,86 @@
+// Puts it together: at every picture, the shapes at the present time, as bodies.
+
+function playAct(act, index, count, drawing) {
+  const box = element("div", document.body, { className: "act" });
+  Object.assign(box.style, { left: `${100 * index / count}%`, width: `${100 / count}%` });
+  addTitle(act, box);
+  const world = surroundings(act);
+  for (const shape of act.shapes) {
+    shape.now = new Float32Array(shape.points.columns);
+    if (shape.kind === "Label") shape.element = element("div", box, { className: "label" });
+    if (shape.kind === "MeshShape") shape.mesh = drawing.mesh(shape.vertices.numbers, shape.faces.numbers);
+  }
+  return { act, box, world, end: act.time.at(-1) };
+}
+
+// The frame at or before a time, and how far the time is on its way to the next.
+function frameAt(times, now) {
+  let k = 0;
+  for (let step = 1 << 20; step; step >>= 1) if (k + step < times.length && times[k + step] <= now) k += step;
+  const next = times[k + 1];
+  return [k, next === undefined ? 0 : Math.max(0, Math.min(1, (now - times[k]) / (next - times[k])))];
+}
+
+function drawAct(played, index, count, drawing, camera, shown, now) {
+  const { act, box, world } = played, [k, part] = frameAt(act.time, now);
+  const lists = { solid: {}, clear: {}, shadowed: {} }, meshes = [], rgb = [0, 0, 0], value = [0];
+  const uniforms = camera.uniforms(box.clientWidth / Math.max(box.clientHeight, 1));
+  for (const shape of act.shapes) {
+    const visible = shown.has(shape.group);
+    if (shape.element) shape.element.hidden = !visible;
+    if (!visible) continue;
+    const trail = shape.kind === "Trail";
+    const points = trail ? shape.points.numbers : rowAt(shape.points, k, part, shape.now);
+    const colour = rowAt(shape.colours, k, 0, rgb), alpha = shape.opacity || 1;
+    if (shape.kind === "Label") placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view);
+    else if (shape.kind === "MeshShape") meshes.push({ mesh: shape.mesh, pose: poseOf(points, shape.lever), colour: colour.map(c => c / 255) });
+    else {
+      const kept = alpha < 1 ? [lists.clear] : trail || shape.kind === "Frame" || points.length > 200 ? [lists.solid] : [lists.solid, lists.shadowed];
+      const reached = trail ? rowAt(shape.values, k, 0, value)[0] : 0;
+      compose(shape, points, reached, colour, (body, a, b, radius, [red, green, blue]) => {
+        for (const list of kept)
+          (list[body] ||= []).push(a[0], a[1], a[2], b[0], b[1], b[2], radius, red / 255, green / 255, blue / 255, alpha);
+      });
+    }
+  }
+  drawing.draw(index, count, uniforms, world, lists, meshes);
+}
+
+function poseOf(p, lever) {
+  const axis = i => [0, 1, 2].map(j => (p[3 * i + j] - p[j]) / lever);
+  return new Float32Array([...axis(1), 0, ...axis(2), 0, ...axis(3), 0, p[0], p[1], p[2], 1]);
+}
+
+function placeLabel({ element: label, label: title }, point, value, box, view) {
+  const place = project(view, point);
+  label.hidden = !place;
+  if (!place) return;
+  label.textContent = `${title}: ${value.toFixed(3)}`;
+  label.style.transform = `translate(${place[0] * box.clientWidth}px, ${place[1] * box.clientHeight}px) translate(-50%, -50%)`;
+}
+
+async function start() {
+  const canvas = element("canvas", document.body), drawing = new Drawing(canvas);
+  const motion = await unpack(document.getElementById("motion").textContent);
+  let stale = true, before = performance.now();
+  const changed = () => { stale = true; };
+  const played = motion.acts.map((act, i) => playAct(act, i, motion.acts.length, drawing));
+  const camera = new Camera(played[0].world);
+  const shown = addSwitches(motion, changed), clock = addClock(Math.max(...played.map(act => act.end)), changed);
+  camera.follow(canvas, changed);
+  addEventListener("resize", changed);
+  const picture = now => {
+    clock.tick((now - before) / 1000);
+    before = now;
+    if (stale) {
+      stale = false;
+      drawing.begin();
+      played.forEach((act, i) => drawAct(act, i, played.length, drawing, camera, shown, clock.now));
+      document.body.dataset.drawn = clock.now;
+    }
+    requestAnimationFrame(picture);
+  };
+  requestAnimationFrame(picture);
+}
+
+start().catch(error => { element("div", document.body, { className: "message", textContent: `The replay cannot be shown: ${error.message}.` }); });

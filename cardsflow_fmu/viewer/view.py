@@ -1,0 +1,148 @@
+"""`cardsflow view`: results or a robot, live or as a page."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.readers import read
+
+from ..results import SystemResult
+from ..saved_run import is_run, opened_run
+from .live import Ended, address, pose, replay, server
+from .meshes import link_meshes
+from .motion import Motion, motion_of
+from .page import replay_page
+from .page_data import Act
+from .scene import Stage
+
+Tell = Callable[[str], None]
+
+
+def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
+    """What is shown of the run in a folder.
+
+    Args:
+        path: The folder that the run has written.
+        full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
+
+    Raises:
+        InputError: The folder does not hold what is needed.
+    """
+    with opened_run(path) as result:
+        experiment = result.experiment
+        meshes = link_meshes(experiment.robot, experiment.robot_path.parent)
+        motion = motion_of(experiment.robot, result)
+        stage = Stage(experiment.robot, motion, meshes, full_scale=full_scale)
+        return Act(stage, str(result.summary.get("experiment", path)), notes(result))
+
+
+def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
+    """What is shown of a robot alone, where it starts.
+
+    Args:
+        path: A robot's file, or its folder.
+        cable_set: The cable set to use; the file's own when None.
+
+    Raises:
+        RobotError: The robot cannot be used.
+        InputError: Its files cannot be read.
+    """
+    reading = read(path, cable_set)
+    robot = reading.require()
+    start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
+    meshes = link_meshes(robot, reading.files[0].parent)
+    return Act(Stage(robot, Motion.still(start), meshes), robot.name)
+
+
+def notes(result: SystemResult) -> tuple[str, ...]:
+    """A line or two about a run: how well it tracked, and whether it ended early."""
+    lines = []
+    tracking = result.summary.get("tracking") or {}
+    if tracking.get("rms") is not None:
+        lines.append(f"tracking error RMS {tracking['rms']:.3g} {tracking.get('unit', '')}")
+    if result.summary.get("status") == "incomplete":
+        lines.append("incomplete run")
+    return tuple(lines)
+
+
+def write_page(acts: Sequence[Act], file: str | Path) -> Path:
+    """Write the page that shows motions side by side.
+
+    Args:
+        acts: What to show.
+        file: Where to.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    file = Path(file)
+    return write_files(file.parent, {file.name: replay_page(acts)})[0]
+
+
+def view(
+    paths: Sequence[str | Path],
+    *,
+    cable_set: str | None = None,
+    full_scale: bool = False,
+    port: int | None = None,
+    browser: bool = True,
+    tell: Tell = print,
+) -> None:
+    """Show one or two runs, or a robot, in the browser until Ctrl-C.
+
+    Args:
+        paths: Folders of runs, or a single robot.
+        cable_set: Of a robot: the one to use; the file's own when None.
+        full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
+        port: The port; a free one from 8080 on when None.
+        browser: Whether to open the browser.
+        tell: Given the line that says where to look.
+
+    Raises:
+        InputError: There is nothing to show, viser is missing, or the port is taken.
+    """
+    acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale)
+    with interruption() as ended, server(port, browser=browser) as opened:
+        tell(f"{address(opened)}  (Ctrl-C ends)")
+        if is_run(Path(paths[0])):
+            replay(opened, acts, ended)
+        else:
+            reading = read(paths[0], cable_set)
+            robot = reading.require()
+            pose(opened, robot, link_meshes(robot, reading.files[0].parent), ended)
+
+
+def acts_of(
+    paths: Sequence[str | Path], *, cable_set: str | None = None, full_scale: bool = False
+) -> list[Act]:
+    """What is shown of runs, or of a robot. Arguments and errors as for `view`."""
+    runs = [is_run(Path(path)) for path in paths]
+    if len(paths) > 1 and not all(runs):
+        odd = paths[runs.index(False)]
+        raise InputError("holds no results; only results stand side by side", file=odd)
+    if all(runs):
+        if cable_set is not None:
+            what = "is for a robot; a run shows the cable set that it was run with"
+            raise InputError(what, key="--cable-set")
+        return [run_act(path, full_scale=full_scale) for path in paths]
+    return [robot_act(paths[0], cable_set)]
+
+
+@contextlib.contextmanager
+def interruption() -> Iterator[Ended]:
+    """Whether Ctrl-C has been pressed; it ends a view and is no error."""
+    pressed = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: pressed.set())
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)

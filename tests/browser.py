@@ -1,0 +1,165 @@
+"""A headless Chromium for tests, steered over its DevTools protocol in real time."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import io
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+_FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--remote-debugging-port=0",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-default-apps",
+    "--window-size=1000,700",
+    "--hide-scrollbars",
+)
+
+
+class Page:
+    """One tab.
+
+    Attributes:
+        requests: URLs of everything that the page has asked for.
+        errors: Exceptions, console errors and failed requests, as texts.
+    """
+
+    def __init__(self, socket: Any) -> None:
+        self._socket, self._number = socket, 0
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.send(f"{domain}.enable")
+
+    def send(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Call a method of the protocol; events that arrive before its answer are noted."""
+        self._number += 1
+        call = {"id": self._number, "method": method, "params": parameters}
+        self._socket.send(json.dumps(call))
+        while True:
+            message = json.loads(self._socket.recv(timeout=60))
+            if message.get("id") == self._number:
+                assert "error" not in message, message["error"]
+                return message["result"]
+            self._note(message)
+
+    def open(self, url: str, *, offline: bool = False) -> None:
+        """Open a page; `offline` takes its network away first."""
+        if offline:
+            self.send(
+                "Network.emulateNetworkConditions",
+                offline=True,
+                latency=0,
+                downloadThroughput=0,
+                uploadThroughput=0,
+            )
+        self.send("Page.navigate", url=url)
+
+    def evaluate(self, expression: str) -> Any:
+        """The value of a JavaScript expression."""
+        result = self.send(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
+        assert "exceptionDetails" not in result, result
+        return result["result"].get("value")
+
+    def wait_for(self, expression: str, seconds: float = 30.0) -> float:
+        """Wait until an expression is true; returns how long it took, in [s]."""
+        begin = time.perf_counter()
+        while not self.evaluate(f"!!({expression})"):
+            assert time.perf_counter() - begin < seconds, (expression, self.errors)
+            time.sleep(0.05)
+        return time.perf_counter() - begin
+
+    def click(self, selector: str) -> None:
+        """Click in the middle of an element, as a mouse does."""
+        x, y = self.evaluate(
+            f"(r => [r.x + r.width / 2, r.y + r.height / 2])"
+            f"(document.querySelector({selector!r}).getBoundingClientRect())"
+        )
+        for kind in ("mousePressed", "mouseReleased"):
+            self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def screenshot(self, file: Path | None = None) -> np.ndarray:
+        """What is to be seen, shape (height, width, 3), 0 to 255."""
+        from PIL import Image
+
+        data = base64.b64decode(self.send("Page.captureScreenshot", format="png")["data"])
+        if file is not None:
+            file.write_bytes(data)
+        with Image.open(io.BytesIO(data)) as image:
+            return np.asarray(image.convert("RGB")).astype(int)
+
+    def _note(self, message: dict[str, Any]) -> None:
+        method, parameters = message.get("method"), message.get("params", {})
+        if method in ("Network.requestWillBeSent", "Network.webSocketCreated"):
+            self.requests.append(parameters.get("url") or parameters["request"]["url"])
+        elif method == "Runtime.exceptionThrown":
+            self.errors.append(str(parameters["exceptionDetails"]))
+        elif method == "Runtime.consoleAPICalled" and parameters["type"] in ("error", "assert"):
+            self.errors.append(str(parameters["args"]))
+        elif method == "Log.entryAdded" and parameters["entry"]["level"] == "error":
+            self.errors.append(str(parameters["entry"]))
+
+
+@contextlib.contextmanager
+def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterator[Page]:
+    """A tab of a browser of its own, with its profile in a folder; skips without Chromium."""
+    client = pytest.importorskip("websockets.sync.client", reason="needs the extra `viewer`")
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    command = [CHROMIUM, *_FLAGS, f"--user-data-dir={folder / 'profile'}", "about:blank"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        url = _debugger(folder / "profile" / "DevToolsActivePort", process)
+        with client.connect(url, max_size=2**26, open_timeout=30) as socket:
+            page = Page(socket)
+            page.send(
+                "Emulation.setDeviceMetricsOverride",
+                width=size[0],
+                height=size[1],
+                deviceScaleFactor=1,
+                mobile=False,
+            )
+            yield page
+    finally:
+        process.terminate()
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _debugger(port_file: Path, process: subprocess.Popen) -> str:
+    """The address of the first tab, once the browser is up."""
+    begin = time.perf_counter()
+    while True:
+        assert process.poll() is None, "chromium has ended"
+        assert time.perf_counter() - begin < 40.0, "chromium does not start"
+        time.sleep(0.05)
+        with contextlib.suppress(OSError, ValueError, IndexError, KeyError):
+            port = int(port_file.read_text().splitlines()[0])
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=5) as answer:
+                tabs = json.load(answer)
+            return next(t["webSocketDebuggerUrl"] for t in tabs if t["type"] == "page")
