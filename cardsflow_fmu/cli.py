@@ -20,6 +20,7 @@ from addin_sdfusion.robot import CardsflowError, InputError, RobotError  # noqa:
 
 from .cli_addin import add_addin  # noqa: E402
 from .cli_parts import BAD_INPUT, FAILED, GOOD, add_command, settings_of  # noqa: E402
+from .cli_study import add_study  # noqa: E402
 from .cli_view import add_live_options, add_view, refuse_view, watched  # noqa: E402
 from .version import __version__  # noqa: E402
 
@@ -80,6 +81,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_size(commands, common)
     add_addin(commands, common)
     add_view(commands, common)
+    add_study(commands, common)
     return parser
 
 

@@ -233,6 +233,7 @@ class Experiment:
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
             -> `plant.q.elbow`, or the number that it is held at.
         fmus: FMUs of others that take the place of plant, controller or reference, by that name.
+        robot_changes: What the experiment changes of the robot's files; see `robot_changes`.
     """
 
     file: Path
@@ -247,6 +248,7 @@ class Experiment:
     run: RunSettings
     wiring: Mapping[str, str | float]
     fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
+    robot_changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

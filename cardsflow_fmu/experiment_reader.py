@@ -27,6 +27,8 @@ from .experiment import (
 from .foreign_fmu import ROLES, read_fmus
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
+from .robot_changes import changed_robot, read_changes
+from .setting_paths import set_value
 from .tables import Table
 
 _MAX_BYTES = 64 * 2**20
@@ -47,7 +49,7 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
     file = path / "experiment.toml" if path.is_dir() else path
     data = _read_data(file)
     for key, value in settings.items():
-        _set(data, key, value, file)
+        set_value(data, key, value, file)
     return _experiment(Table(data, file))
 
 
@@ -68,18 +70,8 @@ def _read_data(file: Path) -> dict[str, Any]:
     return data
 
 
-def _set(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
-    """Set a value by its full key, making tables on the way."""
-    *path, last = key.split(".")
-    for part in path:
-        data = data.setdefault(part, {})
-        if not isinstance(data, dict):
-            raise InputError(f"{part!r} is not a table", file=file, key=key)
-    data[last] = value
-
-
 def _experiment(top: Table) -> Experiment:
-    reading, robot = _robot(top.table("robot"))
+    reading, robot, changes = _robot(top.table("robot"))
     robot = _with_bounds(robot, top.table("muscles"))
     controller = top.table("controller")
     start, reference = read_reference(
@@ -100,17 +92,19 @@ def _experiment(top: Table) -> Experiment:
         run=run,
         wiring=_wiring(top.table("wiring"), robot, disturbance),
         fmus=read_fmus(top.table("fmus")),
+        robot_changes=changes,
     )
     top.close()
     return experiment
 
 
-def _robot(table: Table) -> tuple[Reading, Robot]:
+def _robot(table: Table) -> tuple[Reading, Robot, dict[str, Any]]:
     path = table.file.parent / table.text("path")
     cable_set = table.text("cable_set", "")
     task_set = table.text("operational_space", "")
     gravity = table.numbers("gravity", 3) if "gravity" in table else None
     table.value("gravity", None)
+    changes = read_changes(table)
     table.close()
     try:
         reading = read(path, cable_set or None)
@@ -124,12 +118,13 @@ def _robot(table: Table) -> tuple[Reading, Robot]:
         robot = replace(robot, task_set=task_set)
     if gravity is not None:
         robot = replace(robot, gravity=cast(tuple[float, float, float], gravity))
+    robot = changed_robot(robot, changes, table)
     _require_port_names(table, robot)
     if not robot.coordinates:
         raise table.error("path", f"robot {robot.name!r} has no joint that moves")
     if not robot.muscles:
         raise table.error("path", f"robot {robot.name!r} has no muscles")
-    return reading, robot
+    return reading, robot, changes
 
 
 def _require_port_names(table: Table, robot: Robot) -> None:

@@ -34,7 +34,8 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
             "cable_set": robot.cable_set,
             "gravity": list(robot.gravity),
         }
-        | ({"operational_space": robot.task_set} if robot.task_set else {}),
+        | ({"operational_space": robot.task_set} if robot.task_set else {})
+        | dict(experiment.robot_changes),
         "muscles": {
             muscle.name: {"f_min": muscle.f_min}
             | ({"f_max": muscle.f_max} if math.isfinite(muscle.f_max) else {})

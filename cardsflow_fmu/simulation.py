@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import write_files
@@ -43,6 +43,20 @@ MODELS: dict[str, type[ExperimentModel]] = {
     "controller": ControllerModel,
     "reference": ReferenceModel,
 }
+
+
+class PreparedFmu(NamedTuple):
+    """An FMU that stands ready for several runs.
+
+    Attributes:
+        file: The .fmu.
+        folder: Where it is unpacked, or empty.
+        start_values: Values of its parameters, by name; its own where left out.
+    """
+
+    file: Path
+    folder: Path
+    start_values: Mapping[str, float] = {}
 
 
 class RunError(SimulationError):
@@ -204,9 +218,21 @@ def simulate(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     progress: Progress | None = None,
+    prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Result:
-    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`."""
+    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`.
+
+    Args:
+        experiment: What to run.
+        through: As for `run`.
+        fmi: As for `build`.
+        arrays: As for `build`.
+        progress: As for `run`.
+        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+    """
     started = time.perf_counter()
+    if prepared is not None:
+        return _finished(*_simulate(experiment, prepared, progress, started))
     with tempfile.TemporaryDirectory() as folder:
         fmus = _build(experiment, Path(folder), fmi, arrays) if through == "fmu" else {}
         return _finished(*_simulate(experiment, fmus, progress, started))
@@ -220,7 +246,7 @@ def _finished(result: Result, recording: Recording) -> Result:
 
 def _simulate(
     experiment: Experiment,
-    fmus: dict[str, Path],
+    fmus: Mapping[str, Path | PreparedFmu],
     progress: Progress | None,
     started: float,
     watch: Watch | None = None,
@@ -255,7 +281,7 @@ def _simulate(
 
 @contextlib.contextmanager
 def _participants(
-    experiment: Experiment, fmus: dict[str, Path]
+    experiment: Experiment, fmus: Mapping[str, Path | PreparedFmu]
 ) -> Iterator[dict[str, Participant]]:
     """The participants by name: an FMU where there is one, else the model itself."""
     with contextlib.ExitStack() as stack:
@@ -269,7 +295,9 @@ def _participants(
                 stack.callback(participant.close)
                 participant = AdaptedFmu(participant, foreign, model.table(experiment))
             elif name in fmus:
-                participant = FmuInstance(name, fmus[name], unpacked / name)
+                own = fmus[name]
+                ready = own if isinstance(own, PreparedFmu) else PreparedFmu(own, unpacked / name)
+                participant = FmuInstance(name, *ready)
                 stack.callback(participant.close)
             else:
                 participant = DirectParticipant(name, model(experiment))
