@@ -11,23 +11,26 @@ import json  # noqa: E402
 import os  # noqa: E402
 import sys  # noqa: E402
 import traceback  # noqa: E402
-from collections.abc import Iterator, Sequence  # noqa: E402
-from contextlib import contextmanager  # noqa: E402
+from collections.abc import Sequence  # noqa: E402
 from pathlib import Path  # noqa: E402
-from typing import TYPE_CHECKING, Any  # noqa: E402
+from typing import Any  # noqa: E402
 
 from addin_sdfusion.robot import CardsflowError, InputError, RobotError  # noqa: E402
 
 from .cli_addin import add_addin  # noqa: E402
-from .cli_parts import BAD_INPUT, FAILED, GOOD, add_command, settings_of  # noqa: E402
+from .cli_hardware import add_hardware  # noqa: E402
+from .cli_parts import (  # noqa: E402
+    BAD_INPUT,
+    FAILED,
+    GOOD,
+    add_command,
+    add_experiment,
+    experiment_of,
+)
+from .cli_run import add_run  # noqa: E402
 from .cli_study import add_study  # noqa: E402
-from .cli_view import add_live_options, add_view, refuse_view, watched  # noqa: E402
+from .cli_view import add_view  # noqa: E402
 from .version import __version__  # noqa: E402
-
-if TYPE_CHECKING:
-    from .experiment import Experiment
-    from .master import Progress
-    from .results import SystemResult
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -73,51 +76,17 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"cardsflow {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    _add_run(commands, common)
+    add_run(commands, common, _STARTED)
     _add_build(commands, common)
     _add_check(commands, common)
     _add_info(commands, common)
     _add_convert(commands, common)
     _add_size(commands, common)
+    add_hardware(commands, common)
     add_addin(commands, common)
     add_view(commands, common)
     add_study(commands, common)
     return parser
-
-
-def _add_experiment(parser: argparse.ArgumentParser, others: str = "") -> None:
-    parser.add_argument(
-        "experiment", type=Path, help=f"an experiment.toml, or the folder that holds one{others}"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting, such as controller.period=0.01; may be repeated",
-    )
-
-
-def _add_run(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = add_command(
-        commands,
-        common,
-        "run",
-        "Build the FMUs of an experiment, or take those of an .ssp file; co-simulate them; "
-        "write results and a figure.",
-        "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
-    )
-    _add_experiment(parser, "; or an .ssp file")
-    parser.add_argument("-o", "--output", type=Path, help="folder for the results")
-    parser.add_argument(
-        "--direct", action="store_true", help="step plain Python objects instead of FMUs"
-    )
-    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
-    parser.add_argument(
-        "--view", action="store_true", help="show the run in the browser while it goes on"
-    )
-    add_live_options(parser)
-    parser.set_defaults(command=_run)
 
 
 def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
@@ -125,10 +94,10 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
         commands,
         common,
         "build",
-        "Build plant.fmu, controller.fmu and reference.fmu of an experiment, and system.ssp.",
+        "Build plant, controller, reference and hardware.fmu of an experiment, and system.ssp.",
         "cardsflow build examples/planar_2r -o fmus",
     )
-    _add_experiment(parser)
+    add_experiment(parser)
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the FMUs")
     parser.add_argument(
         "--fmi",
@@ -159,7 +128,7 @@ def _add_size(commands: Any, common: argparse.ArgumentParser) -> None:
         "Say how strong each muscle must be for an experiment's motion, and what is in the way.",
         "cardsflow size examples/planar_2r --margin 0.5",
     )
-    _add_experiment(parser)
+    add_experiment(parser)
     parser.add_argument(
         "--margin", type=float, default=0.2, help="part of the peak to add to it; 0.2"
     )
@@ -178,6 +147,20 @@ def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    parser.add_argument(
+        "--motion",
+        help="look for muscles that meet one another or links: random, the name of a trajectory "
+        "beside the robot, or a .csv with the joints' positions, such as a run's results",
+    )
+    parser.add_argument(
+        "--clearance", type=float, default=0.0, help="smallest distance wanted, in m; 0"
+    )
+    parser.add_argument(
+        "--capsules",
+        type=float,
+        metavar="RADIUS",
+        help="capsules of this radius, in m, stand for the links, not their collision meshes",
+    )
     parser.set_defaults(command=_check)
 
 
@@ -217,84 +200,11 @@ def _add_convert(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.set_defaults(command=_convert)
 
 
-def _experiment(options: argparse.Namespace) -> Experiment:
-    from .experiment import Experiment
-
-    return Experiment.load(options.experiment, settings_of(options.set))
-
-
-def _run(options: argparse.Namespace) -> int:
-    if options.experiment.suffix == ".ssp":
-        return _run_system(options)
-    from .simulation import RunError, Through, run
-
-    experiment = _experiment(options)
-    for warning in experiment.warnings():
-        print(f"cardsflow: warning: {warning}", file=sys.stderr)
-    through: Through = "direct" if options.direct else "fmu"
-    try:
-        with watched(experiment, options) as (watch, replay):
-            with _progress_bar(experiment.run.steps) as progress:
-                result = run(
-                    experiment,
-                    options.output,
-                    through=through,
-                    progress=progress,
-                    watch=watch,
-                    started=_STARTED,
-                )
-            _print_result(result, options.json)
-            replay(result)
-    except RunError as error:
-        _print_result(error.result, options.json)
-        raise
-    return GOOD
-
-
-def _run_system(options: argparse.Namespace) -> int:
-    from .system_run import SystemRunError, run_system
-
-    refuse_view(options, "the robot of an .ssp is not known")
-    if options.direct:
-        raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
-    settings = settings_of(options.set)
-    try:
-        result = run_system(options.experiment, options.output, settings, started=_STARTED)
-    except SystemRunError as error:
-        _print_result(error.result, options.json)
-        raise
-    _print_result(result, options.json)
-    return GOOD
-
-
-@contextmanager
-def _progress_bar(steps: int) -> Iterator[Progress | None]:
-    """A progress bar on a terminal, nothing elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(total=steps, unit="step", leave=False) as bar:
-
-        def show(done: int) -> None:
-            bar.update(done - bar.n)
-
-        yield show
-
-
-def _print_result(result: SystemResult, as_json: bool) -> None:
-    if as_json:
-        print(json.dumps(result.summary, indent=1))
-    else:
-        print(result.describe())
-
-
 def _build(options: argparse.Namespace) -> int:
     from .simulation import SYSTEM_FILE, build
 
     files = build(
-        _experiment(options),
+        experiment_of(options),
         options.output,
         fmi=options.fmi,
         arrays=not options.scalars,
@@ -309,7 +219,7 @@ def _size(options: argparse.Namespace) -> int:
     from .sizing import size
     from .sizing_report import describe_sizes
 
-    sizes = size(_experiment(options), margin=options.margin)
+    sizes = size(experiment_of(options), margin=options.margin)
     print(json.dumps(sizes, indent=1) if options.json else describe_sizes(sizes))
     return FAILED if sizes["impossible_points"] else GOOD
 
@@ -318,9 +228,19 @@ def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
     try:
-        findings = read(options.robot, options.cable_set).findings
+        reading = read(options.robot, options.cable_set)
+        findings = reading.findings
     except RobotError as error:
         findings = error.findings
+    else:
+        if options.motion is not None:
+            from .motion_check import motion_findings
+
+            findings += tuple(
+                motion_findings(
+                    reading, reading.require(), options.motion, options.clearance, options.capsules
+                )
+            )
     if options.json:
         print(json.dumps([finding.as_dict() for finding in findings], indent=1))
     else:

@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError
+
+if TYPE_CHECKING:
+    from .experiment import Experiment
 
 BAD_INPUT, FAILED, GOOD = 2, 1, 0
 
@@ -41,3 +45,24 @@ def settings_of(words: Sequence[str]) -> dict[str, Any]:
         except (ValueError, RecursionError):
             raise InputError("its value cannot be read", key=f"--set {key}") from None
     return settings
+
+
+def add_experiment(parser: argparse.ArgumentParser, others: str = "") -> None:
+    """Add an experiment, and settings that change it."""
+    parser.add_argument(
+        "experiment", type=Path, help=f"an experiment.toml, or the folder that holds one{others}"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting, such as controller.period=0.01; may be repeated",
+    )
+
+
+def experiment_of(options: argparse.Namespace) -> Experiment:
+    """The experiment that `add_experiment` has asked for."""
+    from .experiment import Experiment
+
+    return Experiment.load(options.experiment, settings_of(options.set))

@@ -66,7 +66,9 @@ def _notes(fmu: FmuDescription) -> list[str]:
         "All values are in SI units. Outputs change with steps alone, not with inputs.",
         multiple,
         derivatives,
-        "The state can be saved, restored and serialised; restoring it continues bit by bit.",
+        "The state can be saved, restored and serialised; restoring it continues bit by bit."
+        if fmu.has_state
+        else "The state cannot be saved or restored: the world does not go back.",
     ]
 
 

@@ -74,6 +74,7 @@ def write_fmu(
         internal_step,
         model_class.any_step,
         model_class.has_derivatives,
+        model_class.has_state,
     )
     files = {_resource_name(name): _contents(source) for name, source in resources.items()}
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))

@@ -17,6 +17,9 @@ from .fmu_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
 from .fmu_signals import Row, Signal, read_signals
 from .units import Unit
 
+_TOLD = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
+"""The class of an error that tells what is wrong and what to do."""
+
 
 class FmuInstance:
     """A loaded, initialised FMU; elements of arrays are ports of their own.
@@ -125,12 +128,18 @@ class FmuInstance:
             self._log.append(text)
 
     def _messages(self) -> str:
-        return "\n".join(self._log).strip()
+        return "\n".join(map(_words, self._log)).strip()
 
     def _fail(self, when: str) -> None:
         raise SimulationError(
             f"{self._file.name} failed {when}: {self._messages() or 'no message'}"
         )
+
+
+def _words(text: str) -> str:
+    """Of an error that this package's models mean to tell, its words; of any other, all of it."""
+    summary, trace, _ = text.partition("\nTraceback (most recent call last):")
+    return _TOLD.sub("", summary, count=1) if trace and _TOLD.search(summary) else text
 
 
 def _description(file: Path, folder: Path) -> Any:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 
 from .coupling import Coupling
+from .hardware.pacing import Pacer
 from .interruption import interruptible
 from .participants import FloatArray, Participant
 from .ports import SOLVE_TIME
@@ -43,6 +44,7 @@ class Recording:
         solve_times: How long the controller took at each tick, in [s], where it tells. Apart from
             the rows, which are equal whenever the same experiment is run.
         failure: Why the run ended early, None when it is complete.
+        lateness: How late each step began, and the last one ended, in [s], where they are paced.
     """
 
     names: tuple[str, ...]
@@ -51,6 +53,7 @@ class Recording:
     ticks: list[int]
     solve_times: list[float]
     failure: CardsflowError | None
+    lateness: list[float] = field(default_factory=list)
 
 
 class Master:
@@ -104,18 +107,27 @@ class Master:
         self._ticking = by_its_name.get("controller")
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
+        self._lateness: list[float] = []
+        self._pacer: Pacer | None = None
         outputs = () if self._ticking is None else self._ticking.output_names
         self._timer = outputs.index(SOLVE_TIME) if SOLVE_TIME in outputs else None
 
-    def run(self, progress: Progress | None = None, watch: Watch | None = None) -> Recording:
+    def run(
+        self,
+        progress: Progress | None = None,
+        pacer: Pacer | None = None,
+        watch: Watch | None = None,
+    ) -> Recording:
         """Run to the end, to the first failure, or until Ctrl-C.
 
         Args:
             progress: Called now and then with the number of steps done.
-            watch: Called as often with what has been recorded.
+            pacer: Makes steps wait for their time; none when None, as fast as can be.
+            watch: Called as often as `progress` with what has been recorded.
         """
         rows = np.empty((self._steps + 1, len(self.names)))
-        self._ticks, self._solve_times = [], []
+        self._ticks, self._solve_times, self._lateness = [], [], []
+        self._pacer = pacer
         failure: CardsflowError | None = None
         self._recorded = done = 0
         with interruptible() as interrupted:
@@ -134,18 +146,33 @@ class Master:
         if progress:
             progress(done)
         recorded = rows[: self._recorded]
-        return Recording(self.names, recorded, self._units, self._ticks, self._solve_times, failure)
+        return Recording(
+            self.names,
+            recorded,
+            self._units,
+            self._ticks,
+            self._solve_times,
+            failure,
+            self._lateness,
+        )
 
     def _loop(self, rows: FloatArray) -> Iterator[int]:
         """One communication step an iteration; yields the number of steps done."""
         for k in range(self._steps):
+            self._wait(k)
             for stage in self._before:
                 self._advance(stage, k, k)
             self._record(rows[k], k * self._step)
             for stage in self._after:
                 self._advance(stage, k, k + 1)
             yield k + 1
+        self._wait(self._steps)
         self._record(rows[self._steps], self._steps * self._step)
+
+    def _wait(self, k: int) -> None:
+        """Wait for the time of step k, where steps are paced."""
+        if self._pacer is not None:
+            self._lateness.append(self._pacer.wait(k * self._step))
 
     def _advance(self, stage: Sequence[_Turn], k: int, row: int) -> None:
         """Give every participant of a stage its inputs, then step every one.

@@ -67,6 +67,7 @@ class FmuDescription:
         internal_step: What communication steps have to be multiples of, in [s].
         any_step: Whether communication steps may have any length.
         has_derivatives: Whether the model has directional derivatives.
+        has_state: Whether it can go back to an earlier state.
     """
 
     variables: Sequence[Variable]
@@ -77,6 +78,7 @@ class FmuDescription:
     internal_step: float | None = None
     any_step: bool = False
     has_derivatives: bool = False
+    has_state: bool = True
 
     @property
     def ports(self) -> list[Port]:

@@ -46,8 +46,8 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
         canHandleVariableCommunicationStepSize=flag(fmu.any_step),
         canInterpolateInputs="false",
         canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
+        canGetAndSetFMUstate=flag(fmu.has_state),
+        canSerializeFMUstate=flag(fmu.has_state),
         providesDirectionalDerivative=flag(fmu.has_derivatives),
     )
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import write_files
+
+from .hardware.recording import RECORDING_FILE, is_recording
 
 _SUMMARY = "summary.json"
 _OWN = (
@@ -22,10 +24,14 @@ _OWN = (
     "tracking.svg",
     "path.png",
     "path.svg",
+    "world.png",
+    "world.svg",
     "experiment.zip",
     "plant.fmu",
     "controller.fmu",
     "reference.fmu",
+    "hardware.fmu",
+    RECORDING_FILE,
 )
 
 
@@ -44,20 +50,23 @@ class OutputFolder:
         self.path = path
         self._made: list[Path] = []
 
-    def write(self, contents: Mapping[str, str | bytes]) -> dict[str, Path]:
+    def write(
+        self, contents: Mapping[str, str | bytes], streamed: Collection[str] = ()
+    ) -> dict[str, Path]:
         """Replace the results of an earlier run: all files, or none.
 
         Args:
             contents: The content of each file, by its name.
+            streamed: Names of files that the run has written already.
 
         Raises:
             InputError: A file cannot be written.
         """
         written = write_files(self.path, contents)
         self._made.clear()
-        for name in set(_OWN) - set(contents):
+        for name in set(_OWN) - set(contents) - set(streamed):
             (self.path / name).unlink(missing_ok=True)
-        return {path.name: path for path in written}
+        return {path.name: path for path in [*written, *(self.path / n for n in streamed)]}
 
     def __enter__(self) -> Self:
         try:
@@ -83,6 +92,8 @@ class OutputFolder:
     def _refuse_foreign_files(self) -> None:
         """Results of an earlier run are replaced; files of the same names by others are not."""
         there = [name for name in _OWN if (self.path / name).exists()]
+        if RECORDING_FILE in there and is_recording(self.path / RECORDING_FILE):
+            there.remove(RECORDING_FILE)  # of a run that was killed
         if there and not _is_summary(self.path / _SUMMARY):
             what = f"holds {there[0]}, which no run has written; choose another output folder"
             raise InputError(what, file=self.path)

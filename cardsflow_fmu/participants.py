@@ -58,7 +58,5 @@ class DirectParticipant:
         self.inputs = model.inputs
         self.outputs = model.outputs
         self.step = model.step
+        self.close = model.close
         model.initialize()
-
-    def close(self) -> None:
-        """Nothing to release."""

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import write_files
@@ -17,22 +17,27 @@ from .experiment import Experiment
 from .experiment_system import experiment_system, with_plant
 from .fmu_file import write_fmu
 from .fmu_instance import FmuInstance
-from .foreign_fmu import HARDWARE, AdaptedFmu, fitting_wiring
+from .foreign_fmu import HARDWARE, ROLES, AdaptedFmu, fitting_wiring
+from .hardware.opening import environment
+from .hardware.recording import RECORDING_FILE
+from .hardware_run import Pace, with_approach
 from .interruption import ignoring_interrupts
 from .master import Master, Progress, Recording, Watch
 from .model_description import FmiVersion
 from .models.controller import ControllerModel
 from .models.experiment_model import ExperimentModel
+from .models.hardware import HardwareModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
+from .muscle_ports import modelled_muscles
 from .output import OutputFolder
 from .participants import DirectParticipant, Participant
-from .ports import load_signals
 from .results import Result
 from .runtime.library import find_platform
 from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
 from .summary import Speed, summarize
+from .world_ports import outer_signals
 
 Through = Literal["fmu", "direct"]
 
@@ -42,6 +47,7 @@ MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
     "controller": ControllerModel,
     "reference": ReferenceModel,
+    HARDWARE: HardwareModel,
 }
 
 
@@ -80,12 +86,14 @@ def build(
     arrays: bool = True,
     platforms: Sequence[str] | None = None,
 ) -> dict[str, Path]:
-    """Build plant.fmu, controller.fmu and reference.fmu, and system.ssp of the three.
+    """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
+
+    Muscles with laws of their own have no hardware.fmu: hardware takes forces.
 
     Args:
         experiment: What to simulate.
         folder: Where to.
-        fmi: Version of FMI of the three; the .ssp holds FMUs of FMI 2.0.
+        fmi: Version of FMI of the four; the .ssp holds FMUs of FMI 2.0.
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: What the FMUs run on, such as `linux64`; on this platform when None. Others need
             the extra `cross`.
@@ -98,15 +106,22 @@ def build(
     """
     with tempfile.TemporaryDirectory() as aside:
         libraries = None if platforms is None else libraries_for(platforms, Path(aside))
-        files = _build(experiment, Path(aside), fmi, arrays, libraries)
+        names = _buildable(experiment)
+        files = _build(experiment, Path(aside), names, fmi, arrays, libraries)
         inner = files
         if fmi != "2.0":
             (Path(aside) / "inner").mkdir()
-            inner = _build(experiment, Path(aside) / "inner", libraries=_of_fmi_2(libraries))
+            inner = _build(experiment, Path(aside) / "inner", names, libraries=_of_fmi_2(libraries))
         system = _build_system(experiment, inner, Path(aside))
         contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
     written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
+
+
+def _buildable(experiment: Experiment) -> list[str]:
+    """All models, but that of the hardware where muscles are not commanded by their forces."""
+    has_hardware = not modelled_muscles(experiment.robot)
+    return [name for name in MODELS if name != HARDWARE or has_hardware]
 
 
 def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
@@ -119,22 +134,26 @@ def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
 def _build(
     experiment: Experiment,
     folder: Path,
+    names: Sequence[str],
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
 ) -> dict[str, Path]:
-    """The FMUs that are not of others, by the name of the model, in a folder that exists."""
-    resources = experiment.resources()
+    """Those FMUs that are not of others, by the name of the model, in a folder that exists."""
     period = experiment.controller.period
     steps = {"controller": period}
-    internal = {"controller": period, "plant": experiment.plant.step}
+    internal = {
+        "controller": period,
+        "plant": experiment.plant.step,
+        HARDWARE: experiment.run.step,
+    }
     return {
         name: write_fmu(
             folder / f"{name}.fmu",
-            model_class=model,
+            model_class=MODELS[name],
             model_name=name,
-            ports=model.table(experiment),
-            resources=resources,
+            ports=MODELS[name].table(experiment),
+            resources=experiment.resources(with_hardware=name == HARDWARE),
             step=steps.get(name, experiment.run.step),
             stop_time=experiment.run.duration,
             internal_step=internal.get(name),
@@ -142,19 +161,19 @@ def _build(
             arrays=arrays,
             libraries=libraries,
         )
-        for name, model in MODELS.items()
+        for name in names
         if name not in experiment.fmus
     }
 
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
     """The .ssp of FMI 2 FMUs with scalars, and of the FMUs of others that take their place."""
-    tables = {name: model.table(experiment) for name, model in MODELS.items()}
+    tables = {name: MODELS[name].table(experiment) for name in _buildable(experiment)}
     files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
     system = experiment_system(experiment, files, tables)
     sources = {f"resources/{name}.fmu": file for name, file in files.items()}
     variants = {}
-    if HARDWARE in experiment.fmus:
+    if HARDWARE in files:
         variants[HARDWARE] = with_plant(system, f"resources/{HARDWARE}.fmu")
     return write_ssp(folder / SYSTEM_FILE, system, sources, variants)
 
@@ -164,17 +183,21 @@ def run(
     output: str | Path | None = None,
     *,
     through: Through = "fmu",
+    realtime: bool = False,
     progress: Progress | None = None,
     watch: Watch | None = None,
     started: float | None = None,
 ) -> Result:
     """Run an experiment and write its results: FMUs, table, summary and figure.
 
+    With hardware in the place of the plant, every exchange is recorded beside them.
+
     Args:
         experiment: What to run.
         output: Folder for the results; the experiment's own when None.
         through: `fmu` for a co-simulation of FMUs, `direct` for the same loop over plain Python
             objects.
+        realtime: Whether steps wait for their time by the clock, as those with hardware do anyway.
         progress: Called now and then with the number of steps done.
         watch: Called now and then with the columns' names and the rows so far.
         started: `time.perf_counter()` at the start of the program; now when None.
@@ -183,32 +206,61 @@ def run(
         The result, with the files that were written.
 
     Raises:
+        HardwareError: The hardware does not answer, or is not where it is to start.
         InputError: The output folder cannot be used; nothing has been written.
         RunError: The run ended early; what it gave so far is written and marked incomplete.
     """
     started = time.perf_counter() if started is None else started
     with OutputFolder(Path(output or experiment.run.output)) as folder:
+        streamed = folder.path / RECORDING_FILE if experiment.hardware.use else None
         with tempfile.TemporaryDirectory() as aside:
-            fmus = _build(experiment, Path(aside)) if through == "fmu" else {}
+            driven, fmus = _prepare(experiment, Path(aside), through)
             contents: dict[str, str | bytes] = {
                 path.name: path.read_bytes() for path in fmus.values()
             }
             contents[EXPERIMENT] = experiment_archive(experiment)
-            result, recording = _simulate(experiment, fmus, progress, started, watch)
+            result, recording = _simulate(
+                driven, fmus, progress, started, realtime, streamed, watch
+            )
         with ignoring_interrupts():
-            _write(result, contents, folder)
+            _write(result, contents, folder, streamed)
     return _finished(result, recording)
 
 
-def _write(result: Result, contents: dict[str, str | bytes], folder: OutputFolder) -> None:
+def _prepare(
+    experiment: Experiment, folder: Path, through: Through, **forms: Any
+) -> tuple[Experiment, dict[str, Path]]:
+    """What is run, which may have to begin elsewhere, and the FMUs that run it."""
+    driven = with_approach(experiment)
+    if through == "direct":
+        return driven, {}
+    names = [_performer(role, experiment) for role in ROLES]
+    if driven is experiment:
+        return driven, _build(experiment, folder, names, **forms)
+    names.remove("controller")  # which is the same wherever the robot begins
+    return driven, {
+        **_build(driven, folder, names, **forms),
+        **_build(experiment, folder, ["controller"], **forms),
+    }
+
+
+def _performer(role: str, experiment: Experiment) -> str:
+    """Whose model plays a role: the hardware's that of the plant, where it is used."""
+    return HARDWARE if role == "plant" and experiment.hardware.use else role
+
+
+def _write(
+    result: Result, contents: dict[str, str | bytes], folder: OutputFolder, streamed: Path | None
+) -> None:
     """Write table, summary, figure and FMUs: all of them, or none."""
     if len(result.rows):
         from .plots import run_images  # matplotlib takes a second to import
 
         contents |= run_images(result)
-    names = [*result.contents(), *contents]
+    there = [streamed.name] if streamed is not None and streamed.exists() else []
+    names = [*result.contents(), *contents, *there]
     result.summary["files"] = {name: name for name in names}
-    result.files = folder.write(contents | result.contents())
+    result.files = folder.write(contents | result.contents(), there)
 
 
 def simulate(
@@ -217,6 +269,7 @@ def simulate(
     through: Through = "fmu",
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
+    realtime: bool = False,
     progress: Progress | None = None,
     prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Result:
@@ -227,6 +280,7 @@ def simulate(
         through: As for `run`.
         fmi: As for `build`.
         arrays: As for `build`.
+        realtime: As for `run`.
         progress: As for `run`.
         prepared: FMUs that make up this experiment, by the name of the model; none is built.
     """
@@ -234,8 +288,8 @@ def simulate(
     if prepared is not None:
         return _finished(*_simulate(experiment, prepared, progress, started))
     with tempfile.TemporaryDirectory() as folder:
-        fmus = _build(experiment, Path(folder), fmi, arrays) if through == "fmu" else {}
-        return _finished(*_simulate(experiment, fmus, progress, started))
+        driven, fmus = _prepare(experiment, Path(folder), through, fmi=fmi, arrays=arrays)
+        return _finished(*_simulate(driven, fmus, progress, started, realtime))
 
 
 def _finished(result: Result, recording: Recording) -> Result:
@@ -249,31 +303,35 @@ def _simulate(
     fmus: Mapping[str, Path | PreparedFmu],
     progress: Progress | None,
     started: float,
+    realtime: bool = False,
+    streamed: Path | None = None,
     watch: Watch | None = None,
 ) -> tuple[Result, Recording]:
-    with _participants(experiment, fmus) as participants:
-        settings = experiment.run
+    settings = experiment.run
+    pace = Pace(settings.step, realtime, experiment.hardware if experiment.hardware.use else None)
+    with _participants(experiment, fmus, streamed) as participants:
         master = Master(
             [participants[name] for name in ("plant", "reference", "controller")],
             fitting_wiring(
                 experiment.wiring,
                 experiment.fmus,
                 participants.values(),
-                load_signals(experiment.robot),
+                outer_signals(experiment),
             ),
             step=settings.step,
             steps=settings.steps,
             coupling=settings.coupling,
             every={"controller": round(experiment.controller.period / settings.step)},
         )
-        begin = time.perf_counter()
-        recording = master.run(progress, watch)
-        speed = Speed(time.perf_counter() - begin, begin - started)
+        with pace:
+            begin = time.perf_counter()
+            recording = master.run(progress, pace.pacer, watch)
+            speed = Speed(time.perf_counter() - begin, begin - started)
     result = Result(
         recording.names,
         recording.rows,
         {name: recording.units.get(name, "") for name in recording.names},
-        summarize(experiment, recording, speed),
+        summarize(experiment, recording, speed) | pace.report(recording),
         experiment=experiment,
     )
     return result, recording
@@ -281,25 +339,33 @@ def _simulate(
 
 @contextlib.contextmanager
 def _participants(
-    experiment: Experiment, fmus: Mapping[str, Path | PreparedFmu]
+    experiment: Experiment, fmus: Mapping[str, Path | PreparedFmu], streamed: Path | None
 ) -> Iterator[dict[str, Participant]]:
-    """The participants by name: an FMU where there is one, else the model itself."""
+    """The participants by name: an FMU where there is one, else the model itself.
+
+    The plant comes last: hardware does not wait for long.
+    """
     with contextlib.ExitStack() as stack:
         unpacked = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         participants: dict[str, Participant] = {}
-        for name, model in MODELS.items():
-            foreign = experiment.fmus.get(name)
+        for role in reversed(ROLES):
+            name = _performer(role, experiment)
+            model, foreign = MODELS[name], experiment.fmus.get(name)
             participant: Participant
+            with environment(experiment.hardware, streamed):
+                if foreign is not None:
+                    participant = FmuInstance(
+                        role, foreign.file, unpacked / name, foreign.parameters
+                    )
+                elif name in fmus:
+                    own = fmus[name]
+                    if not isinstance(own, PreparedFmu):
+                        own = PreparedFmu(own, unpacked / name)
+                    participant = FmuInstance(role, *own)
+                else:
+                    participant = DirectParticipant(role, model(experiment))
+            stack.callback(participant.close)
             if foreign is not None:
-                participant = FmuInstance(name, foreign.file, unpacked / name, foreign.parameters)
-                stack.callback(participant.close)
                 participant = AdaptedFmu(participant, foreign, model.table(experiment))
-            elif name in fmus:
-                own = fmus[name]
-                ready = own if isinstance(own, PreparedFmu) else PreparedFmu(own, unpacked / name)
-                participant = FmuInstance(name, *ready)
-                stack.callback(participant.close)
-            else:
-                participant = DirectParticipant(name, model(experiment))
-            participants[name] = participant
+            participants[role] = participant
         yield participants

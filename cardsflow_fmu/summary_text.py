@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from .hardware.pacing import describe_timeliness
+
 
 def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     """A short text, a line a topic.
@@ -14,10 +16,33 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     """
     lines = [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
     lines += _infeasible_lines(summary)
+    lines += _real_time_lines(summary)
     if summary["real_time_factor"] is not None:
         lines.append(
             f"speed       {summary['real_time_factor']:.1f} x real time, "
             f"first step after {summary['first_step_after_s']:.1f} s"
+        )
+    return lines
+
+
+def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
+    """How well a run by the clock kept up, and how the hardware answered; where there was one."""
+    lines = []
+    hardware, real_time = summary.get("hardware"), summary.get("real_time")
+    if hardware is not None:
+        lines.append(
+            f"hardware    {hardware['link'] or 'as the environment says'}, {hardware['mode']}"
+        )
+        if hardware["round_trip"] is not None:
+            lines[0] += (
+                f": {hardware['missed']} exchanges missed, oldest state "
+                f"{1e3 * hardware['oldest_state']:.3g} ms, round trip median "
+                f"{1e6 * hardware['round_trip']['median']:.3g}, "
+                f"99 % {1e6 * hardware['round_trip']['p99']:.3g} us"
+            )
+    if real_time is not None:
+        lines.append(
+            f"real time   {describe_timeliness(real_time)}; scheduling {real_time['scheduling']}"
         )
     return lines
 

@@ -14,6 +14,7 @@ from addin_sdfusion.robot import InputError, SimulationError
 
 from .coupling import SCHEMES, Coupling, Scheme
 from .fmu_instance import FmuInstance
+from .hardware_run import Pace
 from .interruption import ignoring_interrupts
 from .master import Master, Progress
 from .output import OutputFolder
@@ -44,6 +45,7 @@ def run_system(
     output: str | Path | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
+    realtime: bool = False,
     progress: Progress | None = None,
     started: float | None = None,
 ) -> SystemResult:
@@ -54,6 +56,7 @@ def run_system(
         output: Folder for the results; `results` beside the file when None.
         settings: `variant`, `run.step`, `run.duration`, `run.coupling`, `run.order`, and start
             values such as `plant.q_start.elbow`.
+        realtime: Whether steps wait for their time by the clock.
         progress: Called now and then with the number of steps done.
         started: `time.perf_counter()` at the start of the program; now when None.
 
@@ -64,7 +67,7 @@ def run_system(
     started = time.perf_counter() if started is None else started
     path = Path(path)
     with OutputFolder(Path(output or path.parent / "results")) as folder:
-        result = _simulate(path, settings or {}, progress, started)
+        result = _simulate(path, settings or {}, realtime, progress, started)
         with ignoring_interrupts():
             names = result.contents()
             result.summary["files"] = {name: name for name in names}
@@ -78,17 +81,22 @@ def simulate_system(
     path: str | Path,
     settings: Mapping[str, Any] | None = None,
     *,
+    realtime: bool = False,
     progress: Progress | None = None,
 ) -> SystemResult:
     """Run an .ssp file and write nothing. Arguments and errors as for `run_system`."""
-    result = _simulate(Path(path), settings or {}, progress, time.perf_counter())
+    result = _simulate(Path(path), settings or {}, realtime, progress, time.perf_counter())
     if not result.complete:
         raise SystemRunError(result.summary["error"], result)
     return result
 
 
 def _simulate(
-    path: Path, settings: Mapping[str, Any], progress: Progress | None, started: float
+    path: Path,
+    settings: Mapping[str, Any],
+    realtime: bool,
+    progress: Progress | None,
+    started: float,
 ) -> SystemResult:
     runs = {k.removeprefix("run."): v for k, v in settings.items() if k.startswith("run.")}
     values = {k: v for k, v in settings.items() if not k.startswith("run.") and k != "variant"}
@@ -107,10 +115,12 @@ def _simulate(
                 by_name=False,
                 changes={".".join(c.target): c.change for c in system.connections},
             )
-            begin = time.perf_counter()
-            recording = master.run(progress)
-            speed = Speed(time.perf_counter() - begin, begin - started)
+            with Pace(step, realtime) as pace:
+                begin = time.perf_counter()
+                recording = master.run(progress, pace.pacer)
+                speed = Speed(time.perf_counter() - begin, begin - started)
     summary = summarize_system(system.name, recording, speed, coupling=coupling.scheme, step=step)
+    summary |= pace.report(recording)
     units = {name: recording.units.get(name, "") for name in recording.names}
     return SystemResult(recording.names, recording.rows, units, summary)
 

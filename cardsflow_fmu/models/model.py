@@ -47,6 +47,8 @@ class FmuModel(ABC):
     """Whether steps may have any length, and another one every time."""
     has_derivatives: ClassVar[bool] = False
     """Whether `directional_derivative` answers."""
+    has_state: ClassVar[bool] = True
+    """Whether `get_state` and `set_state` do: what goes on in the world does not go back."""
 
     def __init__(self, ports: Sequence[Port], values: FloatArray | None = None) -> None:
         self.ports = tuple(ports)
@@ -104,6 +106,9 @@ class FmuModel(ABC):
     def reset(self) -> None:
         """Back to the start values; `initialize` is due next."""
         self.values[:] = self._start
+
+    def close(self) -> None:  # noqa: B027 - there mostly is nothing to do
+        """Give back what is held beyond this process; for most models that is nothing."""
 
     def set_states(self, states: FloatArray) -> None:
         """Go to other states without any time passing.

@@ -70,7 +70,7 @@ SSD = "SystemStructure.ssd"
 def test_what_is_written_satisfies_the_schemas_of_ssp(system: Path) -> None:
     files = contents(system)
     assert [name for name in files if name.endswith(".fmu")] == [
-        f"resources/{name}.fmu" for name in ("controller", "plant", "reference")
+        f"resources/{name}.fmu" for name in ("controller", "hardware", "plant", "reference")
     ]
     schemas = {".ssd": "Description", ".ssv": "ParameterValues"}
     checked = 0
@@ -79,7 +79,7 @@ def test_what_is_written_satisfies_the_schemas_of_ssp(system: Path) -> None:
             schema = SCHEMAS / f"SystemStructure{schemas[Path(name).suffix]}.xsd"
             etree.XMLSchema(file=str(schema)).assertValid(etree.parse(io.BytesIO(data)))
             checked += 1
-    assert checked == 4
+    assert checked == 5
 
 
 def test_the_same_experiment_gives_the_same_bytes(system: Path, tmp_path: Path) -> None:

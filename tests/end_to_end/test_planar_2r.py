@@ -171,7 +171,7 @@ def test_a_failing_fmu_ends_the_run_with_its_own_words_and_keeps_the_results(
     }
     with pytest.raises(RunError, match=r"plant\.fmu failed at t = .* diverged") as caught:
         run(Experiment.load(PLANAR_2R, settings), tmp_path)
-    assert "Traceback" in str(caught.value)
+    assert "Traceback" not in str(caught.value)
     assert not caught.value.result.complete
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["status"] == "incomplete"

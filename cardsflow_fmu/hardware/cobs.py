@@ -1,0 +1,79 @@
+"""Frames on a line that knows bytes only: consistent overhead byte stuffing, ended by a zero.
+
+Each zero of a frame is replaced by the distance to the next one, so that a zero on the line is the
+end of a frame and nothing else, and who comes in the middle is in step again after one frame.
+"""
+
+from __future__ import annotations
+
+_MOST = 254
+"""Longest stretch without a zero that one distance can tell."""
+
+
+def encode(frame: bytes) -> bytes:
+    """A frame as it goes over the line, its ending zero included."""
+    line = bytearray()
+    for stretch in frame.split(b"\0"):
+        whole = len(stretch) // _MOST
+        for k in range(whole):
+            line.append(_MOST + 1)
+            line += stretch[k * _MOST : (k + 1) * _MOST]
+        line.append(len(stretch) - whole * _MOST + 1)
+        line += stretch[whole * _MOST :]
+    line.append(0)
+    return bytes(line)
+
+
+def decode(line: bytes) -> bytes | None:
+    """The frame between two zeros of the line; None if it is damaged."""
+    frame = bytearray()
+    at = 0
+    while at < len(line):
+        distance = line[at]
+        if distance == 0 or at + distance > len(line):
+            return None
+        frame += line[at + 1 : at + distance]
+        at += distance
+        if distance <= _MOST and at < len(line):
+            frame.append(0)
+    return bytes(frame)
+
+
+class Unstuffer:
+    """Takes the bytes of a line as they come and gives out frames.
+
+    Args:
+        most: Longest frame, in bytes; what is longer on the line is dropped.
+
+    Attributes:
+        damaged: How many stretches between two zeros were no frame.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most + most // _MOST + 2
+        self._pending = bytearray()
+        self._too_long = False
+        self.damaged = 0
+
+    def take(self, chunk: bytes) -> list[bytes]:
+        """The frames that end in a chunk of bytes."""
+        frames = []
+        *ended, rest = chunk.split(b"\0")
+        for stretch in ended:
+            self._append(stretch)
+            frame = None if self._too_long else decode(bytes(self._pending))
+            if frame is None:
+                self.damaged += 1
+            elif frame:
+                frames.append(frame)
+            self._pending.clear()
+            self._too_long = False
+        self._append(rest)
+        return frames
+
+    def _append(self, stretch: bytes) -> None:
+        if len(self._pending) + len(stretch) > self._most:
+            self._too_long = True
+            self._pending.clear()
+        elif not self._too_long:
+            self._pending += stretch

@@ -1,0 +1,228 @@
+"""What can happen to frames on their way: loss, delay, reordering, duplication, damage, outages.
+
+Nothing here looks at a clock: whoever calls says what time it is, so that tests need not wait. The
+same seed and the same frames at the same times have the same fate.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+import random
+from collections import Counter
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Protocol
+
+from addin_sdfusion.robot import InputError
+
+_MOST_DAMAGED_BYTES = 8
+_RESIZED = 0.2
+"""Part of the damaged frames that are cut or lengthened instead of having bytes changed."""
+_LONGEST_HELD = 0.01
+"""After so long a frame that was to be overtaken goes all the same, in [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """What happens to frames, in each direction; nothing without arguments.
+
+    Attributes:
+        loss: Probability that a frame is lost.
+        delay: Time on the way, in [s].
+        jitter: Longest additional time on the way, in [s]; even between 0 and this.
+        duplicate: Probability that a frame comes twice, each with a delay of its own.
+        reorder: Probability that a frame is overtaken by the next one.
+        corrupt: Probability that a frame is damaged.
+        outages: When all frames are lost: begin and length, in [s] from the first frame on.
+        seed: Seed of the chances.
+
+    Raises:
+        InputError: A value is out of range; the message names it.
+    """
+
+    loss: float = 0.0
+    delay: float = 0.0
+    jitter: float = 0.0
+    duplicate: float = 0.0
+    reorder: float = 0.0
+    corrupt: float = 0.0
+    outages: tuple[tuple[float, float], ...] = ()
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("loss", "duplicate", "reorder", "corrupt"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} must be from 0 to 1, not {getattr(self, name)!r}")
+        for name in ("delay", "jitter"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise InputError(f"{name} must be 0 s or more, not {getattr(self, name)!r}")
+        for begin, length in self.outages:
+            if not (0 <= begin < math.inf and 0 < length < math.inf):
+                what = f"begins at 0 s or later and lasts, not {begin!r} s and {length!r} s"
+                raise InputError(f"an outage {what}")
+
+    @property
+    def any(self) -> bool:
+        """Whether anything happens at all."""
+        chances = (self.loss, self.delay, self.jitter, self.duplicate, self.reorder, self.corrupt)
+        return any(chances) or bool(self.outages)
+
+
+class FaultyChannel:
+    """One direction of a link: what is sent comes out later, or twice, or damaged, or never.
+
+    Args:
+        faults: What happens.
+        direction: Frames of another direction have a fate of their own.
+
+    Attributes:
+        counters: How many frames were sent, delivered, lost, duplicated, overtaken, damaged.
+    """
+
+    def __init__(self, faults: Faults, direction: str = "") -> None:
+        self._faults = faults
+        self._random = random.Random(f"{faults.seed} {direction}")
+        self._waiting: list[tuple[float, int, bytes, Hashable]] = []
+        self._held: tuple[float, bytes, Hashable] | None = None
+        self._order = 0
+        self._first: float | None = None
+        self.counters: Counter[str] = Counter(
+            dict.fromkeys(("sent", "delivered", "lost", "duplicated", "overtaken", "damaged"), 0)
+        )
+
+    def send(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Send a frame.
+
+        Args:
+            data: The frame.
+            peer: Where it comes from or goes to.
+            now: In [s].
+        """
+        faults, chance = self._faults, self._random.random
+        self.counters["sent"] += 1
+        if self._first is None:
+            self._first = now
+        if self._is_out(now - self._first) or chance() < faults.loss:
+            self.counters["lost"] += 1
+            return
+        if chance() < faults.corrupt:
+            self.counters["damaged"] += 1
+            data = self._damaged(data)
+        if self._held is None and chance() < faults.reorder:
+            self.counters["overtaken"] += 1
+            self._held = (now, data, peer)
+            return
+        arrival = self._send_on(data, peer, now)
+        if chance() < faults.duplicate:
+            self.counters["duplicated"] += 1
+            self._send_on(data, peer, now)
+        self._release(arrival)
+
+    def due(self, now: float) -> list[tuple[bytes, Hashable]]:
+        """The frames that come out until now, with their peers, in the order of arrival.
+
+        Args:
+            now: In [s].
+        """
+        if self._held is not None and now >= self._held[0] + _LONGEST_HELD:
+            self._release(self._held[0] + _LONGEST_HELD)
+        frames = []
+        while self._waiting and self._waiting[0][0] <= now:
+            _, _, data, peer = heapq.heappop(self._waiting)
+            frames.append((data, peer))
+        self.counters["delivered"] += len(frames)
+        return frames
+
+    @property
+    def next_due(self) -> float:
+        """When the next frame comes out, in [s]; infinite if there is none on the way."""
+        held = math.inf if self._held is None else self._held[0] + _LONGEST_HELD
+        return min(held, self._waiting[0][0] if self._waiting else math.inf)
+
+    def _is_out(self, time: float) -> bool:
+        return any(begin <= time < begin + length for begin, length in self._faults.outages)
+
+    def _send_on(self, data: bytes, peer: Hashable, now: float) -> float:
+        """Put a frame on its way; returns when it arrives."""
+        arrival = now + self._faults.delay + self._faults.jitter * self._random.random()
+        self._arrive(arrival, data, peer)
+        return arrival
+
+    def _arrive(self, arrival: float, data: bytes, peer: Hashable) -> None:
+        self._order += 1
+        heapq.heappush(self._waiting, (arrival, self._order, data, peer))
+
+    def _release(self, arrival: float) -> None:
+        """The frame that was held back arrives right behind another."""
+        if self._held is not None:
+            _, data, peer = self._held
+            self._held = None
+            self._arrive(arrival, data, peer)
+
+    def _damaged(self, data: bytes) -> bytes:
+        """A frame with other bytes, or another length; never the frame itself."""
+        choose = self._random
+        if not data or choose.random() < _RESIZED:
+            length = choose.choice([k for k in range(len(data) + 9) if k != len(data)])
+            return (data + choose.randbytes(8))[:length]
+        changed = bytearray(data)
+        places = choose.sample(range(len(data)), min(_MOST_DAMAGED_BYTES, len(data)))
+        for place in places[: choose.randint(1, len(places))]:
+            changed[place] ^= choose.randint(1, 255)
+        return bytes(changed)
+
+
+class Receiver(Protocol):
+    """What frames are sent to, such as a `Device`."""
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> list[bytes]:
+        """Take a frame; returns the answers, for the same peer."""
+
+
+class FaultyWay:
+    """The way to a device and back, with faults in both directions.
+
+    Args:
+        device: What the frames are sent to.
+        faults: What happens to them.
+
+    Attributes:
+        inward, outward: The two directions.
+    """
+
+    def __init__(self, device: Receiver, faults: Faults) -> None:
+        self._device = device
+        self.inward = FaultyChannel(faults, "inward")
+        self.outward = FaultyChannel(faults, "outward")
+
+    def send(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Send a frame towards the device.
+
+        Args:
+            data: The frame.
+            peer: Who sends it.
+            now: In [s].
+        """
+        self.inward.send(data, peer, now)
+
+    def due(self, now: float) -> list[tuple[bytes, Hashable]]:
+        """Let frames reach the device until now; returns the answers that come out, with peers.
+
+        Args:
+            now: In [s].
+        """
+        for data, peer in self.inward.due(now):
+            for answer in self._device.receive(data, peer, now):
+                self.outward.send(answer, peer, now)
+        return self.outward.due(now)
+
+    @property
+    def next_due(self) -> float:
+        """When `due` has something to do next, in [s]; infinite if nothing is on the way."""
+        return min(self.inward.next_due, self.outward.next_due)
+
+    @property
+    def counters(self) -> dict[str, dict[str, int]]:
+        """How many frames met with what, in each direction."""
+        return {"inward": dict(self.inward.counters), "outward": dict(self.outward.counters)}

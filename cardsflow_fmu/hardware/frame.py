@@ -1,0 +1,296 @@
+"""The frame that goes between a simulation and a device: pack, unpack, checksum, authentication.
+
+Little-endian; docs/hardware_protocol.md describes it for those who write firmware.
+
+    0   u32  magic, b"CFHW"          24  u64  sender's monotonic clock, in [ns]
+    4   u8   version, 1              32  u64  that of the frame answered, 0 if none
+    5   u8   kind                    40  u16  n
+    6   u16  flags                   42  u16  reserved, 0
+    8   u32  run                     44  u32  CRC-32 of the frame with this field 0
+    12  u32  sequence number         48  n f64
+    16  f64  time of the run in [s]  then, if signed, 32 bytes HMAC-SHA256 of everything before
+"""
+
+from __future__ import annotations
+
+import hmac
+import math
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+
+from .errors import HardwareError
+
+FloatArray = NDArray[np.float64]
+
+MAGIC = 0x57484643
+VERSION = 1
+HEADER = struct.Struct("<IBBHIIdQQHHI")
+HEADER_BYTES = HEADER.size
+MAC_BYTES = 32
+SHORTEST_KEY = 16
+MOST_VALUES = 4096
+MOST_BYTES = HEADER_BYTES + 8 * MOST_VALUES + MAC_BYTES
+
+_CHECKSUM = struct.Struct("<I")
+_CHECKSUM_AT = 44
+_KIND_AT = 5
+_NO_CHECKSUM = bytes(4)
+_LITTLE = np.dtype("<f8")
+_RUN = struct.Struct("<IQ")
+
+
+class Kind(IntEnum):
+    """What a frame is."""
+
+    HELLO = 1
+    HELLO_ACK = 2
+    SETPOINT = 3
+    STATE = 4
+    STOP = 5
+    STOPPED = 6
+    ERROR = 7
+    PING = 8
+    PONG = 9
+
+
+class Flag(IntFlag):
+    """The bits of a frame's flags; the others are 0 and are not looked at."""
+
+    SIGNED = 1
+    """An HMAC follows the values."""
+    LOCKSTEP = 2
+    """The device takes one step for each set point."""
+    SAFE = 4
+    """The device is in its safe state and does not follow set points."""
+    FAULT = 8
+    """The robot behind the device has failed."""
+    CLAMPED = 16
+    """The set point was out of bounds and has been clamped."""
+
+
+SIGNED = int(Flag.SIGNED)
+
+_KINDS = {int(kind): kind for kind in Kind}
+_WITH_PRE_SHARED_KEY = frozenset((Kind.HELLO, Kind.HELLO_ACK, Kind.ERROR))
+
+
+class FrameError(HardwareError):
+    """A frame cannot be taken.
+
+    Args:
+        reason: Why, in a word or two: "length", "magic", "version", "type", "checksum",
+            "signature", "unsigned" or "not finite".
+    """
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"a frame was refused: {reason}")
+
+
+class Frame(NamedTuple):
+    """One frame; a tuple because one is made on each side of each exchange, and quickly.
+
+    Attributes:
+        kind: What it is.
+        flags: Bits of `Flag`; that of the signature is set by `pack`.
+        run_id: Number of the run, 32 bits.
+        seq: Sequence number, 32 bits.
+        t_sim: Time of the run, in [s].
+        t_send_ns: The sender's monotonic clock, in [ns].
+        echo_ns: `t_send_ns` of the frame answered; 0 if none is.
+        values: What it carries.
+    """
+
+    kind: Kind
+    flags: int
+    run_id: int
+    seq: int
+    t_sim: float
+    t_send_ns: int
+    echo_ns: int
+    values: Sequence[float] | FloatArray
+
+
+def pack(frame: Frame, key: bytes | None = None) -> bytes:
+    """The bytes of a frame.
+
+    Args:
+        frame: The frame.
+        key: What to sign it with; unsigned when None.
+
+    Raises:
+        FrameError: A number is not finite, or there are too many.
+    """
+    values = np.asarray(frame.values, _LITTLE)
+    if len(values) > MOST_VALUES:
+        raise FrameError("length")
+    writer = FrameWriter(len(values))
+    writer.values[:] = values
+    return writer.pack(
+        frame.kind,
+        frame.flags,
+        frame.run_id,
+        frame.seq,
+        frame.t_sim,
+        frame.t_send_ns,
+        frame.echo_ns,
+        key,
+    )
+
+
+class FrameWriter:
+    """Packs frames of one length over and over, into memory of its own.
+
+    Args:
+        count: Number of values.
+
+    Attributes:
+        values: What the next frame carries, shape (count,); to be written into.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._bytes = bytearray(HEADER_BYTES + 8 * count)
+        self._count = count
+        self.values: FloatArray = np.frombuffer(self._bytes, _LITTLE, count, HEADER_BYTES)
+
+    def pack(
+        self,
+        kind: int,
+        flags: int,
+        run_id: int,
+        seq: int,
+        t_sim: float,
+        t_send_ns: int,
+        echo_ns: int,
+        key: bytes | None,
+    ) -> bytes:
+        """The bytes of a frame with the present values; the arguments are those of `Frame`.
+
+        Raises:
+            FrameError: A number is not finite.
+        """
+        if not (math.isfinite(t_sim) and all_finite(self.values)):
+            raise FrameError("not finite")
+        flags = flags & ~SIGNED if key is None else flags | SIGNED
+        data = self._bytes
+        fields = (run_id, seq, t_sim, t_send_ns, echo_ns, self._count, 0, 0)
+        HEADER.pack_into(data, 0, MAGIC, VERSION, kind, flags, *fields)
+        _CHECKSUM.pack_into(data, _CHECKSUM_AT, zlib.crc32(data))
+        packed = bytes(data)
+        return packed if key is None else packed + hmac.digest(key, packed, "sha256")
+
+
+def unpack(data: bytes, key: bytes | None = None) -> Frame:
+    """The frame in some bytes; its values are an array that looks into them.
+
+    Args:
+        data: The bytes, of one whole frame.
+        key: What it must be signed with; it must be unsigned when None.
+
+    Raises:
+        FrameError: It is not a frame, damaged, or not signed with this key.
+    """
+    if len(data) < HEADER_BYTES:
+        raise FrameError("length")
+    magic, version, kind, flags, run_id, seq, t_sim, sent, echo, count, _, checksum = (
+        HEADER.unpack_from(data)
+    )
+    if magic != MAGIC:
+        raise FrameError("magic")
+    if version != VERSION:
+        raise FrameError("version")
+    if kind not in _KINDS:
+        raise FrameError("type")
+    end = HEADER_BYTES + 8 * count
+    signed = flags & SIGNED
+    if count > MOST_VALUES or len(data) != (end + MAC_BYTES if signed else end):
+        raise FrameError("length")
+    if checksum != _checksum(data, end):
+        raise FrameError("checksum")
+    if key is not None and not signed:
+        raise FrameError("unsigned")
+    if signed and (
+        key is None or not hmac.compare_digest(hmac.digest(key, data[:end], "sha256"), data[end:])
+    ):
+        raise FrameError("signature")
+    values: FloatArray = np.frombuffer(data, _LITTLE, count, HEADER_BYTES)
+    if not (math.isfinite(t_sim) and all_finite(values)):
+        raise FrameError("not finite")
+    return Frame(_KINDS[kind], flags, run_id, seq, t_sim, sent, echo, values)
+
+
+def _checksum(data: bytes, end: int) -> int:
+    """CRC-32 of a frame's first `end` bytes with zeros in its own place."""
+    view = memoryview(data)
+    head = zlib.crc32(_NO_CHECKSUM, zlib.crc32(view[:_CHECKSUM_AT]))
+    return zlib.crc32(view[HEADER_BYTES:end], head)
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """What the frames of a run are signed with: nothing at all, or one of two keys.
+
+    The pre-shared key signs what is said before both sides know the run's key, and refusals.
+
+    Attributes:
+        pre_shared: The key that both sides were given; None for unsigned frames.
+        run: The run's own key; None before there is a run.
+
+    Raises:
+        InputError: The pre-shared key is shorter than 16 bytes.
+    """
+
+    pre_shared: bytes | None = None
+    run: bytes | None = None
+
+    def __post_init__(self) -> None:
+        if self.pre_shared is not None and len(self.pre_shared) < SHORTEST_KEY:
+            what = f"a key must have {SHORTEST_KEY} bytes or more, not {len(self.pre_shared)}"
+            raise InputError(f"{what}; `head -c 32 /dev/urandom > key.bin` makes one")
+
+    def of_run(self, run_id: int, nonce: int) -> Keys:
+        """The keys of a run; no frame of an earlier one is signed with them.
+
+        Args:
+            run_id: Number that the link has chosen, 32 bits.
+            nonce: Number that the device has chosen, 64 bits.
+        """
+        if self.pre_shared is None:
+            return self
+        key = hmac.digest(self.pre_shared, _RUN.pack(run_id, nonce), "sha256")
+        return Keys(self.pre_shared, key)
+
+    def of(self, kind: int) -> bytes | None:
+        """What a frame of a kind is signed with; None for nothing.
+
+        Raises:
+            FrameError: It belongs to a run, and there is none.
+        """
+        if self.pre_shared is None or kind in _WITH_PRE_SHARED_KEY:
+            return self.pre_shared
+        if self.run is None:
+            raise FrameError("signature")
+        return self.run
+
+    def unpack(self, data: bytes) -> Frame:
+        """As `unpack`, with the key that the frame's kind asks for."""
+        return unpack(data, self.of(data[_KIND_AT]) if len(data) > _KIND_AT else self.pre_shared)
+
+
+def all_finite(values: FloatArray) -> bool:
+    """Whether no value is infinite or NaN; a few times as quick as to look at each."""
+    return math.isfinite(sum(values.tolist())) or bool(np.isfinite(values).all())
+
+
+def is_newer(seq: int, than: int) -> bool:
+    """Whether one sequence number comes after another, the way round 2^32 being short."""
+    return 0 < (seq - than) & 0xFFFFFFFF < 0x80000000

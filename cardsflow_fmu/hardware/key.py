@@ -1,0 +1,42 @@
+"""The key that frames are signed with: a file that is nobody else's business."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import read_file
+
+LEAST_BYTES = 16
+_MOST_BYTES = 4096
+
+
+def read_key(file: str | Path) -> bytes:
+    """The key in a file: all of its bytes.
+
+    Args:
+        file: The file.
+
+    Raises:
+        InputError: It cannot be read, or holds too few or too many bytes for a key.
+    """
+    key = read_file(Path(file), _MOST_BYTES)
+    if len(key) < LEAST_BYTES:
+        what = f"holds {len(key)} bytes; a key needs at least {LEAST_BYTES}, such as"
+        raise InputError(f"{what} `head -c 32 /dev/urandom > key.bin` makes", file=file)
+    return key
+
+
+def key_warning(file: Path) -> str | None:
+    """What is wrong with who may read a key; None if nothing is."""
+    if os.name != "posix":
+        return None
+    try:
+        mode = file.stat().st_mode
+    except OSError:
+        return None
+    if mode & (stat.S_IRGRP | stat.S_IROTH):
+        return f"{file}: others can read this key: chmod 600 {file}"
+    return None

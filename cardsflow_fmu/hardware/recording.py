@@ -1,0 +1,279 @@
+"""Every exchange with hardware, streamed to a file that can be read when the run was killed.
+
+Little-endian:
+
+    0   8 bytes   b"CFHWREC" and a zero
+    8   u32       version, 1
+    12  u32       length of the header in bytes
+    16  u32       CRC-32 of the header
+    20  header    JSON: names, units, signature, step, scale, run id, versions
+    then records of one length, 40 + 8 (commands + states) bytes each:
+    0   f64       t, time of the step's beginning in the run, in [s]
+    8   f64       age of the newest state, in [s]
+    16  f64       round trip, in [s]; NaN when no answer came
+    24  u32       sequence number
+    28  u32       flags: the lower 16 bits are the device's; bit 16: no new state came
+    32  f64s      commands, then states, in SI units; states are NaN where none came
+    end u32       record number, from 0;  u32  CRC-32 of the record before this field
+
+A record that is cut off or damaged ends the recording: what stands before it is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import read_file
+
+from .recording_header import RecordingHeader as RecordingHeader
+from .recording_header import header_data, header_of
+
+FloatArray = NDArray[np.float64]
+
+RECORDING_FILE = "hardware.rec"
+MISSED = 1 << 16
+"""Flag of a record without a new state."""
+
+_MAGIC = b"CFHWREC\0"
+_VERSION = 1
+_PREAMBLE = struct.Struct("<8sIII")
+_FIXED = struct.Struct("<dddII")
+_ENDING = struct.Struct("<II")
+_MAX_HEADER = 2**20
+_MAX_BYTES = 2**31
+
+
+class Exchanged(Protocol):
+    """What an exchange gave; see `link.Exchange`."""
+
+    @property
+    def state(self) -> FloatArray | None:
+        """The newest state, in SI units; None if nothing new came."""
+
+    @property
+    def seq(self) -> int:
+        """Sequence number."""
+
+    @property
+    def age(self) -> float:
+        """Time since the newest state was received, in [s]."""
+
+    @property
+    def round_trip(self) -> float:
+        """In [s]; NaN if no answer came."""
+
+    @property
+    def device_flags(self) -> int:
+        """Flags of the device's frame."""
+
+
+class Recorder:
+    """Writes a recording, record by record; also a context that closes it.
+
+    A record goes to the system at once, so that nothing is lost when the process is killed. A disk
+    that is full ends the recording and not the run: `failure` says why.
+
+    Args:
+        file: Where to; an earlier recording is replaced.
+        header: What it is of.
+
+    Raises:
+        InputError: The file cannot be written, or is there and no recording.
+
+    Attributes:
+        file: Where to.
+        records: Number of records written.
+        failure: Why nothing more is written; None while all is well.
+    """
+
+    def __init__(self, file: str | Path, header: RecordingHeader) -> None:
+        self.file = Path(file)
+        self.records = 0
+        self.failure: str | None = None
+        self._header = header
+        self._no_state = np.full(header.states, math.nan)
+        content = json.dumps(header_data(header), indent=1).encode()
+        preamble = _PREAMBLE.pack(_MAGIC, _VERSION, len(content), zlib.crc32(content))
+        try:
+            _refuse_others(self.file)
+            self._stream = self.file.open("wb", buffering=0)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(f"cannot be written: {reason}", file=self.file) from None
+        if not self._append(preamble + content):
+            self._stream.close()
+            raise InputError(f"cannot be written: {self.failure}", file=self.file)
+
+    def write(self, t: float, command: FloatArray, exchange: Exchanged) -> None:
+        """Write a record.
+
+        Args:
+            t: Time of the step's beginning, in [s].
+            command: What was sent, shape (commands,), in SI units.
+            exchange: What came of it.
+        """
+        missed = exchange.state is None
+        state = self._no_state if exchange.state is None else exchange.state
+        assert command.shape == (self._header.commands,)
+        assert state.shape == (self._header.states,)
+        flags = (exchange.device_flags & 0xFFFF) | (MISSED if missed else 0)
+        body = (
+            _FIXED.pack(t, exchange.age, exchange.round_trip, exchange.seq & 0xFFFFFFFF, flags)
+            + command.astype("<f8").tobytes()
+            + state.astype("<f8").tobytes()
+            + (self.records & 0xFFFFFFFF).to_bytes(4, "little")
+        )
+        record = body + zlib.crc32(body).to_bytes(4, "little")
+        self.records += self._append(record)
+
+    def close(self) -> None:
+        """Write no more; a second time does nothing."""
+        self._stream.close()
+
+    def _append(self, data: bytes) -> bool:
+        """Write some bytes, all at once; whether they are there."""
+        if self.failure is None and not self._stream.closed:
+            try:
+                if self._stream.write(data) == len(data):
+                    return True
+                self.failure = "the disk is full"
+            except OSError as error:
+                self.failure = error.strerror or str(error)
+        return False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+@dataclass(frozen=True)
+class HardwareRecording:
+    """A recording as read, one row an exchange.
+
+    Attributes:
+        header: What it is of.
+        t: Time of the step's beginning, shape (rows,), in [s].
+        commands: What was sent, shape (rows, commands), in SI units.
+        states: What came, shape (rows, states), in SI units; NaN where nothing did.
+        seq: Sequence numbers, shape (rows,).
+        age: Age of the newest state, shape (rows,), in [s].
+        round_trip: Shape (rows,), in [s]; NaN where no answer came.
+        flags: Shape (rows,): the device's in the lower 16 bits, and `MISSED`.
+        lost_bytes: Bytes behind the last whole record: of one cut off, or damaged.
+    """
+
+    header: RecordingHeader
+    t: FloatArray
+    commands: FloatArray
+    states: FloatArray
+    seq: NDArray[np.uint32]
+    age: FloatArray
+    round_trip: FloatArray
+    flags: NDArray[np.uint32]
+    lost_bytes: int
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(self.t)
+
+
+def read_recording(file: str | Path) -> HardwareRecording:
+    """Read a recording.
+
+    Args:
+        file: A file of `Recorder`.
+
+    Raises:
+        InputError: It is no recording, of another version, or its header is damaged.
+    """
+    file = Path(file)
+    data = read_file(file, _MAX_BYTES)
+    header, begin = _read_header(data, file)
+    rows = np.dtype(
+        [
+            *((name, "<f8") for name in ("t", "age", "round_trip")),
+            *((name, "<u4") for name in ("seq", "flags")),
+            ("commands", "<f8", (header.commands,)),
+            ("states", "<f8", (header.states,)),
+            *((name, "<u4") for name in ("number", "checksum")),
+        ]
+    )
+    count = _whole_records(data, begin, rows.itemsize)
+    table = np.frombuffer(data, rows, count, begin)
+    return HardwareRecording(
+        header=header,
+        **{
+            name: np.array(table[name])
+            for name in ("t", "commands", "states", "seq", "age", "round_trip", "flags")
+        },
+        lost_bytes=len(data) - begin - count * rows.itemsize,
+    )
+
+
+def _whole_records(data: bytes, begin: int, length: int) -> int:
+    """Number of records before the first that is cut off, damaged, or out of order."""
+    view = memoryview(data)
+    most = (len(data) - begin) // length
+    for k in range(most):
+        first, end = begin + k * length, begin + (k + 1) * length
+        number, checksum = _ENDING.unpack_from(data, end - _ENDING.size)
+        if number != k & 0xFFFFFFFF or checksum != zlib.crc32(view[first : end - 4]):
+            return k
+    return most
+
+
+def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
+    """The header, and where the records begin."""
+    if len(data) < _PREAMBLE.size or not data.startswith(_MAGIC):
+        raise InputError("is no hardware recording", file=file)
+    _, version, length, checksum = _PREAMBLE.unpack_from(data)
+    if version != _VERSION:
+        what = f"is a recording of version {version}; this program reads version {_VERSION}"
+        raise InputError(what, file=file)
+    begin = _PREAMBLE.size + length
+    content = data[_PREAMBLE.size : begin]
+    if length > _MAX_HEADER or len(content) < length or zlib.crc32(content) != checksum:
+        raise InputError("its header is damaged", file=file)
+    try:
+        return header_of(json.loads(content)), begin
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        what = f"its header is not understood: {' '.join(str(error).split())}"
+        raise InputError(what, file=file) from None
+
+
+def _refuse_others(file: Path) -> None:
+    """Refuse to replace a file that is no recording.
+
+    Raises:
+        InputError: There is one.
+    """
+    if not file.exists():
+        return
+    if not file.is_file():
+        raise InputError("is not a regular file", file=file)
+    if not is_recording(file):
+        raise InputError("is there already, and is no hardware recording", file=file)
+
+
+def is_recording(file: Path) -> bool:
+    """Whether a file begins as a recording does, or is empty, as of a run that was killed."""
+    with file.open("rb") as stream:
+        return stream.read(len(_MAGIC)) in (b"", _MAGIC)

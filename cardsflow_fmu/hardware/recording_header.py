@@ -1,0 +1,110 @@
+"""What a recording of hardware says of itself, as plain data that reads back as the same."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from cardsflow_fmu.version import __version__
+
+_MAX_SIGNALS = 65535
+
+
+def _versions() -> dict[str, str]:
+    return {
+        "cardsflow": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingHeader:
+    """What a recording is of.
+
+    Attributes:
+        command_names: Names of the commands, such as `f.biceps`.
+        command_units: Their units.
+        state_names: Names of the states, such as `q.elbow`.
+        state_units: Their units.
+        signature: Hash of the port list, 64 bits.
+        step: Step agreed with the device, in [s].
+        scale: Scale agreed with the device.
+        lockstep: Whether the device took a step for each command.
+        run_id: The run's number.
+        link: The link's address.
+        start_state: The state before the first exchange; empty where none is known.
+        created: When, as ISO 8601.
+        versions: Of CARDSFlow and what it rests on.
+    """
+
+    command_names: tuple[str, ...]
+    command_units: tuple[str, ...]
+    state_names: tuple[str, ...]
+    state_units: tuple[str, ...]
+    signature: int
+    step: float
+    scale: float = 1.0
+    lockstep: bool = False
+    run_id: int = 0
+    link: str = ""
+    start_state: tuple[float, ...] = ()
+    created: str = field(
+        default_factory=lambda: datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    )
+    versions: Mapping[str, str] = field(default_factory=_versions)
+
+    @property
+    def commands(self) -> int:
+        """Number of commands."""
+        return len(self.command_names)
+
+    @property
+    def states(self) -> int:
+        """Number of states."""
+        return len(self.state_names)
+
+
+def header_data(header: RecordingHeader) -> dict[str, Any]:
+    """The header as plain data; the signature as text, as not every reader keeps 64 bits.
+
+    Args:
+        header: The header.
+    """
+    return {**asdict(header), "signature": f"{header.signature:016x}"}
+
+
+def header_of(data: dict[str, Any]) -> RecordingHeader:
+    """The header of plain data.
+
+    Args:
+        data: What `header_data` gave.
+
+    Raises:
+        ValueError, TypeError, KeyError: It is not such a header.
+    """
+    values = {own.name: data[own.name] for own in fields(RecordingHeader)}
+    for name in ("command_names", "command_units", "state_names", "state_units"):
+        values[name] = tuple(values[name])
+        if not all(isinstance(text, str) for text in values[name]):
+            raise ValueError(f"{name} must be texts")
+    values["signature"] = int(values["signature"], 16)
+    values["start_state"] = tuple(map(float, values["start_state"]))
+    header = RecordingHeader(**values)
+    if not 0 < header.step < math.inf or not 0 < header.scale < math.inf:
+        raise ValueError("step and scale must be above 0")
+    names = (header.command_names, header.state_names)
+    units = (header.command_units, header.state_units)
+    if [len(row) for row in names] != [len(row) for row in units]:
+        raise ValueError("names and units must be of one number")
+    if not 0 < header.commands <= _MAX_SIGNALS or not 0 < header.states <= _MAX_SIGNALS:
+        raise ValueError(f"there must be 1 to {_MAX_SIGNALS} commands and states")
+    if len(header.start_state) not in (0, header.states):
+        raise ValueError(f"start_state must have {header.states} numbers")
+    return header

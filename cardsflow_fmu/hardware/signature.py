@@ -1,0 +1,32 @@
+"""A number that two sides share if, and only if, they mean the same signals."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+
+
+def port_signature(
+    commands: Sequence[tuple[str, str]],
+    states: Sequence[tuple[str, str]],
+    *,
+    command_kind: str = "force",
+    scale: float = 1.0,
+) -> int:
+    """Hash of a port list, 64 bits.
+
+    Args:
+        commands: Name and unit of each value of a set point, in order, such as ("f.biceps", "N").
+        states: Name and unit of each value of a state, in order, such as ("q.elbow", "rad").
+        command_kind: What the motors are told: "force", "length" or "velocity".
+        scale: A value in a frame is the SI value divided by this.
+    """
+    ports = [
+        command_kind,
+        float(scale).hex(),
+        [list(port) for port in commands],
+        [list(port) for port in states],
+    ]
+    text = json.dumps(ports, ensure_ascii=True, separators=(",", ":"))
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big")

@@ -1,0 +1,153 @@
+"""Hardware as an FMU model: the ports of the plant, and a real robot behind them."""
+
+from __future__ import annotations
+
+import weakref
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.hardware.opening import session_of
+from cardsflow_fmu.hardware.session import STOPPED, HardwareSession
+from cardsflow_fmu.hardware_ports import hardware_ports
+from cardsflow_fmu.muscle_ports import modelled_muscles
+from cardsflow_fmu.ports import Port
+from cardsflow_fmu.timing import whole_steps
+from sim_dart import MusclePaths
+
+from .experiment_model import ExperimentModel
+from .model import FloatArray
+
+
+class HardwareModel(ExperimentModel):
+    """A robot at the other end of a link; a step may be any whole number of exchanges.
+
+    What is read at the end of a step was measured at its beginning in real time, and at its end in
+    lock step. Loads are no affair of the model: those that are there act by themselves. Where the
+    plant is told to start is where the robot is required to be; its internal step is nothing here.
+
+    However it ends, by `close`, by being forgotten, or with the program: the robot is led to its
+    safe state.
+
+    Args:
+        experiment: Whose hardware.
+        values: Memory for the variables.
+    """
+
+    description = "Robot hardware behind the ports of the plant"
+    has_state = False
+
+    def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
+        super().__init__(experiment, values)
+        robot = experiment.robot
+        n, m = len(robot.coordinates), len(robot.muscles)
+        tasks = len([axis for frame in robot.task_frames for axis in frame.axes])
+        self._experiment = experiment
+        self._paths = MusclePaths(robot)
+        self._forces = self.inputs[:m]
+        ends = np.cumsum([n, n, m, tasks])
+        self._q, self._qd, self._lengths, self._tasks, rest = np.split(self.outputs, ends)
+        self._tensions, self._report = np.split(rest, [rest.size - 5])
+        self._q_start = self.parameters[:n]
+        self._session: HardwareSession | None = None
+        self._ending: weakref.finalize[[], HardwareModel] | None = None
+
+    @staticmethod
+    def table(experiment: Experiment) -> list[Port]:
+        """The table of variables for an experiment.
+
+        Raises:
+            InputError: A muscle takes something else than its force.
+        """
+        for k in modelled_muscles(experiment.robot):
+            muscle = experiment.robot.muscles[k]
+            raise InputError(
+                f"hardware takes forces, but muscle {muscle.name!r} has the law "
+                f"{muscle.model.kind!r}; leave the law out, and let [hardware.motors] map forces",
+                file=experiment.file,
+                key=f"muscles.{muscle.name}.model",
+            )
+        start = experiment.start
+        return hardware_ports(
+            experiment.robot,
+            start.q,
+            start.qd,
+            experiment.plant.step,
+            has_tensions=experiment.hardware.has_tensions,
+        )
+
+    def initialize(self, t: float = 0.0) -> None:
+        """Connect to the hardware, and refuse to start where it is not to start."""
+        if self._session is not None and self._session.mode == STOPPED:
+            self.close()
+        if self._session is None:
+            self._connect()
+        try:
+            self._connected.require_near(self._q_start)
+        except BaseException:
+            self.close()
+            raise
+        self._write_outputs()
+
+    def step(self, t: float, h: float) -> None:
+        """Exchange with the hardware from t to t + h, with forces held."""
+        session = self._connected
+        count = whole_steps(h, session.step, "the step agreed with the hardware")
+        try:
+            for k in range(count):
+                session.exchange(t + k * session.step, self._forces)
+        finally:
+            self._write_outputs()
+
+    def reset(self) -> None:
+        """Lead the hardware to its safe state; `initialize` connects to it again."""
+        self.close()
+        super().reset()
+
+    def close(self) -> None:
+        """Lead the hardware to its safe state."""
+        if self._ending is not None:
+            self._ending()
+        self._session = self._ending = None
+
+    def get_state(self) -> bytes:
+        """Refused: the world does not go back."""
+        raise InputError("the state of hardware cannot be saved")
+
+    def set_state(self, state: bytes) -> None:
+        """Refused: the world does not go back."""
+        raise InputError("hardware cannot be set to a state")
+
+    @property
+    def _connected(self) -> HardwareSession:
+        if self._session is None:
+            raise InputError("the hardware is not connected: initialize comes first")
+        return self._session
+
+    def _connect(self) -> None:
+        session = session_of(self._experiment)
+        # also when nobody calls close: whoever frees an FMU only forgets its model
+        self._ending = weakref.finalize(self, session.end)
+        try:
+            session.open()
+        except BaseException:
+            self.close()
+            raise
+        self._session = session
+
+    def _write_outputs(self) -> None:
+        session = self._connected
+        self._q[:] = session.q
+        self._qd[:] = session.qd
+        self._lengths[:] = session.lengths
+        self._tensions[:] = session.tensions
+        self._report[:] = (
+            session.age,
+            session.missed,
+            session.round_trip,
+            session.lateness,
+            session.mode,
+        )
+        if self._tasks.size:
+            self._tasks[:] = self._paths.task_position(session.q)

@@ -1,0 +1,126 @@
+"""The same controller on plant.fmu and then on hardware.fmu, with both in one figure.
+
+    python examples/hardware_in_the_loop/compare.py planar_2r -o compared
+    python examples/hardware_in_the_loop/compare.py roboy_left_arm -o compared
+
+The hardware is the device emulator, in a process of its own, in real time. With --hardware URI it
+is whatever answers there: another machine, the reference device, a robot.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.results import Result
+
+EXAMPLES = Path(__file__).resolve().parent.parent
+
+RATES: dict[str, dict[str, float]] = {
+    "planar_2r": {"controller.period": 0.001, "run.step": 0.001},
+    "roboy_left_arm": {"controller.period": 0.002, "run.step": 0.002},
+}
+"""What is changed of the examples: 1 kHz, and 500 Hz."""
+
+
+@contextlib.contextmanager
+def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
+    """A device emulator in a process of its own; its address."""
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(experiment), "--json"]
+    command += ["--listen", "udp://127.0.0.1:0"]
+    if key_file is not None:
+        command += ["--key-file", key_file]
+    device = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert device.stdout is not None
+        yield json.loads(device.stdout.readline())["listening"]
+    finally:
+        device.terminate()
+        device.wait(timeout=10)
+
+
+def both(example: str, output: Path, seconds: float | None, uri: str | None) -> list[Result]:
+    """The run on the plant and the run on the hardware."""
+    changes: dict[str, object] = dict(RATES[example])
+    if seconds is not None:
+        changes["run.duration"] = seconds
+    simulated = run(Experiment.load(EXAMPLES / example, changes), output / "plant")
+    with contextlib.ExitStack() as stack:
+        link = uri or stack.enter_context(emulator(EXAMPLES / example))
+        driven = Experiment.load(
+            EXAMPLES / example, changes | {"hardware.link": link, "hardware.use": True}
+        )
+        real = run(driven, output / "hardware")
+    return [simulated, real]
+
+
+def draw(simulated: Result, real: Result, file: Path) -> None:
+    """Tracking errors and forces of both runs."""
+    joints = [name for name in simulated.names if name.startswith("q.")]
+    forces = [name for name in simulated.names if name.startswith("f.")]
+    figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 6))
+    for result, style in ((simulated, "-"), (real, "--")):
+        for k, name in enumerate(joints):
+            axes[0].plot(result["time"], result[name], style, color=f"C{k}")
+        for k, name in enumerate(forces):
+            axes[1].plot(result["time"], result[name], style, color=f"C{k}", linewidth=0.8)
+    axes[0].set_ylabel("joint positions")
+    axes[1].set_ylabel("forces in N")
+    axes[1].set_xlabel("time in s")
+    axes[0].set_title("simulated (solid), with hardware in the loop (dashed)")
+    figure.savefig(file, dpi=120, bbox_inches="tight")
+    plt.close(figure)
+
+
+def digest(folder: Path) -> str:
+    """A hash of the controller that a run used."""
+    return hashlib.sha256((folder / "controller.fmu").read_bytes()).hexdigest()
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("example", choices=RATES)
+    parser.add_argument("-o", "--output", type=Path, default=Path("compared"))
+    parser.add_argument(
+        "--duration", type=float, help="of the run, in s; the example's own if absent"
+    )
+    parser.add_argument("--hardware", metavar="URI", help="a device that is already there")
+    options = parser.parse_args()
+    simulated, real = both(options.example, options.output, options.duration, options.hardware)
+    draw(simulated, real, options.output / "compared.png")
+    for what, result in (("simulated", simulated), ("hardware", real)):
+        tracking = result.summary["tracking"]
+        print(f"{what:10} tracking RMS {tracking['rms']:.3g} {tracking['unit']}")
+    same = digest(options.output / "plant") == digest(options.output / "hardware")
+    print(f"controller.fmu {'is the same file' if same else 'DIFFERS'}")
+    trips = real.summary["hardware"]["round_trip"]
+    late = real.summary["real_time"]
+    print(f"round trip {1e6 * trips['median']:.0f} µs, p99 {1e6 * trips['p99']:.0f} µs; {late}")
+    print(options.output / "compared.png")
+    gap = max(
+        float(np.abs(simulated[name] - real[name][: len(simulated.rows)]).max())
+        for name in simulated.names
+        if name.startswith("q.")
+    )
+    print(f"largest difference of a joint position: {gap:.2g}")
+    return 0 if same else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

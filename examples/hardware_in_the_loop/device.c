@@ -1,0 +1,293 @@
+/* A device that speaks docs/hardware_protocol.md: what firmware has to do, by BSD sockets.
+ *
+ *     cc -std=c99 -O2 -o device device.c -lm
+ *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
+ *
+ * The signature stands for names and units of the signals: see the protocol. Nothing is allocated.
+ * What a microcontroller exchanges is the robot, the clock, the socket and the source of chance. */
+#define _POSIX_C_SOURCE 200809L
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <math.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/select.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+/* ---- Your hardware here. What stands in for it: tensions follow commands, and joints follow
+ * tensions, each like a first-order lag; muscle i turns joint i % JOINTS, every other one back. */
+#ifndef JOINTS
+#define JOINTS 2
+#define MUSCLES 4
+#endif
+enum { COMMANDS = MUSCLES, STATES = 2 * JOINTS + 2 * MUSCLES };
+enum { HELLO_VALUES = 7, ACK_VALUES = 9, MOST_VALUES = ACK_VALUES + STATES };
+#include "frame.h"
+
+static const double STEP = 1e-3, WATCHDOG = 0.02;                /* [s] */
+static const double F_MIN = 10.0, F_MAX = 500.0;                 /* [N] */
+static const double MOTOR_LAG = 0.005, JOINT_LAG = 0.1;          /* [s] */
+static const double COMPLIANCE = 1e-3, LENGTH = 0.3, ARM = 0.02; /* [rad/N], [m], [m] */
+static double q[JOINTS], qd[JOINTS], command[MUSCLES], tension[MUSCLES];
+
+static double way(int i) { return i / JOINTS % 2 ? -1.0 : 1.0; }
+
+static void robot_apply(int i, double force) { command[i] = force; }
+
+static void robot_safe(void)
+{
+    for (int i = 0; i < MUSCLES; i++)
+        command[i] = F_MIN;
+}
+
+static void robot_reset(void)
+{
+    robot_safe();
+    memcpy(tension, command, sizeof tension);
+    memset(q, 0, sizeof q);
+    memset(qd, 0, sizeof qd);
+}
+
+static void robot_advance(double dt)
+{
+    double goal[JOINTS] = {0};
+    for (int i = 0; i < MUSCLES; i++) {
+        tension[i] += (command[i] - tension[i]) * dt / (MOTOR_LAG + dt);
+        goal[i % JOINTS] += way(i) * COMPLIANCE * tension[i];
+    }
+    for (int j = 0; j < JOINTS; j++) {
+        qd[j] = (goal[j] - q[j]) / (JOINT_LAG + dt);
+        q[j] += qd[j] * dt;
+    }
+}
+
+static void robot_state(double *values)
+{
+    for (int j = 0; j < JOINTS; j++)
+        values[j] = q[j], values[JOINTS + j] = qd[j];
+    for (int i = 0; i < MUSCLES; i++) {
+        values[2 * JOINTS + i] = LENGTH - way(i) * ARM * q[i % JOINTS];
+        values[2 * JOINTS + MUSCLES + i] = tension[i];
+    }
+}
+
+/* ---- The device: who may command the robot, when, and what happens in silence */
+static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
+static struct sockaddr_in peer;
+static uint32_t run, last_seq;
+static uint64_t signature, nonce, heard;
+static double agreed_step, agreed_watchdog, device_time;
+static int lockstep;
+static struct packed answer, other; /* the newest STATE; what else is said */
+static volatile sig_atomic_t ended;
+static const uint64_t SECOND = 1000000000; /* in [ns] */
+
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * SECOND + (uint64_t)t.tv_nsec;
+}
+
+static int read_file(const char *name, uint8_t *to, size_t size)
+{
+    const int file = open(name, O_RDONLY);
+    const ssize_t got = read(file, to, size);
+    close(file);
+    return (int)got;
+}
+
+static void go_safe(void)
+{
+    state = IN_SAFE_STATE;
+    robot_safe();
+}
+
+static void watch(uint64_t now)
+{
+    if (state == RUNNING && !lockstep && (double)(now - heard) > agreed_watchdog * (double)SECOND)
+        go_safe();
+}
+
+/* Makes the answer to a frame out of it; count and values are there already. */
+static const struct packed *say(struct frame *f, unsigned kind, uint64_t now, struct packed *to)
+{
+    f->kind = kind, f->echo = f->sent, f->sent = now, f->t = device_time;
+    f->flags &= CLAMPED;
+    f->flags |= (lockstep ? LOCKSTEP : 0) | (state == IN_SAFE_STATE ? SAFE : 0);
+    pack(f, to);
+    return to;
+}
+
+static int is_peer(const struct sockaddr_in *from)
+{
+    return from->sin_addr.s_addr == peer.sin_addr.s_addr && from->sin_port == peer.sin_port;
+}
+
+static double shorter(double wish) { return wish > 0 && wish < WATCHDOG ? wish : WATCHDOG; }
+
+/* Why a run cannot be as wished; 0 if it can. */
+static unsigned objection(const struct frame *hello)
+{
+    const double *wish = hello->values, step = wish[2], steps = step / STEP;
+    const int whole = steps > 0.5 && steps < 1000.5 && fabs(steps - floor(steps + 0.5)) < 1e-6 * steps;
+    if (wish[0] != (double)(signature >> 32) || wish[1] != (double)(signature & 0xffffffffu) ||
+        wish[5] != COMMANDS || wish[6] != STATES)
+        return PORTS;
+    if (wish[3] != 1)
+        return WRONG_SCALE; /* values are in SI units here */
+    if (!(step > 0) || ((hello->flags & LOCKSTEP) && !whole))
+        return WRONG_STEP;
+    if (!(hello->flags & LOCKSTEP) && shorter(wish[4]) < 2 * step)
+        return SHORT_WATCHDOG;
+    return 0;
+}
+
+static void begin(const struct frame *hello, const struct sockaddr_in *from)
+{
+    uint8_t both[12]; /* the run's number and one of chance: your hardware's here */
+    if (read_file("/dev/urandom", both + 4, 8) != 8)
+        put(both + 4, 8, clock_ns());
+    nonce = get(both + 4, 8);
+    run = hello->run, peer = *from, last_seq = 0, device_time = 0, answer.size = 0;
+    lockstep = (hello->flags & LOCKSTEP) != 0;
+    agreed_step = hello->values[2], agreed_watchdog = shorter(hello->values[4]);
+    put(both, 4, run);
+    hmac_sha256(pre_shared, key_size, both, sizeof both, run_key);
+    state = READY;
+    robot_reset();
+}
+
+static const struct packed *greet(struct frame *f, const struct sockaddr_in *from, uint64_t now)
+{
+    const int known = state != IDLE && f->run == run && is_peer(from);
+    const int at_rest = state == READY || (state == RUNNING && lockstep);
+    const int is_free = state == IDLE || state == IN_SAFE_STATE ||
+                        (state == READY && is_peer(from)) || (at_rest && now > heard + SECOND);
+    if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
+        return NULL; /* nonsense, or a late copy: that run is under way or over */
+    const unsigned refusal = known ? 0 : is_free ? objection(f) : BUSY;
+    if (refusal) {
+        f->count = 1, f->values[0] = refusal;
+        return say(f, ERROR, now, &other);
+    }
+    if (!known)
+        begin(f, from);
+    heard = now;
+    f->values[4] = agreed_watchdog;
+    f->values[7] = (double)(nonce >> 32), f->values[8] = (double)(nonce & 0xffffffffu);
+    robot_state(f->values + ACK_VALUES);
+    f->count = ACK_VALUES + STATES;
+    return say(f, HELLO_ACK, now, &other);
+}
+
+static const struct packed *follow(struct frame *f, uint64_t now)
+{
+    const uint32_t ahead = f->seq - last_seq; /* modulo 2^32 */
+    if (f->count != COMMANDS)
+        return NULL;
+    if (lockstep && ahead == 0 && answer.size) {
+        heard = now;
+        return &answer; /* it was lost: the same once more, without another step */
+    }
+    if (ahead == 0 || ahead >= 0x80000000u)
+        return NULL; /* a copy, or overtaken by a newer one */
+    last_seq = f->seq, f->flags = 0;
+    if (state != IN_SAFE_STATE) {
+        heard = now, state = RUNNING;
+        for (int i = 0; i < COMMANDS; i++) {
+            const double force = f->values[i];
+            const double within = force < F_MIN ? F_MIN : force > F_MAX ? F_MAX : force;
+            f->flags |= within != force ? CLAMPED : 0;
+            robot_apply(i, within);
+        }
+        if (lockstep)
+            robot_advance(agreed_step), device_time += agreed_step;
+    }
+    robot_state(f->values);
+    f->count = STATES;
+    return say(f, STATE, now, &answer);
+}
+
+/* Takes whatever came; returns what to answer, NULL for nothing. */
+static const struct packed *receive(const uint8_t *data, size_t size,
+                                    const struct sockaddr_in *from, uint64_t now)
+{
+    static struct frame f;
+    watch(now);
+    if (!unpack(data, size, &f))
+        return NULL;
+    if (f.kind == HELLO)
+        return greet(&f, from, now);
+    if (state == IDLE || f.run != run || !is_peer(from))
+        return NULL;
+    if (f.kind == SETPOINT)
+        return follow(&f, now);
+    f.flags = 0;
+    if (f.kind == STOP)
+        go_safe();
+    return f.kind == STOP ? say(&f, STOPPED, now, &other)
+           : f.kind == PING ? say(&f, PONG, now, &other) : NULL;
+}
+
+static void end(int number) { ended = number; }
+
+static void serve(int line)
+{
+    const uint64_t step = (uint64_t)(STEP * (double)SECOND);
+    uint64_t reached = clock_ns();
+    while (!ended) {
+        uint64_t now = clock_ns();
+        if (now - reached > SECOND / 20)
+            reached = now - step; /* held up: time that is lost is not made up for in a burst */
+        for (; reached + step <= now; reached += step)
+            if (!lockstep && (state == RUNNING || state == IN_SAFE_STATE))
+                robot_advance(STEP), device_time += STEP;
+        watch(now);
+        fd_set readable;
+        FD_ZERO(&readable);
+        FD_SET(line, &readable);
+        const struct timespec wait = {0, (long)(reached + step - now)};
+        if (pselect(line + 1, &readable, NULL, NULL, &wait, NULL) <= 0)
+            continue;
+        static uint8_t data[sizeof answer.bytes + 1];
+        struct sockaddr_in from;
+        socklen_t size = sizeof from;
+        const ssize_t got = recvfrom(line, data, sizeof data, 0, (struct sockaddr *)&from, &size);
+        const struct packed *reply = got < 0 ? NULL : receive(data, (size_t)got, &from, clock_ns());
+        if (reply)
+            (void)sendto(line, reply->bytes, reply->size, 0, (struct sockaddr *)&from, size);
+    }
+    go_safe();
+}
+
+int main(int count, char **arguments)
+{
+    struct sockaddr_in here = {0};
+    socklen_t size = sizeof here;
+    here.sin_family = AF_INET;
+    const int line = socket(AF_INET, SOCK_DGRAM, 0);
+    if (count < 4 || inet_pton(AF_INET, arguments[1], &here.sin_addr) != 1 || line < 0)
+        return fprintf(stderr, "usage: device ADDRESS PORT SIGNATURE [KEY_FILE]\n"), 2;
+    here.sin_port = htons((uint16_t)strtoul(arguments[2], NULL, 10));
+    signature = strtoull(arguments[3], NULL, 16);
+    if (count > 4) {
+        const int got = read_file(arguments[4], pre_shared, sizeof pre_shared);
+        if (got < 16 || got > MOST_KEY)
+            return fprintf(stderr, "device: no key of 16 to 256 bytes in %s\n", arguments[4]), 2;
+        key_size = (size_t)got;
+    }
+    if (bind(line, (struct sockaddr *)&here, sizeof here) < 0 ||
+        getsockname(line, (struct sockaddr *)&here, &size) < 0)
+        return perror("device: cannot listen there"), 2;
+    signal(SIGINT, end), signal(SIGTERM, end);
+    robot_reset();
+    printf("udp://%s:%u\n", arguments[1], (unsigned)ntohs(here.sin_port)), fflush(stdout);
+    serve(line);
+    return 0;
+}

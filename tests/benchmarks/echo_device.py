@@ -1,0 +1,44 @@
+"""A device whose robot does nothing, for measuring the way to it; prints its address."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.server import serve
+
+COMMANDS, STATES = 4, 12
+SIGNATURE = 0x0123_4567_89AB_CDEF
+
+
+class EchoRobot:
+    """Tells the commands that it was given."""
+
+    commands, states = COMMANDS, STATES
+
+    def __init__(self) -> None:
+        self._state = np.zeros(STATES)
+
+    def apply(self, command: NDArray[np.float64]) -> None:
+        self._state[:COMMANDS] = command
+
+    def advance(self, dt: float) -> None:
+        pass
+
+    def state(self) -> NDArray[np.float64]:
+        return self._state
+
+    def safe(self) -> None:
+        pass
+
+    def reset(self) -> None:
+        pass
+
+
+if __name__ == "__main__":
+    key = bytes.fromhex(sys.argv[1]) if len(sys.argv) > 1 else None
+    device = Device(EchoRobot(), SIGNATURE, 1e-3, key=key, watchdog=1.0, f_min=10.0, f_max=500.0)
+    serve(device, "udp://127.0.0.1:0", ready=lambda uri: print(uri, flush=True))

@@ -1,0 +1,94 @@
+"""The way to hardware and back over loopback: to a device in Python, and to the one in C."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from echo_device import COMMANDS, SIGNATURE, STATES
+from interleaved import record
+
+from cardsflow_fmu.hardware.link import Hello
+from cardsflow_fmu.hardware.udp import UdpLink
+
+HERE = Path(__file__).parent
+REFERENCE = HERE.parents[1] / "examples/hardware_in_the_loop/device.c"
+KEY = bytes(range(32))
+BLOCKS, EXCHANGES = 40, 500
+MEDIAN_LIMIT, P99_LIMIT = 60e-6, 300e-6
+COMMAND = np.full(COMMANDS, 50.0)
+
+
+@contextmanager
+def device(command: Sequence[str | Path]) -> Iterator[str]:
+    """The address of a device in a process of its own."""
+    words = list(map(str, command))
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            yield process.stdout.readline().strip()
+        finally:
+            process.terminate()
+
+
+def block(link: UdpLink, lockstep: bool) -> np.ndarray:
+    """Round trips, from the call to its return, in [s]."""
+    link.open(Hello(SIGNATURE, 1e-3, 1.0, 0.02, COMMANDS, STATES, lockstep))
+    times = np.empty(EXCHANGES)
+    for k in range(EXCHANGES):
+        begin = time.perf_counter()
+        came = link.exchange(k * 1e-3, COMMAND, time.monotonic() + 0.5)
+        times[k] = time.perf_counter() - begin
+        assert came.state is not None
+    return times
+
+
+def test_round_trip(tmp_path: Path) -> None:
+    """In turn, in blocks: the quietest block is what the code takes, the rest is the machine."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no C compiler")
+    in_c = tmp_path / "device"
+    subprocess.run([compiler, "-std=c99", "-O2", "-o", in_c, REFERENCE, "-lm"], check=True)
+    echo = [sys.executable, HERE / "echo_device.py"]
+    commands: dict[str, tuple[list[str | Path], bytes | None]] = {
+        "python": (echo, None),
+        "python, signed": ([*echo, KEY.hex()], KEY),
+        "c": ([in_c, "127.0.0.1", "0", f"{SIGNATURE:x}"], None),
+    }
+    times: dict[str, list[np.ndarray]] = {name: [] for name in commands}
+    with ExitStack() as stack:
+        links = {}
+        for name, (command, key) in commands.items():
+            uri = stack.enter_context(device(command))
+            links[name] = stack.enter_context(UdpLink(uri, key=key, timeout=10.0))
+        for _ in range(BLOCKS):
+            for name, link in links.items():
+                times[name].append(block(link, lockstep=True))
+    figures = {name: quantiles(blocks) for name, blocks in times.items()}
+    for name, (median, p99, quiet_median, quiet_p99) in figures.items():
+        record(
+            f"hardware round trip, device in {name}",
+            median_us=median * 1e6,
+            p99_us=p99 * 1e6,
+            quiet_median_us=quiet_median * 1e6,
+            quiet_p99_us=quiet_p99 * 1e6,
+        )
+    assert figures["python"][2] <= MEDIAN_LIMIT
+    assert figures["python"][3] <= P99_LIMIT
+    assert figures["c"][2] < figures["python"][2]
+
+
+def quantiles(blocks: list[np.ndarray]) -> tuple[float, float, float, float]:
+    """Median and 99th percentile of all, and the least ones of a block, in [s]."""
+    every = np.concatenate(blocks)
+    medians = [float(np.median(times)) for times in blocks]
+    tails = [float(np.quantile(times, 0.99)) for times in blocks]
+    return float(np.median(every)), float(np.quantile(every, 0.99)), min(medians), min(tails)

@@ -1,0 +1,351 @@
+"""`cardsflow device` and `cardsflow replay-hardware`, as processes of their own."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robots import PLANAR_2R
+
+from addin_sdfusion.robot import write_sdf
+from addin_sdfusion.robot.readers import read
+from cardsflow_fmu import Experiment, Result
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.errors import HardwareError
+from cardsflow_fmu.hardware.frame import Flag
+from cardsflow_fmu.hardware.hello import Hello
+from cardsflow_fmu.hardware.recording import Recorder, RecordingHeader, read_recording
+from cardsflow_fmu.hardware.status import Event, Status
+from cardsflow_fmu.hardware.udp import UdpLink
+from cardsflow_fmu.ports import muscle_signals
+from cardsflow_fmu.simulation import RunError, run, simulate
+
+FREE = ["--listen", "udp://127.0.0.1:0"]
+SECONDS = 20
+SETTINGS = {"run.duration": 0.25, "hardware.ramp_in": 0.0, "hardware.ramp_down": 0.0}
+LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+class Served:
+    """A device's process, its address, and what it has said."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        assert process.stdout is not None
+        self.process = process
+        first = json.loads(process.stdout.readline() or "{}")
+        assert list(first) == ["listening"], process.communicate()
+        self.uri: str = first["listening"]
+        self.events: list[dict] = []
+        self.totals: dict = {}
+        self.errors = ""
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """Interrupt it; returns its exit code."""
+        self.process.send_signal(number)
+        return self.wait()
+
+    def wait(self) -> int:
+        output, self.errors = self.process.communicate(timeout=SECONDS)
+        *self.events, self.totals = map(json.loads, output.splitlines())
+        return self.process.returncode
+
+    def states(self) -> list[str]:
+        return [event["state"] for event in self.events]
+
+
+@contextmanager
+def served(*words: str, **environment: str) -> Iterator[Served]:
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *words, "--json"]
+    command += [] if "--listen" in words else FREE
+    with subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | environment,
+    ) as process:
+        try:
+            yield Served(process)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.communicate()
+
+
+def experiment(**changes: object) -> Experiment:
+    return Experiment.load(PLANAR_2R, SETTINGS | changes)
+
+
+def rows_of(result: Result) -> np.ndarray:
+    names = [name for name in result.names if re.match(r"(f|q|qd|l)\.", name)]
+    assert len(names) == 12
+    return result.columns(names)
+
+
+@pytest.fixture(scope="module")
+def plant_run() -> Result:
+    return simulate(experiment(), through="direct")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Path:
+    """The recording of a run in lock step, which is the run with the plant."""
+    folder = tmp_path_factory.mktemp("recorded")
+    with served("device", str(PLANAR_2R)) as device:
+        driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
+        result = run(driven, folder, through="direct")
+        assert device.end() == 0
+    np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
+    assert device.states()[-2:] == ["running", "safe"]
+    assert device.events[-1]["reason"] == "stopped as asked"
+    assert device.totals["device"]["setpoints"] == driven.run.steps
+    return folder / "hardware.rec"
+
+
+def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
+    recorded: Path, plant_run: Result
+) -> None:
+    recording = read_recording(recorded)
+    names = muscle_signals("f", plant_run.experiment.robot)
+    assert recording.header.command_names == tuple(names)
+    assert recording.header.lockstep
+    assert recording.header.start_state[:2] == plant_run.experiment.start.q
+    assert recording.lost_bytes == 0
+    np.testing.assert_array_equal(recording.commands, plant_run.columns(names)[:-1])
+    np.testing.assert_array_equal(recording.states[:, 0], plant_run["q.joint_1"][1:])
+
+
+def test_a_replayed_run_is_the_run(recorded: Path, plant_run: Result) -> None:
+    """In lock step bit for bit; beyond its end there is a clear status; and by the clock."""
+    with served("replay-hardware", str(recorded), "--watchdog", "1000") as device:
+        driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
+        result = simulate(driven, through="direct")
+        np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
+        longer = experiment(**LOCKSTEP, **{"hardware.link": device.uri, "run.duration": 0.3})
+        with pytest.raises(RunError, match="the robot behind the device has failed") as error:
+            simulate(longer, through="direct")
+        assert error.value.result["time"][-1] == pytest.approx(0.25, abs=2e-3)
+        with Line(device.uri, recorded) as line:
+            line.exchange(20)
+            np.testing.assert_allclose(line.state[:2], plant_run.rows[40, 1:3], atol=0.05)
+        assert device.end() == 0
+    assert any(e["reason"] == "the recording is over after 0.25 s" for e in device.events)
+
+
+class Line:
+    """A link in real time with commands of 12 N, every 2 ms."""
+
+    def __init__(self, uri: str, recorded: Path, key: bytes | None = None) -> None:
+        header = read_recording(recorded).header
+        self._link = UdpLink(uri, key=key, timeout=0.5)
+        self._hello = Hello(
+            header.signature, 2e-3, 1.0, 1.0, header.commands, header.states, lockstep=False
+        )
+
+    def __enter__(self) -> Line:
+        self._link.open(self._hello)
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._link.close()
+
+    def exchange(self, times: int) -> int:
+        """Say what is to be done so many times; returns flags of the last answer."""
+        begin, came = time.monotonic(), None
+        for k in range(times):
+            due = begin + k * 2e-3
+            time.sleep(max(due - time.monotonic(), 0.0))
+            answer = self._link.exchange(k * 2e-3, np.full(4, 12.0), due + 0.05)
+            came = answer if answer.state is not None else came
+        assert came is not None
+        assert came.state is not None
+        self.state = came.state
+        return came.device_flags
+
+
+def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
+    with served("device", str(PLANAR_2R), "--watchdog", "30") as device:
+        with Line(device.uri, recorded) as line:
+            line.exchange(10)
+            time.sleep(0.1)
+            assert line.exchange(1) & Flag.SAFE
+        assert device.end(signal.SIGTERM) == 0
+    assert device.states()[-2:] == ["running", "safe"]
+    assert device.events[-1]["reason"] == "no command for 0.03 s"
+    assert device.totals["device"]["watchdog"] == 1
+
+
+def test_a_device_with_a_key_hears_signed_frames_only(recorded: Path, tmp_path: Path) -> None:
+    key = tmp_path / "key.bin"
+    key.write_bytes(bytes(range(32)))
+    key.chmod(0o644)
+    with served("device", str(PLANAR_2R), CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
+        with pytest.raises(HardwareError, match="nobody answers"):
+            Line(device.uri, recorded).__enter__()
+        with Line(device.uri, recorded, bytes(range(32))) as line:
+            line.exchange(2)
+        assert device.end() == 0
+    assert device.totals["device"]["unsigned"] > 0
+    assert "others can read this key" in device.errors
+
+
+def test_a_run_through_faults_ends_in_a_clear_status() -> None:
+    words = "--loss 0.05 --jitter 0.5 --duplicate 0.1 --reorder 0.05 --corrupt 0.05 --seed 3"
+    words += " --outage 1000:1"
+    with served("device", str(PLANAR_2R), *words.split(), "--watchdog", "500") as device:
+        changes = {"hardware.link": device.uri, "hardware.watchdog": 0.5, "hardware.use": True}
+        result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), through="direct")
+        assert result.complete
+        assert device.end() == 0
+    faults = device.totals["faults"]
+    assert all(faults["inward"][key] > 0 for key in ("lost", "duplicated", "damaged", "delivered"))
+    assert faults["inward"]["sent"] >= 250
+
+
+def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
+    recorded: Path, tmp_path: Path
+) -> None:
+    """And with one sender at a time: a second one is refused, and the device says so."""
+    robot = read(PLANAR_2R / "robot").require()
+    write_sdf(robot, tmp_path)
+    words = "--step 0.002 --encoder 1000 --noise 1e-3 --motor-lag 10 --seed 4 --watchdog 1000"
+    with served("device", str(tmp_path), *words.split()) as device:
+        with Line(device.uri, recorded) as line:
+            line.exchange(10)
+            counts = line.state[[0, 1, 4, 5, 6, 7]] * 1000
+            with pytest.raises(HardwareError, match="it is in use by another"):
+                Line(device.uri, recorded).__enter__()
+            assert line.exchange(2) & Flag.SAFE == 0
+        assert device.end() == 0
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+    assert np.all((line.state[8:] > 10.0) & (line.state[8:] < 12.0))
+    refused = [event["reason"] for event in device.events if event["state"] == "refused"]
+    assert refused == ["it is in use by another; end that run first"]
+
+
+def test_it_ends_by_itself_after_its_time(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["device", str(PLANAR_2R), *FREE, "--duration", "0.05"]) == 0
+    first, *_, last = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"listening on udp://127\.0\.0\.1:\d+", first)
+    assert last == "totals: slipped 0"
+
+
+def said(words: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Exit code and the one line of a command that fails."""
+    code = main(list(words))
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("cardsflow: ")
+    assert err.count("\n") == 1
+    return code, err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["device", "nowhere"], 2, "nowhere"),
+        (["device", str(PLANAR_2R), "--set", "plant.stepp=1"], 2, "stepp"),
+        (["device", str(PLANAR_2R), "--step", "1"], 2, "--set plant.step=..."),
+        (["device", str(PLANAR_2R), "--cable-set", "x"], 2, "--set robot.cable_set=..."),
+        (["device", str(PLANAR_2R / "robot"), "--set", "plant.step=1"], 2, "this is a robot"),
+        (["device", str(PLANAR_2R / "robot"), "--step", "-1"], 2, "a positive time"),
+        (["device", str(PLANAR_2R), "--listen", "tcp://127.0.0.1:5"], 2, "udp://HOST:PORT"),
+        (["device", str(PLANAR_2R), "--listen", "udp://127.0.0.1"], 2, "udp://HOST:PORT"),
+        (["device", str(PLANAR_2R), "--listen", "udp://127.0.0.1:99999"], 2, "udp://HOST:PORT"),
+        (["device", str(PLANAR_2R), "--listen", "udp://no.such.invalid:5"], 1, "no host"),
+        (["device", str(PLANAR_2R), "--loss", "1.5"], 2, "loss must be from 0 to 1"),
+        (["device", str(PLANAR_2R), "--delay", "-1"], 2, "delay must be 0 s or more"),
+        (["device", str(PLANAR_2R), "--outage", "1"], 2, "--outage: must be START:LENGTH"),
+        (["device", str(PLANAR_2R), "--outage", "1:0"], 2, "an outage begins"),
+        (["device", str(PLANAR_2R), "--watchdog", "0"], 2, "watchdog must be a positive"),
+        (["device", str(PLANAR_2R), "--encoder", "0"], 2, "joint_counts must be above 0"),
+        (["device", str(PLANAR_2R), "--noise", "-1"], 2, "noise must be 0 or more"),
+        (["device", str(PLANAR_2R), "--motor-lag", "nan"], 2, "time constant"),
+        (["device", str(PLANAR_2R), "--seed", "-1"], 2, "seed must be 0 or more"),
+        (["device", str(PLANAR_2R), "--duration", "0"], 2, "must be above 0 s"),
+        (["device", str(PLANAR_2R), "--key-file", "nowhere.key"], 2, "nowhere.key"),
+        (["replay-hardware", "nowhere.rec"], 2, "nowhere.rec: cannot be read"),
+        (["replay-hardware", __file__], 2, "is no hardware recording"),
+    ],
+)
+def test_wrong_words_are_one_line(
+    words: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = [] if "--listen" in words else FREE
+    found, line = said([*words, *own], capsys)
+    assert message in line
+    assert found == code
+
+
+def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        uri = f"udp://127.0.0.1:{taken.getsockname()[1]}"
+        code, line = said(["device", str(PLANAR_2R), "--listen", uri], capsys)
+    assert code == 1
+    assert f"cannot listen at {uri}" in line
+
+
+def test_a_recording_without_states_is_no_device(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "hardware.rec"
+    Recorder(file, RecordingHeader(("f",), ("N",), ("q",), ("rad",), 1, 1e-3)).close()
+    code, line = said(["replay-hardware", str(file), *FREE], capsys)
+    assert code == 2
+    assert "no state has been recorded" in line
+
+
+def test_what_is_cut_off_is_told(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "hardware.rec"
+    file.write_bytes(recorded.read_bytes()[:-7])
+    assert main(["replay-hardware", str(file), *FREE, "--duration", "0.01"]) == 0
+    assert "the last 161 bytes are no whole record" in capsys.readouterr().err
+
+
+class StillRobot:
+    """A robot that does nothing."""
+
+    commands, states = 1, 2
+
+    def apply(self, command: np.ndarray) -> None: ...
+
+    def advance(self, dt: float) -> None: ...
+
+    def state(self) -> np.ndarray:
+        return np.zeros(2)
+
+    def safe(self) -> None: ...
+
+    def reset(self) -> None: ...
+
+
+def test_a_change_is_told_once() -> None:
+    device = Device(StillRobot(), 1, 1e-3, f_min=0.0, f_max=1.0)
+    told: list[Event] = []
+    status = Status(device, told.append)
+    device.go_safe()
+    for _ in range(3):
+        status.look()
+    assert told == []
+    for _ in range(3):
+        device.counters["busy"] += 1
+        status.look()
+    assert [event.state for event in told] == ["refused"]
+    assert str(told[0]) == "run 00000000 refused: it is in use by another; end that run first"

@@ -1,0 +1,438 @@
+"""The device: who may command the robot, when, and what happens in silence."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Hashable
+
+import numpy as np
+import pytest
+from hardware_devices import (
+    COMMANDS,
+    F_MAX,
+    F_MIN,
+    KEY,
+    SIGNATURE,
+    STATES,
+    STEP,
+    Integrator,
+    hello,
+    make_device,
+    robot_of,
+)
+from hardware_fuzz import FRAMES, bad_frames, with_checksum
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.hardware.device import PATIENCE, Device
+from cardsflow_fmu.hardware.frame import Flag, Frame, Keys, Kind, pack, unpack
+from cardsflow_fmu.hardware.hello import ErrorCode, Hello, whole
+
+PEER, OTHER = ("127.0.0.1", 4000), ("127.0.0.1", 4001)
+PULL = np.array([3.0, 20.0, 50.0])
+
+
+class Talk:
+    """One side of a conversation with a device, with a clock of its own."""
+
+    def __init__(
+        self,
+        device: Device,
+        *,
+        key: bytes | None = None,
+        run: int = 77,
+        peer: Hashable = PEER,
+        now: float = 10.0,
+    ) -> None:
+        self.device, self.run, self.peer, self.now = device, run, peer, now
+        self.keys = Keys(key)
+        self.seq = 0
+
+    def frame(self, kind: Kind, values=(), *, seq: int = 0, flags: int = 0) -> bytes:
+        sent = int(self.now * 1e9)
+        frame = Frame(kind, flags, self.run, seq, 0.0, sent, 0, values)
+        return pack(frame, self.keys.of(kind))
+
+    def send(self, data: bytes) -> list[Frame]:
+        answers = self.device.receive(data, self.peer, self.now)
+        return [self.keys.unpack(answer) for answer in answers]
+
+    def hello(self, wish: Hello | None = None) -> Frame:
+        wish = wish or hello()
+        flags = int(Flag.LOCKSTEP) if wish.lockstep else 0
+        (answer,) = self.send(self.frame(Kind.HELLO, wish.values(), flags=flags))
+        if answer.kind is Kind.HELLO_ACK:
+            nonce = whole(*map(float, answer.values[7:9]))
+            assert nonce is not None
+            self.keys = self.keys.of_run(self.run, nonce)
+        return answer
+
+    def pull(self, command=PULL, *, seq: int | None = None) -> list[Frame]:
+        self.seq = self.seq + 1 if seq is None else seq
+        return self.send(self.frame(Kind.SETPOINT, command, seq=self.seq))
+
+
+def talking(key: bytes | None = None, *, lockstep: bool = False, watchdog: float = 0.02) -> Talk:
+    talk = Talk(make_device(key, watchdog=watchdog), key=key)
+    assert talk.hello(hello(lockstep=lockstep, watchdog=watchdog)).kind is Kind.HELLO_ACK
+    return talk
+
+
+@pytest.mark.parametrize("key", [None, KEY])
+def test_a_run_from_hello_to_stop(key: bytes | None) -> None:
+    device = make_device(key)
+    robot = robot_of(device)
+    talk = Talk(device, key=key)
+    assert (device.state, robot.safes) == ("idle", 1)
+    answer = talk.hello()
+    assert device.state == "ready"
+    assert not robot.given
+    assert Hello.of_values(answer.values[:7], False) == hello()
+    np.testing.assert_array_equal(answer.values[9:], robot.state())
+    (state,) = talk.pull()
+    assert device.state == "running"
+    assert (state.kind, state.seq, state.run_id) == (Kind.STATE, 1, 77)
+    assert state.echo_ns == int(talk.now * 1e9)
+    np.testing.assert_array_equal(robot.given, [PULL])
+    (stopped,) = talk.send(talk.frame(Kind.STOP))
+    assert stopped.kind is Kind.STOPPED
+    assert stopped.flags & Flag.SAFE
+    assert (device.state, robot.safes) == ("safe", 2)
+
+
+def test_nothing_moves_before_a_set_point_nor_in_idle() -> None:
+    talk = Talk(make_device())
+    for expected in ("idle", "ready"):
+        assert talk.device.state == expected
+        talk.device.advance(0.1)
+        assert robot_of(talk.device).time == 0.0
+        talk.hello()
+    talk.pull()
+    talk.device.advance(0.1)
+    np.testing.assert_allclose(robot_of(talk.device).x, 0.1 * PULL, rtol=1e-15)
+
+
+def test_the_watchdog_bites_after_silence_and_only_a_new_run_wakes() -> None:
+    talk = talking()
+    robot = robot_of(talk.device)
+    talk.pull()
+    talk.device.tick(talk.now + 0.0199)
+    assert talk.device.state == "running"
+    assert talk.device.next_deadline == pytest.approx(talk.now + 0.02)
+    talk.device.tick(talk.now + 0.0201)
+    assert talk.device.state == "safe"
+    assert robot.safes == 2
+    given = len(robot.given)
+    talk.now += 0.03
+    (state,) = talk.pull()
+    assert state.flags & Flag.SAFE
+    assert len(robot.given) == given
+    assert Talk(talk.device, run=78).hello().kind is Kind.HELLO_ACK
+    assert talk.device.state == "ready"
+    assert talk.device.counters["watchdog"] == 1
+
+
+def test_a_late_set_point_finds_the_watchdog_has_bitten() -> None:
+    """Although nobody has let it look at the clock in between."""
+    talk = talking()
+    talk.pull()
+    talk.now += 0.021
+    (state,) = talk.pull()
+    assert state.flags & Flag.SAFE
+    assert len(robot_of(talk.device).given) == 1
+
+
+def test_copies_and_old_set_points_do_not_feed_the_watchdog() -> None:
+    talk = talking()
+    talk.pull(seq=5)
+    for k, seq in enumerate((5, 4, 1, 2**32 - 1)):
+        talk.now += 0.006
+        if k < 3:
+            assert talk.pull(seq=seq) == []
+    talk.device.tick(talk.now)
+    assert talk.device.state == "safe"
+    assert talk.device.counters["stale"] == 3
+    assert len(robot_of(talk.device).given) == 1
+
+
+def test_the_newest_of_reordered_set_points_wins() -> None:
+    talk = talking()
+    for seq, force in ((1, 5.0), (3, 7.0), (2, 6.0), (4, 8.0)):
+        talk.pull(np.full(COMMANDS, force), seq=seq)
+    np.testing.assert_array_equal(np.array(robot_of(talk.device).given)[:, 0], [5.0, 7.0, 8.0])
+
+
+def test_sequence_numbers_may_go_round() -> None:
+    talk = talking()
+    for seq in (2**31 - 1, 2**32 - 2, 2**32 - 1, 0, 1):
+        assert len(talk.pull(seq=seq)) == 1
+    assert talk.pull(seq=2**32 - 1) == []
+
+
+def test_forces_are_clamped_and_that_is_told() -> None:
+    talk = talking()
+    (state,) = talk.pull([-1e308, 10.0, 1e308])
+    np.testing.assert_array_equal(robot_of(talk.device).given[-1], [F_MIN, 10.0, F_MAX])
+    assert state.flags & Flag.CLAMPED
+    (state,) = talk.pull()
+    assert not state.flags & Flag.CLAMPED
+
+
+def test_in_lock_step_each_set_point_is_one_step_and_a_copy_none() -> None:
+    talk = talking(lockstep=True)
+    robot = robot_of(talk.device)
+    for k in range(1, 4):
+        (state,) = talk.pull(seq=k)
+        np.testing.assert_allclose(state.values[:3], k * STEP * PULL, rtol=1e-14)
+        assert state.t_sim == pytest.approx(k * STEP)
+        again = talk.pull(seq=k)
+        assert again[0].values.tobytes() == state.values.tobytes()
+    assert len(robot.given) == 3
+    talk.device.advance(1.0)
+    assert robot.time == pytest.approx(3 * STEP)
+    talk.device.tick(talk.now + 1e6)
+    assert talk.device.state == "running"
+
+
+def test_values_are_scaled_both_ways() -> None:
+    device = make_device(scale=4.0)
+    talk = Talk(device)
+    talk.hello(Hello(SIGNATURE, STEP, 4.0, 0.02, COMMANDS, STATES, True))
+    (state,) = talk.pull([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(robot_of(device).given[-1], [4.0, 8.0, 12.0])
+    np.testing.assert_allclose(4 * state.values, robot_of(device).state(), rtol=1e-15)
+    assert talk.pull([1e308, 2.0, 3.0]) == []
+    assert device.counters["not finite"] == 1
+
+
+WISHES = [
+    (hello(), None),
+    (Hello(SIGNATURE ^ 1, STEP, 1.0, 0.02, COMMANDS, STATES, False), ErrorCode.PORTS),
+    (Hello(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), ErrorCode.PORTS),
+    (Hello(SIGNATURE, STEP, 1.0, 0.02, COMMANDS, STATES - 1, False), ErrorCode.PORTS),
+    (Hello(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), ErrorCode.SCALE),
+    (hello(step=0.5 * STEP, lockstep=True), ErrorCode.STEP),
+    (hello(step=1.5 * STEP, lockstep=True), ErrorCode.STEP),
+    (hello(step=5 * STEP, lockstep=True), None),
+    (hello(step=1000 * STEP, lockstep=True), None),
+    (hello(step=1001 * STEP, lockstep=True), ErrorCode.STEP),
+    (hello(step=1e308, lockstep=True), ErrorCode.STEP),
+    (hello(step=1e308), ErrorCode.WATCHDOG),
+    (hello(step=0.5 * STEP), None),
+    (hello(step=0.011), ErrorCode.WATCHDOG),
+    (hello(watchdog=0.0015), ErrorCode.WATCHDOG),
+    (hello(watchdog=0.0), None),
+]
+
+
+@pytest.mark.parametrize(("wish", "refusal"), WISHES)
+def test_what_a_device_agrees_to(wish: Hello, refusal: ErrorCode | None) -> None:
+    talk = Talk(make_device())
+    answer = talk.hello(wish)
+    if refusal is None:
+        assert answer.kind is Kind.HELLO_ACK
+    else:
+        assert (answer.kind, answer.values[0]) == (Kind.ERROR, refusal)
+        assert talk.device.state == "idle"
+
+
+@pytest.mark.parametrize(
+    ("wished", "agreed"), [(0.005, 0.005), (0.02, 0.02), (1.0, 0.02), (0, 0.02)]
+)
+def test_the_shorter_watchdog_holds(wished: float, agreed: float) -> None:
+    talk = Talk(make_device())
+    assert talk.hello(hello(watchdog=wished)).values[4] == agreed
+    talk.pull()
+    assert talk.device.next_deadline == pytest.approx(talk.now + agreed)
+
+
+def test_a_hello_that_was_answered_is_answered_alike_until_the_first_set_point() -> None:
+    """The answer may have been lost; the nonce stays, and so does the robot."""
+    talk = Talk(make_device())
+    first, again = talk.hello(), talk.hello()
+    assert first.values.tobytes() == again.values.tobytes()
+    assert robot_of(talk.device).resets == 2  # at the constructor and once for the run
+    talk.pull()
+    assert talk.send(talk.frame(Kind.HELLO, hello().values())) == []
+    assert talk.device.state == "running"
+
+
+@pytest.mark.parametrize("peer", [PEER, OTHER])
+def test_nobody_takes_over_a_running_device(peer: Hashable) -> None:
+    talk = talking(watchdog=60.0)
+    talk.pull()
+    thief = Talk(talk.device, run=78, peer=peer)
+    for thief.now in (10.0, 10.0 + 3 * PATIENCE):
+        answer = thief.hello()
+        assert (answer.kind, answer.values[0]) == (Kind.ERROR, ErrorCode.BUSY)
+    assert talk.device.run_id == 77
+    assert len(talk.pull()) == 1
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_a_run_at_rest_is_given_up_after_silence(lockstep: bool) -> None:
+    talk = talking(lockstep=lockstep)
+    if lockstep:
+        talk.pull()
+    other = Talk(talk.device, run=78, peer=OTHER)
+    assert other.hello().kind is Kind.ERROR
+    other.now += 1.01 * PATIENCE
+    assert other.hello().kind is Kind.HELLO_ACK
+    assert talk.pull() == []
+    assert talk.device.counters["run"] == 1
+
+
+def test_frames_of_another_run_or_peer_are_not_heard() -> None:
+    talk = talking()
+    talk.pull()
+    for stranger in (Talk(talk.device, run=78), Talk(talk.device, peer=OTHER)):
+        for kind in (Kind.SETPOINT, Kind.STOP, Kind.PING):
+            assert stranger.send(stranger.frame(kind, PULL, seq=9)) == []
+    assert talk.device.state == "running"
+    assert len(robot_of(talk.device).given) == 1
+    assert (talk.device.counters["run"], talk.device.counters["peer"]) == (3, 3)
+
+
+def test_before_a_run_only_a_hello_is_heard() -> None:
+    talk = Talk(make_device(), run=0, peer=None)
+    for kind in (Kind.SETPOINT, Kind.STOP, Kind.PING, Kind.STATE, Kind.ERROR):
+        assert talk.send(talk.frame(kind, PULL, seq=1)) == []
+    assert talk.send(talk.frame(Kind.HELLO, hello().values())) == []  # a run has a number
+    assert talk.device.state == "idle"
+
+
+def test_frames_of_devices_are_not_for_devices() -> None:
+    talk = talking()
+    for kind in (Kind.HELLO_ACK, Kind.STATE, Kind.STOPPED, Kind.ERROR, Kind.PONG):
+        assert talk.send(talk.frame(kind, np.zeros(STATES), seq=1)) == []
+    assert talk.device.counters["type"] == 5
+
+
+def test_a_set_point_of_another_length_is_dropped() -> None:
+    talk = talking()
+    for count in (0, COMMANDS - 1, COMMANDS + 1):
+        assert talk.pull(np.ones(count)) == []
+    assert talk.device.state == "ready"
+    assert talk.device.counters["count"] == 3
+
+
+def test_a_ping_is_answered_with_its_values() -> None:
+    talk = talking(KEY)
+    (pong,) = talk.send(talk.frame(Kind.PING, [1.0, 2.0], seq=4))
+    assert (pong.kind, pong.seq, list(pong.values)) == (Kind.PONG, 4, [1.0, 2.0])
+    assert talk.device.state == "ready"
+
+
+@pytest.mark.parametrize("how", ["failing", "broken"])
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_a_robot_that_fails_is_made_safe_and_that_is_told(how: str, lockstep: bool) -> None:
+    talk = talking(lockstep=lockstep)
+    robot = robot_of(talk.device)
+    talk.pull()
+    if how == "failing":
+        robot.failing = True
+        talk.device.advance(STEP)
+    else:
+        robot.broken = math.nan
+    (state,) = talk.pull()
+    assert talk.device.state == "safe"
+    assert state.flags & Flag.SAFE
+    assert state.flags & Flag.FAULT
+    assert np.isfinite(state.values).all()
+    assert talk.device.failure
+    answer = Talk(talk.device, run=78).hello()
+    assert answer.kind is (Kind.ERROR if how == "broken" else Kind.HELLO_ACK)
+
+
+def test_frames_of_an_earlier_run_are_of_no_use_with_a_key() -> None:
+    """Even if the attacker begins a run with the recorded hello."""
+    talk = talking(KEY)
+    recorded = [talk.frame(Kind.SETPOINT, PULL, seq=k) for k in range(1, 20)]
+    first_hello = talk.frame(Kind.HELLO, hello().values())
+    talk.pull()
+    talk.send(talk.frame(Kind.STOP))
+    assert Talk(talk.device, key=KEY, run=80).hello().kind is Kind.HELLO_ACK
+    given = len(robot_of(talk.device).given)
+    assert len(talk.device.receive(first_hello, PEER, talk.now)) == 1
+    assert talk.device.run_id == 77
+    assert [talk.device.receive(frame, PEER, talk.now) for frame in recorded] == 19 * [[]]
+    assert len(robot_of(talk.device).given) == given
+    assert talk.device.state == "ready"
+    assert talk.device.counters["signature"] == 19
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"f_min": [1.0, 2.0], "f_max": 3.0},
+        {"f_min": math.nan, "f_max": 3.0},
+        {"f_min": 4.0, "f_max": 3.0},
+        {"f_min": 0.0, "f_max": 3.0, "watchdog": 0.0},
+        {"f_min": 0.0, "f_max": 3.0, "scale": math.inf},
+        {"f_min": 0.0, "f_max": 3.0, "key": b"short"},
+    ],
+)
+def test_a_device_that_makes_no_sense_is_refused(settings) -> None:
+    with pytest.raises(InputError):
+        Device(Integrator(), 1, STEP, **settings)
+
+
+def heard(data: bytes, run: int, key: bytes | None) -> bool:
+    """Whether a device may listen to a frame at all, by the words of the protocol."""
+    if key is not None or len(data) < 48 or data[:5] != b"CFHW\1" or data[6] & 1:
+        return False
+    count = struct.unpack_from("<H", data, 40)[0]
+    if len(data) != 48 + 8 * count or with_checksum(data) != data:
+        return False
+    numbers = [*struct.unpack_from("<d", data, 16), *struct.unpack_from(f"<{count}d", data, 48)]
+    mine = data[5] == Kind.HELLO or struct.unpack_from("<I", data, 8)[0] == run
+    return mine and all(map(math.isfinite, numbers)) and data[5] in (1, 3, 5, 8)
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+@pytest.mark.parametrize("key", [None, KEY])
+def test_bad_frames_do_no_harm(key: bytes | None, lockstep: bool) -> None:
+    """No crash, forces within bounds, and nothing accepted of another run, peer or signature."""
+    talk = talking(key, lockstep=lockstep, watchdog=60.0)
+    old = Talk(make_device(key), key=key, run=5)
+    old.hello()
+    samples = [
+        talk.frame(Kind.HELLO, hello().values()),
+        *(talk.frame(Kind.SETPOINT, PULL, seq=seq) for seq in (1, 2, 50, 2**31)),
+        talk.frame(Kind.STOP),
+        talk.frame(Kind.PING, [1.0]),
+        old.frame(Kind.SETPOINT, PULL, seq=3),
+    ]
+    device, robot = talk.device, robot_of(talk.device)
+    owner: Hashable = PEER
+    answered = 0
+    for k, data in enumerate(bad_frames(samples, FRAMES // 4, seed=2)):
+        now, peer = talk.now + 1e-4 * k, PEER if k % 3 else OTHER
+        device.tick(now)
+        before = (device.state, device.run_id, len(robot.given), robot.resets)
+        may = heard(data, device.run_id, key) and (peer == owner or data[5] == Kind.HELLO)
+        answers = device.receive(data, peer, now)
+        after = (device.state, device.run_id, len(robot.given), robot.resets)
+        answered += len(answers)
+        if not may:
+            assert answers == []
+            assert after == before
+        for answer in map(unpack, answers):
+            assert np.isfinite(answer.values).all()
+            owner = peer if answer.kind is Kind.HELLO_ACK else owner
+        if key is None and device.state == "safe":
+            talk, owner = Talk(device, run=k + 100, now=now), PEER
+            assert talk.hello(hello(lockstep=lockstep)).kind is Kind.HELLO_ACK
+        if len(robot.given) > 100:
+            check_bounds(robot)
+    check_bounds(robot)
+    assert (answered > 0) == (key is None)
+    if key is not None:
+        talk.now = now
+        assert len(talk.pull(seq=60)) == 1
+
+
+def check_bounds(robot: Integrator) -> None:
+    given = np.array(robot.given)
+    assert ((given >= F_MIN) & (given <= F_MAX)).all()
+    robot.given.clear()

@@ -1,0 +1,302 @@
+"""The emulated robot: the plant's very states, and imperfections of known size."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from robots import EXAMPLES, PLANAR_2R, planar_2r
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment, Result
+from cardsflow_fmu.hardware.drives import force_bounds
+from cardsflow_fmu.hardware.emulator import EmulatedRobot
+from cardsflow_fmu.hardware.motors import MotorMap
+from cardsflow_fmu.hardware.sensors import SensorSettings
+from cardsflow_fmu.hardware.settings import CommandKind, MotorSettings
+from cardsflow_fmu.ports import coordinate_signals, muscle_signals
+from cardsflow_fmu.simulation import simulate
+from controllers import SpringMotors
+
+STEP = 1e-3
+N, M = 2, 4
+PULL = np.array([30.0, 12.0, 25.0, 11.0])
+
+
+@cache
+def simulated(name: str, changes: tuple[tuple[str, object], ...]) -> Result:
+    settings: dict[str, object] = {}
+    for key, value in changes:
+        settings[key] = dict(value) if isinstance(value, tuple) else value
+    return simulate(Experiment.load(EXAMPLES / name, settings), through="direct")
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("planar_2r", (("run.duration", 0.4),)),
+        ("planar_2r", (("run.duration", 0.4), ("plant.step", 2.5e-4))),
+        ("planar_2r", (("run.duration", 0.3), ("plant.mass_scale", 1.3))),
+        (
+            "roboy_left_arm",
+            (
+                ("run.duration", 0.3),
+                ("disturbance.force", (("hand", (3.0, -4.0, 5.0)),)),
+                ("disturbance.begin", 0.083),
+                ("disturbance.end", 0.211),
+            ),
+        ),
+    ],
+)
+def test_without_imperfections_it_goes_through_the_states_of_the_plant(
+    name: str, changes: tuple[tuple[str, object], ...]
+) -> None:
+    """Bit for bit, given the forces of a simulation, its masses and its disturbance."""
+    result = simulated(name, changes)
+    experiment = result.experiment
+    robot = experiment.robot
+    emulated = EmulatedRobot.of_experiment(experiment)
+    names = [
+        *coordinate_signals("q", robot),
+        *coordinate_signals("qd", robot),
+        *muscle_signals("l", robot),
+    ]
+    expected = result.columns(names)
+    forces = result.columns(muscle_signals("f", robot))
+    np.testing.assert_array_equal(emulated.state()[: len(names)], expected[0])
+    for force, row in zip(forces, expected[1:], strict=False):
+        emulated.apply(force)
+        emulated.advance(experiment.run.step)
+        state = emulated.state()
+        np.testing.assert_array_equal(state[: len(names)], row)
+        np.testing.assert_allclose(state[len(names) :], force, rtol=0, atol=1e-9)
+
+
+def test_a_new_run_begins_where_the_first_did() -> None:
+    emulated = EmulatedRobot.of_experiment(Experiment.load(PLANAR_2R), motor_lag=0.01)
+    runs = []
+    for _ in range(2):
+        emulated.reset()
+        rows = [emulated.state()]
+        for _ in range(20):
+            emulated.apply(PULL)
+            emulated.advance(STEP)
+            rows.append(emulated.state())
+        runs.append(rows)
+    np.testing.assert_array_equal(runs[0], runs[1])
+    np.testing.assert_array_equal(runs[0][0][:2], [-0.5, 0.5])
+
+
+def test_time_that_is_no_whole_number_of_steps_is_not_lost() -> None:
+    emulated = EmulatedRobot(planar_2r(), STEP)
+    for _ in range(1000):
+        emulated.advance(0.7e-3)
+    assert emulated.plant.time == pytest.approx(0.7, abs=STEP)
+
+
+@given(
+    kind=st.sampled_from(["force", "length", "velocity"]),
+    lag=st.sampled_from([0.0, 0.004]),
+    data=st.data(),
+)
+@settings(max_examples=40, deadline=None)
+def test_tensions_stay_within_bounds_whatever_is_commanded(
+    kind: str, lag: float, data: st.DataObject
+) -> None:
+    robot = planar_2r()
+    f_min, f_max = force_bounds(robot)
+    emulated = EmulatedRobot(robot, STEP, motors=MOTORS[kind], motor_lag=lag)
+    numbers = st.floats(-1e6, 1e6)
+    for _ in range(5):
+        command = np.array(data.draw(st.lists(numbers, min_size=M, max_size=M)))
+        emulated.apply(command)
+        emulated.advance(STEP)
+        tension = emulated.state()[2 * N + M :]
+        assert np.all(tension >= (f_min if kind == "force" else 0.0))
+        assert np.all(tension <= f_max)
+
+
+STIFFNESS, DAMPING = (5e3,) * M, (20.0,) * M
+MOTORS = {
+    "force": MotorSettings(),
+    "length": MotorSettings("length", STIFFNESS, DAMPING),
+    "velocity": MotorSettings("velocity", STIFFNESS, DAMPING),
+}
+
+
+def springs() -> SpringMotors:
+    return SpringMotors([m.name for m in planar_2r().muscles], STIFFNESS, damping=DAMPING)
+
+
+def test_motors_follow_with_their_time_constant() -> None:
+    """f(t) = f_min + (u - f_min)(1 - exp(-t/T))."""
+    emulated = EmulatedRobot(planar_2r(), STEP, motor_lag=0.02)
+    f_min = emulated.tension
+    emulated.apply(PULL)
+    for k in range(1, 60):
+        emulated.advance(STEP)
+        expected = f_min + (PULL - f_min) * -math.expm1(-k * STEP / 0.02)
+        np.testing.assert_allclose(emulated.tension, expected, rtol=1e-12)
+
+
+def test_motors_that_take_lengths_pull_as_their_springs_do() -> None:
+    """By f = K (l - l0) + D l'; l0 for the tension at the start holds it there."""
+    motors = springs()
+    start = {"q": [0.1, 0.2], "qd": [0.3, -0.4]}
+    emulated = EmulatedRobot(planar_2r(), STEP, **start, motors=MOTORS["length"])
+    plant = emulated.plant
+    for _ in range(50):
+        rates = plant.muscle_jacobian @ plant.qd
+        lengths = plant.muscle_lengths
+        emulated.apply(motors.set_points(lengths, rates, PULL))
+        emulated.advance(STEP)
+        np.testing.assert_allclose(emulated.tension, PULL, rtol=1e-9)
+    assert np.abs(plant.qd).max() > 0.1
+
+
+def test_motors_that_take_velocities_are_those_that_take_lengths() -> None:
+    """Told the rates of l0, they go where motors go that are told l0."""
+    robot = planar_2r()
+    by_length = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["length"])
+    by_rate = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["velocity"])
+    motors = springs()
+    l0 = motors.set_points(by_length.plant.muscle_lengths, np.zeros(M), by_length.tension)
+    rng = np.random.default_rng(1)
+    for _ in range(100):
+        rate = rng.uniform(-0.1, 0.1, M)
+        l0 = l0 + rate * STEP
+        by_length.apply(l0)
+        by_rate.apply(rate)
+        for emulated in (by_length, by_rate):
+            emulated.advance(STEP)
+        np.testing.assert_allclose(by_rate.state(), by_length.state(), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("command", ["length", "velocity"])
+@pytest.mark.parametrize("radius", [(), (0.01, 0.02, 0.03, 0.04)])
+@pytest.mark.parametrize("scale", [(), (4096.0, 100.0, 1e5, 1.0)])
+@pytest.mark.parametrize("offset", [None, (), (0.3, 0.1, 0.2, -0.1)])
+def test_motors_undo_what_the_map_of_motors_does(
+    command: CommandKind, radius: tuple, scale: tuple, offset: tuple | None
+) -> None:
+    """Told what the map makes of forces, they pull with these forces."""
+    settings = MotorSettings(command, STIFFNESS, DAMPING, radius, scale, offset)
+    robot = planar_2r()
+    emulated = EmulatedRobot(robot, STEP, q=[0.1, 0.2], qd=[0.3, -0.4], motors=settings)
+    plant = emulated.plant
+    rates = plant.muscle_jacobian @ plant.qd
+    motors = MotorMap(settings, [m.name for m in robot.muscles])
+    motors.calibrate(plant.muscle_lengths, rates, emulated.tension)
+    for k in range(30):
+        wanted = PULL + 5.0 * math.sin(k)
+        rates = plant.muscle_jacobian @ plant.qd
+        told = (wanted, plant.muscle_lengths, rates, emulated.tension, STEP)
+        if command == "velocity":  # its reckoning of l0 looks at tensions one step old
+            told = (wanted, plant.muscle_lengths, rates, np.zeros(0), STEP)
+        emulated.apply(motors.commands(*told))
+        emulated.advance(STEP)
+        np.testing.assert_allclose(emulated.tension, wanted, rtol=1e-8)
+
+
+def test_what_is_not_measured_is_not_told() -> None:
+    for lengths in (False, True):
+        for tensions in (False, True):
+            emulated = EmulatedRobot(
+                planar_2r(), STEP, q=[0.1, 0.2], has_lengths=lengths, has_tensions=tensions
+            )
+            plant = emulated.plant
+            parts = [plant.q, plant.qd]
+            parts += [plant.muscle_lengths] if lengths else []
+            parts += [emulated.tension] if tensions else []
+            np.testing.assert_array_equal(emulated.state(), np.concatenate(parts))
+            assert emulated.states == sum(map(len, parts))
+
+
+@pytest.mark.parametrize("kind", ["force", "length", "velocity"])
+def test_the_safe_state_is_the_smallest_tension(kind: str) -> None:
+    robot = planar_2r()
+    f_min, _ = force_bounds(robot)
+    emulated = EmulatedRobot(robot, STEP, motors=MOTORS[kind])
+    emulated.apply(np.full(M, 0.05))
+    emulated.advance(STEP)
+    emulated.safe()
+    emulated.advance(STEP)
+    np.testing.assert_array_equal(emulated.tension, f_min)
+    slack = EmulatedRobot(robot, STEP, safe_forces=0.0)
+    slack.advance(STEP)
+    np.testing.assert_array_equal(slack.tension, np.zeros(M))
+
+
+def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndarray]:
+    """What sensors tell of a motion, and what is true; rows of q, qd, l."""
+    robot = planar_2r()
+    pair = [
+        EmulatedRobot(robot, STEP, q=[0.1, 0.2], sensors=s) for s in (sensors, SensorSettings())
+    ]
+    rows: list[list[np.ndarray]] = [[e.state()[: 2 * N + M]] for e in pair]
+    for k in range(steps):
+        command = PULL if (k // 40) % 2 else PULL[::-1]
+        for emulated, own in zip(pair, rows, strict=True):
+            emulated.apply(command)
+            emulated.advance(STEP)
+            own.append(emulated.state()[: 2 * N + M])
+    return np.array(rows[0]), np.array(rows[1])
+
+
+def test_encoders_count() -> None:
+    joint, length = 2000.0, 50e3
+    told, true = read(SensorSettings(joint_counts=joint, length_counts=length))
+    for columns, counts in ((slice(0, N), joint), (slice(2 * N, None), length)):
+        counted = told[:, columns] * counts
+        np.testing.assert_allclose(counted, np.round(counted), rtol=0, atol=1e-6)
+        error = np.abs(told - true)[:, columns].max()
+        assert 0.25 / counts < error <= 0.5 / counts * (1 + 1e-9)
+    np.testing.assert_array_equal(told[:, N : 2 * N], true[:, N : 2 * N])
+
+
+def test_velocities_may_be_differences_of_counts() -> None:
+    """Off by at most one count over the step, besides half a step of acceleration."""
+    counts = 1e5
+    told, true = read(SensorSettings(joint_counts=counts, differences=True))
+    q, qd = told[:, :N], told[:, N : 2 * N]
+    np.testing.assert_allclose(qd[1:], np.diff(q, axis=0) / STEP, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(qd[0], 0.0)
+    change = np.abs(np.diff(true[:, N : 2 * N], axis=0))
+    error = np.abs(qd - true[:, N : 2 * N])[1:]
+    assert np.all(error <= 1 / (counts * STEP) + change + 1e-9)
+
+
+def test_noise_has_its_size_and_its_seed() -> None:
+    told, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
+    again, _ = read(SensorSettings(noise=2e-3, seed=5), 1000)
+    other, _ = read(SensorSettings(noise=2e-3, seed=6), 1000)
+    noise = (told - true).ravel()
+    assert np.std(noise) == pytest.approx(2e-3, rel=0.05)
+    assert abs(np.mean(noise)) < 4 * 2e-3 / math.sqrt(noise.size)
+    np.testing.assert_array_equal(told, again)
+    assert np.abs(told - other).min() > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"joint_counts": 0.0}, "joint_counts must be above 0, not 0.0"),
+        ({"length_counts": math.nan}, "length_counts must be above 0, not nan"),
+        ({"noise": -1.0}, "the noise must be 0 or more"),
+        ({"noise": math.inf}, "the noise must be 0 or more"),
+        ({"seed": -1}, "the seed must be 0 or more"),
+    ],
+)
+def test_sensors_that_cannot_be_are_refused(words: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        SensorSettings(**words)
+
+
+@pytest.mark.parametrize("lag", [-0.1, math.nan, math.inf])
+def test_motors_that_cannot_be_are_refused(lag: float) -> None:
+    with pytest.raises(InputError, match="time constant must be 0 s or more"):
+        EmulatedRobot(planar_2r(), STEP, motor_lag=lag)

@@ -1,0 +1,648 @@
+"""Links: the same conversation by UDP, a serial line and in process, on good and bad days."""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import socket
+import sys
+import threading
+import time
+import tty
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+
+import numpy as np
+import pytest
+from hardware_devices import (
+    COMMANDS,
+    KEY,
+    SIGNATURE,
+    STATES,
+    STEP,
+    hello,
+    make_device,
+    robot_of,
+    served,
+)
+from hardware_fuzz import FRAMES, bad_frames
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.hardware.cobs import Unstuffer, encode
+from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.errors import HardwareError
+from cardsflow_fmu.hardware.faults import Faults, FaultyWay
+from cardsflow_fmu.hardware.frame import MOST_BYTES, Flag, Frame, FrameError, Kind, pack, unpack
+from cardsflow_fmu.hardware.framed_link import FramedLink
+from cardsflow_fmu.hardware.link import Exchange, HardwareLink, Hello, open_link
+from cardsflow_fmu.hardware.serial_link import SerialLink
+from cardsflow_fmu.hardware.server import DeviceServer, serve
+from cardsflow_fmu.hardware.udp import UdpLink, is_loopback, udp_address
+
+PULL = np.array([3.0, 20.0, 50.0])
+SOON = 0.5
+"""Longer than anything takes here, even on a busy machine, in [s]."""
+
+
+@contextmanager
+def at_the_end_of_a_line(device: Device) -> Iterator[str]:
+    """A device at the other end of a serial line."""
+    ours, theirs = os.openpty()
+    tty.setraw(ours)
+    tty.setraw(theirs)
+    ended = threading.Event()
+
+    def run() -> None:
+        unstuffer = Unstuffer(MOST_BYTES)
+        while not ended.is_set():
+            if select.select([ours], (), (), 0.01)[0]:
+                with suppress(OSError):
+                    for frame in unstuffer.take(os.read(ours, 4096)):
+                        for answer in device.receive(frame, "line", time.monotonic()):
+                            os.write(ours, encode(answer))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield f"serial://{os.ttyname(theirs)}?baud=2000000"
+    finally:
+        ended.set()
+        thread.join()
+        os.close(ours)
+        os.close(theirs)
+
+
+@contextmanager
+def linked(kind: str, device: Device, key: bytes | None = None) -> Iterator[HardwareLink]:
+    """A link, not open yet, to a device."""
+    with ExitStack() as stack:
+        uri = "loopback:"
+        if kind == "udp":
+            uri = stack.enter_context(served(device))
+        if kind == "serial":
+            pytest.importorskip("serial")
+            uri = stack.enter_context(at_the_end_of_a_line(device))
+        link = open_link(uri, key=key, loopback=lambda: device)
+        stack.callback(link.close)
+        yield link
+
+
+def pull(link: HardwareLink, command=PULL, *, within: float = SOON) -> Exchange:
+    return link.exchange(0.0, np.asarray(command, float), time.monotonic() + within)
+
+
+KINDS = ["udp", "serial", "loopback"]
+
+
+@pytest.mark.parametrize("key", [None, KEY])
+@pytest.mark.parametrize("kind", KINDS)
+def test_lock_step_by_any_link(kind: str, key: bytes | None) -> None:
+    """X = h sum u, whatever carries the frames."""
+    device = make_device(key)
+    rng = np.random.default_rng(0)
+    commands = rng.uniform(2.0, 50.0, (50, COMMANDS))
+    with linked(kind, device, key) as link:
+        link.open(hello(lockstep=True))
+        assert link.run_id == device.run_id > 0
+        assert link.agreed == hello(lockstep=True)
+        np.testing.assert_array_equal(link.start_state[:3], 0.0)
+        for k, command in enumerate(commands, 1):
+            came = pull(link, command)
+            assert came.state is not None
+            np.testing.assert_allclose(came.state[:3], STEP * commands[:k].sum(0), rtol=1e-13)
+            assert came.seq == k
+            assert 0 < came.round_trip < SOON
+            assert 0 <= came.age < SOON
+            assert came.device_flags & Flag.LOCKSTEP
+        assert link.stop()
+        assert device.state == "safe"
+        assert not link.stop()
+        link.close()
+        link.close()
+
+
+@pytest.mark.parametrize("kind", ["udp", "loopback"])
+def test_in_real_time_the_device_goes_by_the_clock(kind: str) -> None:
+    """Never ahead of it; behind by more than a step or two only when the machine was busy."""
+    device = make_device(watchdog=10.0)
+    behind = []
+    with linked(kind, device) as link:
+        for _ in range(5):
+            link.open(hello(watchdog=10.0))
+            time.sleep(0.02)  # which is before the run, and not to be made up for
+            begin = time.monotonic()
+            pull(link)
+            time.sleep(0.03)
+            came = pull(link)
+            passed = time.monotonic() - begin
+            assert came.state is not None
+            elapsed = came.state[3]
+            assert elapsed <= passed + STEP
+            np.testing.assert_allclose(came.state[:3], elapsed * PULL, rtol=1e-12)
+            behind.append(passed - elapsed)
+    assert min(behind) <= 3 * STEP
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_link_opens_again(kind: str) -> None:
+    device = make_device()
+    with linked(kind, device) as link:
+        runs = set()
+        for _ in range(3):
+            link.open(hello(lockstep=True))
+            assert pull(link).seq == 1
+            runs.add(link.run_id)
+        assert len(runs) == 3
+
+
+def test_set_points_and_states_are_scaled() -> None:
+    device = make_device(scale=8.0)
+    with linked("udp", device) as link:
+        link.open(Hello(SIGNATURE, STEP, 8.0, 0.02, COMMANDS, STATES, True))
+        came = pull(link)
+    assert came.state is not None
+    np.testing.assert_array_equal(robot_of(device).given[0], PULL)
+    np.testing.assert_allclose(came.state[:3], STEP * PULL, rtol=1e-14)
+
+
+def test_the_watchdog_bites_while_nobody_speaks() -> None:
+    """In real time, by the server's own clock, within its time and a tick or two."""
+    device = make_device()
+    with linked("udp", device) as link:
+        link.open(hello())
+        pull(link)
+        begin = time.monotonic()
+        while device.state == "running":
+            assert time.monotonic() < begin + SOON
+            time.sleep(1e-4)
+        came = pull(link)
+    assert came.device_flags & Flag.SAFE
+    assert device.counters["watchdog"] == 1
+
+
+def test_nobody_answers() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
+        silent.bind(("127.0.0.1", 0))
+        uri = f"udp://127.0.0.1:{silent.getsockname()[1]}"
+        for key, word in ((None, "is it running"), (KEY, "the same key")):
+            link = UdpLink(uri, key=key, timeout=0.2)
+            begin = time.monotonic()
+            with pytest.raises(HardwareError, match=f"nobody answers at {uri}.*{word}"):
+                link.open(hello())
+            assert 0.2 <= time.monotonic() - begin < 0.2 + SOON
+    with pytest.raises(HardwareError, match="nobody answers"):
+        UdpLink(uri, timeout=0.1).open(hello())  # now the port is closed, and the system says so
+
+
+def test_a_device_with_a_key_hears_nobody_without_it() -> None:
+    with served(make_device(KEY)) as uri:
+        for key in (None, KEY[::-1]):
+            with pytest.raises(HardwareError, match="nobody answers"):
+                UdpLink(uri, key=key, timeout=0.15).open(hello())
+        with UdpLink(uri, key=KEY) as link:
+            link.open(hello())
+
+
+def test_a_device_without_key_gives_itself_away() -> None:
+    """To a link with a key it does not answer, and cannot: the frames are signed."""
+    with served(make_device()) as uri, pytest.raises(HardwareError, match="same key"):
+        UdpLink(uri, key=KEY, timeout=0.15).open(hello())
+
+
+@pytest.mark.parametrize(
+    ("wish", "word"),
+    [
+        (Hello(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
+        (Hello(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
+        (hello(step=0.0015, lockstep=True), "whole"),
+        (hello(step=0.1), "watchdog"),
+    ],
+)
+def test_a_refusal_says_why(wish: Hello, word: str) -> None:
+    with served(make_device()) as uri, UdpLink(uri) as link:
+        begin = time.monotonic()
+        with pytest.raises(HardwareError, match=f"refuses: .*{word}"):
+            link.open(wish)
+        assert time.monotonic() - begin < SOON
+
+
+def test_a_second_sender_is_told_that_the_device_is_in_use_and_disturbs_nobody() -> None:
+    device = make_device(watchdog=10.0)
+    with served(device) as uri, UdpLink(uri) as link:
+        link.open(hello(watchdog=10.0))
+        pull(link)
+        with pytest.raises(HardwareError, match="in use by another"):
+            UdpLink(uri, timeout=0.15).open(hello())
+        assert pull(link).seq == 2
+        assert device.run_id == link.run_id
+
+
+def test_a_device_becomes_free_while_somebody_waits() -> None:
+    """The run before was killed: its watchdog frees the device."""
+    with served(make_device(watchdog=0.2)) as uri:
+        killed = UdpLink(uri)
+        killed.open(hello(watchdog=0.2))
+        pull(killed)
+        with UdpLink(uri) as link:
+            link.open(hello(watchdog=0.2))
+            assert pull(link).seq == 1
+        killed.close()
+
+
+def test_the_device_restarts_in_a_run() -> None:
+    """Nothing moves until a new run is agreed on."""
+    wish = hello(watchdog=10.0)
+    device, fresh = make_device(watchdog=10.0), make_device(watchdog=10.0)
+    with served(device) as uri:
+        link = UdpLink(uri)
+        link.open(wish)
+        pull(link)
+        old_run = link.run_id
+    with served(fresh, uri), link:
+        assert pull(link, within=0.05).state is None
+        assert not link.stop()
+        assert fresh.state == "idle"
+        assert fresh.counters["run"] > 0
+        assert not robot_of(fresh).given
+        link.open(wish)
+        assert pull(link).seq == 1
+        assert link.run_id != old_run
+
+
+def test_nobody_but_the_connected_peer_is_heard() -> None:
+    """Frames that would be right come from another port: the system drops them."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.bind(("127.0.0.1", 0))
+        link = UdpLink(f"udp://127.0.0.1:{line.getsockname()[1]}", timeout=SOON)
+        answered = threading.Thread(target=answer_hello, args=(line,))
+        answered.start()
+        link.open(hello())
+        answered.join()
+        assert link._socket is not None
+        here = link._socket.getsockname()
+        assert here[0] == "127.0.0.1"
+        forged = pack(Frame(Kind.STATE, 0, link.run_id, 1, 0.0, 1, 1, np.zeros(STATES)))
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.sendto(forged, here)
+            assert pull(link, within=0.05).state is None
+            line.sendto(forged, here)
+            assert pull(link, within=SOON).state is not None
+        link.close()
+
+
+def answer_hello(line: socket.socket) -> None:
+    """Be a device for one hello."""
+    device = make_device()
+    data, peer = line.recvfrom(MOST_BYTES)
+    for answer in device.receive(data, peer, 0.0):
+        line.sendto(answer, peer)
+
+
+class Line(FramedLink):
+    """A link to a device without a clock, through whatever a test does to the frames.
+
+    Attributes:
+        waiting: What comes next.
+        outward: What becomes of a frame on its way to the device, and of its answers.
+    """
+
+    def __init__(self, device: Device, key: bytes | None = None) -> None:
+        super().__init__("line:", key=key, timeout=0.2)
+        self.device, self.waiting = device, deque[bytes]()
+        self.outward: Callable[[bytes], list[bytes]] = lambda data: [data]
+        self.inward: Callable[[bytes], list[bytes]] = lambda data: [data]
+        self.now = 0.0
+
+    def _connect(self) -> None:
+        pass
+
+    def _disconnect(self) -> None:
+        pass
+
+    def _send(self, data: bytes) -> None:
+        for frame in self.outward(data):
+            for answer in self.device.receive(frame, "line", self.now):
+                self.waiting.extend(self.inward(answer))
+
+    def _receive(self, deadline: float) -> bytes | None:
+        if not self.waiting:
+            time.sleep(max(deadline - time.monotonic(), 0.0))
+            return None
+        return self.waiting.popleft()
+
+
+def open_line(key: bytes | None = None, *, lockstep: bool = False) -> Line:
+    line = Line(make_device(key), key)
+    line.open(hello(lockstep=lockstep))
+    return line
+
+
+def test_the_newest_state_wins_and_copies_are_dropped() -> None:
+    line = open_line()
+    held: list[bytes] = []
+    line.inward = lambda data: held.append(data) or []  # type: ignore[func-returns-value]
+    for _ in range(3):
+        assert pull(line, within=0.0).state is None
+    line.inward = lambda data: [held[2], held[0], held[1], held[2], data, data]
+    came = pull(line)
+    assert (came.seq, line.counters["stale"]) == (4, 3)
+    line.inward = lambda data: []
+    assert pull(line, within=0.0).state is None  # the copy of state 4 is no news
+    assert line.counters["stale"] == 4
+
+
+def test_a_late_state_is_news_until_its_successor_comes() -> None:
+    line = open_line()
+    held: list[bytes] = []
+    line.inward = lambda data: held.append(data) or []  # type: ignore[func-returns-value]
+    pull(line, within=0.0)
+    line.inward = lambda data: [held[0]]
+    came = pull(line, within=0.01)
+    assert came.state is not None
+    assert came.seq == 1
+    assert came.round_trip < SOON
+
+
+def test_what_is_missed_is_told() -> None:
+    line = open_line()
+    assert math.isinf(pull_nothing(line).age)
+    line.outward = lambda data: [data]
+    assert pull(line).age < SOON
+    time.sleep(0.02)
+    came = pull_nothing(line)
+    assert came.age >= 0.02
+    assert (came.seq, came.device_flags) == (2, 0)
+    assert math.isnan(came.round_trip)
+    assert line.counters["missed"] == 2
+
+
+def pull_nothing(line: Line) -> Exchange:
+    line.outward = lambda data: []
+    return pull(line, within=0.0)
+
+
+@pytest.mark.parametrize("lost", ["outward", "inward"])
+def test_in_lock_step_what_is_lost_is_sent_again(lost: str) -> None:
+    """And the robot takes each step once."""
+    line = open_line(lockstep=True)
+    sent = 0
+
+    def every_third(data: bytes) -> list[bytes]:
+        nonlocal sent
+        sent += 1
+        return [data] if sent % 3 == 0 else []
+
+    setattr(line, lost, every_third)
+    for k in range(1, 6):
+        came = pull(line)
+        assert came.state is not None
+        np.testing.assert_allclose(came.state[:3], k * STEP * PULL, rtol=1e-13)
+    assert line.counters["repeated"] == 10
+
+
+def test_a_state_of_a_set_point_that_was_never_sent_is_no_news() -> None:
+    line = open_line()
+    forged = Frame(Kind.STATE, 0, line.run_id, 1000, 0.0, 1, 1, np.zeros(STATES))
+    line.inward = lambda data: [pack(forged)]
+    assert pull(line, within=0.0).state is None
+    line.inward = lambda data: [data]
+    assert pull(line).seq == 2
+
+
+@pytest.mark.parametrize("key", [None, KEY])
+def test_bad_answers_do_no_harm(key: bytes | None) -> None:
+    """No crash, no hang; with a key nothing but the device's own answers is taken."""
+    line = open_line(key)
+    samples = []
+    line.inward = lambda data: samples.append(data) or [data]  # type: ignore[func-returns-value]
+    for _ in range(3):
+        pull(line)
+    batch = 10
+    bad = bad_frames(samples, FRAMES // 2, seed=3)
+    begin = time.monotonic()
+    for _ in range(FRAMES // 2 // batch):
+        some = [frame for frame, _ in zip(bad, range(batch), strict=False)]
+        line.inward = lambda data, some=some: [*some, data]  # type: ignore[misc]
+        came = pull(line)
+        assert came.state is not None
+        assert np.isfinite(came.state).all()
+        if key is not None:
+            np.testing.assert_array_equal(came.state, robot_of(line.device).state())
+        line.waiting.clear()
+    assert time.monotonic() - begin < FRAMES * 1e-3
+
+
+def test_a_flood_does_not_hold_an_exchange() -> None:
+    line = open_line()
+    line.inward = lambda data: [b"noise"] * 5000
+    begin = time.monotonic()
+    assert pull(line, within=0.0).state is None
+    assert time.monotonic() - begin < SOON
+
+
+@pytest.mark.parametrize(
+    ("faults", "missed"),
+    [
+        (Faults(), 0.0),
+        (Faults(loss=0.05, seed=1), 0.2),
+        (Faults(duplicate=0.3, reorder=0.1, corrupt=0.05, seed=2), 0.35),
+        (Faults(jitter=0.002, seed=3), 0.5),
+    ],
+)
+def test_faults_on_the_way_are_survived(faults: Faults, missed: float) -> None:
+    device = make_device(watchdog=10.0)
+    states = []
+    with served(device, way=FaultyWay(device, faults)) as uri, UdpLink(uri, timeout=5.0) as link:
+        link.open(hello(watchdog=10.0))
+        for k in range(200):
+            came = link.exchange(k * STEP, PULL, time.monotonic() + 0.01)
+            if came.state is not None:
+                states.append(came.state)
+    assert len(states) >= 200 * (1 - missed) - 20
+    times = np.array(states)[:, 3]
+    assert (np.diff(times) >= 0).all()  # never back to an older state
+    np.testing.assert_allclose(np.array(states)[:, 1], 20.0 * times, rtol=1e-9)
+    given = np.array(robot_of(device).given)
+    assert (given == PULL).all()
+
+
+def test_serving_ends_in_the_safe_state() -> None:
+    device = make_device(watchdog=10.0)
+    addresses: list[str] = []
+    stop = threading.Event()
+    arguments = {"stop": stop.is_set, "ready": addresses.append, "duration": 10.0}
+    thread = threading.Thread(target=serve, args=(device, "udp://:0"), kwargs=arguments)
+    thread.start()
+    while not addresses:
+        time.sleep(1e-3)
+    assert addresses[0].startswith("udp://127.0.0.1:")
+    with UdpLink(addresses[0]) as link:
+        link.open(hello(watchdog=10.0))
+        pull(link)
+        assert device.state == "running"
+        begin = time.monotonic()
+        stop.set()
+        thread.join()
+        assert time.monotonic() - begin < SOON
+        link._moving = False
+    assert device.state == "safe"
+
+
+def test_serving_ends_after_its_duration() -> None:
+    begin = time.monotonic()
+    serve(make_device(), "udp://:0", duration=0.1)
+    assert 0.1 <= time.monotonic() - begin < 0.1 + SOON
+
+
+def test_an_address_is_taken_once() -> None:
+    with served(make_device()) as uri, pytest.raises(HardwareError, match="cannot listen at"):
+        DeviceServer(make_device(), uri)
+
+
+@pytest.mark.parametrize(
+    ("uri", "address"),
+    [
+        ("udp://127.0.0.1:5005", ("127.0.0.1", 5005)),
+        ("udp://:5005", ("127.0.0.1", 5005)),
+        ("udp://robot.local:1", ("robot.local", 1)),
+        ("udp://[::1]:65535", ("::1", 65535)),
+    ],
+)
+def test_addresses_by_udp(uri: str, address: tuple[str, int]) -> None:
+    assert udp_address(uri) == address
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "",
+        "udp",
+        "udp://",
+        "udp://127.0.0.1",
+        "udp://127.0.0.1:0",
+        "udp://127.0.0.1:65536",
+        "udp://127.0.0.1:-1",
+        "udp://127.0.0.1:5005/x",
+        "udp://127.0.0.1:5005?x=1",
+        "udp://me@127.0.0.1:5005",
+        "udp://[::1",
+        "tcp://127.0.0.1:5005",
+        "serial:",
+        "serial://",
+        "serial:///dev/ttyACM0?baud=fast",
+        "serial:///dev/ttyACM0?baud=0",
+        "serial:///dev/ttyACM0?bauds=9600",
+        "serial://host/dev/ttyACM0",
+        "loopback:",
+        "127.0.0.1:5005",
+    ],
+)
+def test_addresses_that_are_none(uri: str) -> None:
+    with pytest.raises(InputError):
+        open_link(uri)
+
+
+def test_a_host_that_does_not_exist() -> None:
+    with pytest.raises(HardwareError, match="no host"):
+        UdpLink("udp://no.such.host.invalid:5005").open(hello())
+
+
+def test_by_ipv6() -> None:
+    try:
+        with served(make_device(), "udp://[::1]:0") as uri, UdpLink(uri) as link:
+            link.open(hello(lockstep=True))
+            assert pull(link).seq == 1
+    except HardwareError as error:
+        pytest.skip(str(error))
+
+
+def test_a_bind_address_that_is_not_of_this_machine() -> None:
+    with pytest.raises(HardwareError, match="no link"):
+        UdpLink("udp://127.0.0.1:5005", bind="192.0.2.1").open(hello())
+
+
+def test_loopback_addresses() -> None:
+    assert [is_loopback(host) for host in ("127.0.0.1", "::1", "192.0.2.1", "robot")] == [
+        True,
+        True,
+        False,
+        False,
+    ]
+
+
+def test_a_serial_link_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "serial", None)
+    with pytest.raises(HardwareError, match=r"cardsflow\[serial\]"):
+        open_link("serial:///dev/null").open(hello())
+
+
+def test_a_serial_line_that_is_not_there() -> None:
+    pytest.importorskip("serial")
+    with pytest.raises(HardwareError, match="no link to serial:///dev/no-such-line"):
+        open_link("serial:///dev/no-such-line").open(hello())
+
+
+def test_noise_on_a_serial_line() -> None:
+    """Garbage between frames costs a frame at most."""
+    pytest.importorskip("serial")
+    with linked("serial", make_device()) as link:
+        link.open(hello(lockstep=True))
+        for k in range(1, 20):
+            link._line.write(os.urandom(k))  # type: ignore[attr-defined]
+            came = pull(link)
+            assert came.state is not None
+            np.testing.assert_allclose(came.state[:3], k * STEP * PULL, rtol=1e-13)
+
+
+def test_a_serial_line_that_takes_no_more_holds_nobody_up() -> None:
+    """Its buffer is full: what cannot be sent is lost, and what was cut short harms no other."""
+    pytest.importorskip("serial")
+    ours, theirs = os.openpty()
+    tty.setraw(ours)
+    tty.setraw(theirs)
+    link = SerialLink(f"serial://{os.ttyname(theirs)}", timeout=0.2)
+    link._connect()
+    begin = time.monotonic()
+    frame = pack(Frame(Kind.PING, 0, 1, 1, 0.0, 0, 0, np.ones(100)))
+    while not link.counters["not sent"]:
+        link._send(frame)
+    link._send(frame)
+    assert time.monotonic() - begin < SOON
+    unstuffer = Unstuffer(MOST_BYTES)
+    while select.select([ours], (), (), 0.0)[0]:
+        assert set(unstuffer.take(os.read(ours, 4096))) <= {frame}
+    link._send(frame)
+    time.sleep(0.01)
+    *cut, last = unstuffer.take(os.read(ours, 4096))
+    assert last == frame
+    for stump in cut:  # that a frame is whole is for its length and checksum to tell
+        with pytest.raises(FrameError):
+            unpack(stump)
+    link.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_an_exchange_needs_an_open_link() -> None:
+    with pytest.raises(HardwareError, match="not open"):
+        pull(UdpLink("udp://127.0.0.1:5005"))
+    assert not UdpLink("udp://127.0.0.1:5005").stop()
+
+
+def test_a_device_that_agrees_to_something_else() -> None:
+    line = Line(make_device())
+
+    def other_step(data: bytes) -> list[bytes]:
+        frame = unpack(data)
+        values = np.array(frame.values)
+        values[2] *= 2
+        return [pack(frame._replace(values=values))]
+
+    line.inward = other_step
+    with pytest.raises(HardwareError, match="not what was asked"):
+        line.open(hello())
+    line.inward = lambda data: [pack(unpack(data)._replace(values=(1.0,)))]
+    with pytest.raises(HardwareError, match="nonsense"):
+        line.open(hello())

@@ -1,0 +1,418 @@
+"""The hardware's model: the plant's ports, its trajectories in lock step, a safe end always."""
+
+from __future__ import annotations
+
+import gc
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Slave
+from robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.hardware import opening
+from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.emulated_device import emulated_device
+from cardsflow_fmu.hardware.errors import HardwareError
+from cardsflow_fmu.hardware.frame import Flag
+from cardsflow_fmu.hardware.hello import Hello
+from cardsflow_fmu.hardware.link import Exchange
+from cardsflow_fmu.hardware.safety import TripError
+from cardsflow_fmu.hardware.session import HOLDING, RUNNING, STARTING, STOPPED, HardwareSession
+from cardsflow_fmu.model_description import FmiVersion
+from cardsflow_fmu.models.hardware import HardwareModel
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.simulation import build, simulate
+
+FMI = ("2.0", "3.0")
+ARM = EXAMPLES / "roboy_left_arm"
+IN_PROCESS = {"hardware.link": "loopback:", "hardware.use": True}
+LOCKSTEP = IN_PROCESS | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0}
+HOLDING_FORCES = np.array([41.0, 10.0, 10.0, 14.0])
+
+
+def experiment(settings: dict[str, Any] | None = None, folder: Path = PLANAR_2R) -> Experiment:
+    return Experiment.load(folder, LOCKSTEP | {"run.duration": 0.1} | (settings or {}))
+
+
+@pytest.fixture
+def devices(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Device]]:
+    """The devices that were made in this process; all are safe in the end."""
+    made: list[Device] = []
+
+    def make(*arguments: Any) -> Device:
+        made.append(emulated_device(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(opening, "emulated_device", make)
+    yield made
+    gc.collect()
+    assert all(device.state in ("idle", "safe") for device in made)
+
+
+def stepped(model: HardwareModel, steps: int, forces: Any = HOLDING_FORCES) -> HardwareModel:
+    h = 1e-3
+    for k in range(steps):
+        model.inputs[:4] = forces
+        model.step(k * h, h)
+    return model
+
+
+def started(settings: dict[str, Any] | None = None) -> HardwareModel:
+    model = HardwareModel(experiment(settings))
+    model.initialize()
+    return model
+
+
+def output(model: HardwareModel, name: str) -> float:
+    return float(model.values[[port.name for port in model.ports].index(name)])
+
+
+@pytest.mark.parametrize("folder", [PLANAR_2R, ARM])
+def test_the_ports_are_those_of_the_plant_and_diagnostics(folder: Path) -> None:
+    own = HardwareModel.table(experiment(folder=folder))
+    plants = PlantModel.table(experiment(folder=folder))
+    kept = [port for port in own if port in plants]
+    assert kept == plants  # names, units, causalities, variabilities, starts, order
+    others = [port for port in own if port not in plants]
+    assert {port.causality for port in others} == {"output"}
+    muscles = [port.name[2:] for port in plants if port.name.startswith("f.")]
+    assert [port.name for port in others] == [
+        *(f"tension.{muscle}" for muscle in muscles),
+        *("age", "missed", "round_trip_time", "lateness", "mode"),
+    ]
+
+
+def test_the_fmu_promises_no_more_than_the_world_can_do(tmp_path: Path, fmi: FmiVersion) -> None:
+    files = build(experiment(), tmp_path, fmi=fmi)
+    flags = fmpy.read_model_description(str(files["hardware"])).coSimulation
+    assert not flags.canGetAndSetFMUstate
+    assert not flags.canSerializeFMUstate
+    assert not flags.canHandleVariableCommunicationStepSize
+    assert not flags.providesDirectionalDerivative
+    assert fmpy.read_model_description(str(files["plant"])).coSimulation.canGetAndSetFMUstate
+
+
+@pytest.mark.parametrize("host", ["direct", "in-process", "worker"])
+def test_in_lock_step_it_goes_the_plants_way(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
+    through: Any = "direct" if host == "direct" else "fmu"
+    with_hardware = simulate(experiment(), through=through)
+    ours = simulate(experiment({"hardware.use": False}), through=through)
+    for name in ours.names:
+        np.testing.assert_allclose(with_hardware[name], ours[name], rtol=0, atol=1e-9, err_msg=name)
+    np.testing.assert_array_equal(
+        with_hardware["tension.cable_1"][1:], with_hardware["f.cable_1"][:-1]
+    )
+    assert with_hardware.summary["hardware"]["missed"] == 0
+
+
+@pytest.mark.parametrize(
+    ("folder", "settings"),
+    [
+        (PLANAR_2R, {"plant.step": 0.00025, "controller.period": 0.002}),
+        (PLANAR_2R, {"plant.mass_scale": 1.3, "controller.delay": 1}),
+        (PLANAR_2R, {"disturbance": {"force": {"tip": [20.0, 0.0, 5.0]}, "begin": 0.02}}),
+        (PLANAR_2R, {"hardware.motors": {"command": "length", "stiffness": 5000.0}}),
+        (PLANAR_2R, {"hardware.motors": {"command": "velocity", "stiffness": 8000.0}}),
+        (
+            PLANAR_2R,
+            {
+                "hardware.motors": {
+                    "command": "length",
+                    "stiffness": 5000.0,
+                    "damping": 3.0,
+                    "spindle_radius": 0.015,
+                    "encoder_scale": 651.9,
+                    "offset": "start",
+                }
+            },
+        ),
+        (PLANAR_2R, {"hardware.scale": 100.0, "hardware.has_lengths": False}),
+        (ARM, {"run.step": 0.002, "controller.period": 0.004, "plant.step": 0.001}),
+    ],
+)
+def test_and_so_it_does_with_other_steps_motors_and_sensors(
+    folder: Path, settings: dict[str, Any]
+) -> None:
+    length = {"run.duration": 0.04}
+    with_hardware = simulate(experiment(settings | length, folder), through="direct")
+    alone = settings | length | {"hardware.use": False}
+    ours = simulate(experiment(alone, folder), through="direct")
+    for name in ours.names:
+        np.testing.assert_allclose(
+            with_hardware[name], ours[name], rtol=1e-9, atol=1e-9, err_msg=name
+        )
+
+
+def test_a_step_of_the_host_may_be_several_exchanges(devices: list[Device]) -> None:
+    fine, coarse = started(), started()
+    stepped(fine, 4)
+    coarse.inputs[:4] = HOLDING_FORCES
+    coarse.step(0.0, 0.004)
+    np.testing.assert_array_equal(coarse.outputs[:8], fine.outputs[:8])
+    with pytest.raises(InputError, match="not a whole multiple of the step agreed"):
+        coarse.step(0.004, 0.0015)
+
+
+def test_without_tensions_there_are_no_such_ports() -> None:
+    names = [p.name for p in HardwareModel.table(experiment({"hardware.has_tensions": False}))]
+    assert not [name for name in names if name.startswith("tension")]
+    model = stepped(started({"hardware.has_tensions": False}), 3)
+    assert output(model, "mode") == RUNNING
+    model.close()
+
+
+def test_nothing_moves_before_the_first_step(devices: list[Device]) -> None:
+    model = started()
+    assert devices[0].state == "ready"
+    assert output(model, "mode") == STARTING
+    assert output(model, "q.joint_1") == -0.5
+    stepped(model, 1)
+    assert devices[0].state == "running"
+
+
+@pytest.mark.parametrize("how", ["close", "forget", "reset", "trip", "bad step"])
+def test_every_end_leads_to_the_safe_state(devices: list[Device], how: str) -> None:
+    model = stepped(started({"hardware.ramp_down": 0.02}), 3)
+    device = devices[0]
+    commands: list[np.ndarray] = []
+    device.robot.apply = lambda f: commands.append(f.copy())  # type: ignore[method-assign]
+    if how == "close":
+        model.close()
+    elif how == "forget":
+        del model
+    elif how == "reset":
+        model.reset()
+    elif how == "trip":
+        model.inputs[0] = math.nan
+        with pytest.raises(TripError):
+            model.step(0.003, 1e-3)
+    else:
+        with pytest.raises(InputError):
+            model.step(0.003, 0.00123)
+        model.close()
+    assert device.state == "safe"
+    if how == "trip":
+        assert not commands
+        return
+    first = np.array([c[0] for c in commands])  # of 41 N, f_min being 10 N
+    np.testing.assert_allclose(first, 10.0 + 31.0 * np.arange(19, -1, -1) / 20)
+
+
+def test_a_reset_connects_again(devices: list[Device]) -> None:
+    model = stepped(started({"hardware.ramp_down": 0.0}), 5)
+    end = model.outputs[:8].copy()
+    model.reset()
+    model.initialize()
+    np.testing.assert_array_equal(stepped(model, 5).outputs[:8], end)
+    assert len(devices) == 2
+    model.close()
+
+
+def test_after_an_error_only_a_reset_leads_on(devices: list[Device]) -> None:
+    model = started()
+    with pytest.raises(TripError):
+        stepped(model, 1, math.nan)
+    assert output(model, "mode") == STOPPED
+    with pytest.raises(HardwareError, match="a reset connects to it again"):
+        stepped(model, 1)
+    model.reset()
+    model.initialize()
+    stepped(model, 1)
+    model.close()
+
+
+def test_freeing_the_fmu_leads_to_the_safe_state(devices: list[Device], tmp_path: Path) -> None:
+    """By FMI alone, as any host does: terminate, free."""
+    file = build(experiment({"hardware.ramp_down": 0.01}), tmp_path / "fmus")["hardware"]
+    folder = fmpy.extract(str(file), str(tmp_path / "fmu"))
+    description = fmpy.read_model_description(folder)
+    slave = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="hardware",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    slave.doStep(0.0, 0.001)
+    assert devices[0].state == "running"
+    slave.terminate()
+    slave.freeInstance()
+    assert devices[0].state == "safe"
+    assert devices[0].counters["setpoints"] == 11
+    assert devices[0].counters["stops"] == 1
+
+
+def test_far_from_the_start_is_refused(devices: list[Device]) -> None:
+    model = HardwareModel(experiment())
+    model.values[[port.name for port in model.ports].index("q_start.joint_2")] = 0.7
+    with pytest.raises(HardwareError, match=r"'joint_2' is at 0\.5 rad, and is to start at 0\.7"):
+        model.initialize()
+    assert devices[0].state == "safe"
+
+
+def test_a_limit_that_is_passed_ends_the_run(devices: list[Device]) -> None:
+    model = started({"hardware.tension_max": {"cable_1": 40.0}})
+    with pytest.raises(TripError, match="'cable_1' pulls with 41 N, above its limit of 40 N"):
+        stepped(model, 1)
+    assert devices[0].state == "safe"
+    assert output(model, "mode") == STOPPED
+    assert output(model, "tension.cable_1") == 41.0
+
+
+def test_its_state_cannot_be_saved() -> None:
+    model = HardwareModel(experiment())
+    with pytest.raises(InputError, match="cannot be saved"):
+        model.get_state()
+    with pytest.raises(InputError, match="cannot be set"):
+        model.set_state(b"")
+    with pytest.raises(InputError, match="initialize comes first"):
+        model.step(0.0, 1e-3)
+
+
+def test_it_wants_to_know_where_the_hardware_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = HardwareModel(Experiment.load(PLANAR_2R))
+    with pytest.raises(InputError, match=r"hardware\.link: missing.*CARDSFLOW_HARDWARE_LINK"):
+        model.initialize()
+    monkeypatch.setenv("CARDSFLOW_HARDWARE_LINK", "pigeon://coop")
+    with pytest.raises(InputError, match="no hardware at 'pigeon://coop'"):
+        model.initialize()
+
+
+def test_nobody_there_is_an_error_in_bounded_time() -> None:
+    begin = time.monotonic()
+    with pytest.raises(HardwareError, match=r"nobody answers at udp://127\.0\.0\.1:9"):
+        started({"hardware.link": "udp://127.0.0.1:9"})
+    assert time.monotonic() - begin < 5.0
+
+
+def test_in_real_time_a_step_takes_its_time(devices: list[Device]) -> None:
+    patient = {"hardware.watchdog": 0.5, "hardware.max_missed": 1000}
+    model = started(patient | {"hardware.mode": "realtime", "hardware.ramp_down": 0.02})
+    begin = time.monotonic()
+    stepped(model, 101)
+    assert 0.1 <= time.monotonic() - begin < 2.0
+    assert devices[0].counters["setpoints"] == 101
+    begin = time.monotonic()
+    model.close()
+    assert 0.015 < time.monotonic() - begin < 2.0
+
+
+class SilentLink:
+    """Answers as the test says: True for a state, False for none."""
+
+    def __init__(self, answers: list[bool], flags: int = 0) -> None:
+        self.run_id, self.agreed, self.counters = 1, None, {}
+        self.start_state = np.array([-0.5, 0.5, *[0.0] * 2, *[0.3] * 4, *[10.0] * 4])
+        self.commands: list[np.ndarray] = []
+        self.is_open = False
+        self.stops = 0
+        self._answers, self._flags = iter(answers), flags
+
+    def open(self, hello: Hello) -> None:
+        self.is_open = True
+
+    def exchange(self, t: float, command: np.ndarray, deadline: float) -> Exchange:
+        assert deadline - time.monotonic() < 2.0
+        self.commands.append(command.copy())
+        if next(self._answers, False):
+            return Exchange(self.start_state, len(self.commands), 0.0, 1e-4, self._flags)
+        return Exchange(None, 0, 0.5, math.nan, 0)
+
+    def stop(self) -> bool:
+        self.stops += 1
+        return False
+
+    def close(self) -> None:
+        self.is_open = False
+
+
+def session(link: SilentLink, settings: dict[str, Any] | None = None) -> HardwareSession:
+    made = experiment({"hardware.mode": "realtime", "hardware.max_missed": 3} | (settings or {}))
+    hello = Hello(1, 1e-3, 1.0, 0.02, 4, 12, lockstep=not made.hardware.is_paced)
+    one = HardwareSession(made.robot, made.hardware, link, hello)
+    one.open()
+    return one
+
+
+def test_missed_states_are_bridged_and_then_end_the_run() -> None:
+    link = SilentLink([True, False, False, False, True, False, False, False, False])
+    one = session(link)
+    modes = []
+    with pytest.raises(HardwareError, match=r"no state in 4 exchanges.*max_missed is 3"):
+        for k in range(9):
+            one.exchange(1e-3 * k, HOLDING_FORCES)
+            modes.append(one.mode)
+    assert modes == [RUNNING, *[HOLDING] * 3, RUNNING, *[HOLDING] * 3]
+    assert (one.missed, one.mode) == (7, STOPPED)
+    assert len(link.commands) == 9  # no ramp for one who does not hear
+    assert (link.stops, link.is_open) == (1, False)
+
+
+def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
+    for flag, message in ((Flag.SAFE, "gone to its safe state"), (Flag.FAULT, "has failed")):
+        one = session(SilentLink([True], int(flag)))
+        with pytest.raises(HardwareError, match=message):
+            one.exchange(0.0, HOLDING_FORCES)
+        assert one.mode == STOPPED
+
+
+def test_silence_in_lock_step_is_the_end() -> None:
+    one = session(SilentLink([False]), {"hardware.mode": "lockstep", "hardware.timeout": 0.5})
+    with pytest.raises(HardwareError, match=r"no answer within 0\.5 s, in lock step"):
+        one.exchange(0.0, HOLDING_FORCES)
+
+
+def test_a_ramp_down_into_silence_is_short() -> None:
+    link = SilentLink([True] * 5)
+    one = session(link, {"hardware.ramp_down": 3.0})
+    for k in range(5):
+        one.exchange(1e-3 * k, HOLDING_FORCES)
+    begin = time.monotonic()
+    one.end()
+    assert time.monotonic() - begin < 1.0
+    assert (len(link.commands), link.stops, link.is_open) == (8, 1, False)
+    one.end()
+    assert link.stops == 1
+
+
+def test_an_exception_in_a_step_still_ramps_down() -> None:
+    link = SilentLink([True] * 100)
+    one = session(link, {"hardware.ramp_down": 0.01})
+    one.exchange(0.0, HOLDING_FORCES)
+    exchange, link.exchange = link.exchange, None  # type: ignore[method-assign, assignment]
+
+    def fail_once(*arguments: Any) -> Exchange:
+        link.exchange = exchange  # type: ignore[method-assign]
+        raise KeyboardInterrupt
+
+    link.exchange = fail_once  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        one.exchange(1e-3, HOLDING_FORCES)
+    assert len(link.commands) == 11
+    np.testing.assert_array_equal(link.commands[-1], 10.0)
+    assert link.stops == 1
+
+
+def test_the_way_out_is_taken_even_when_the_link_breaks() -> None:
+    link = SilentLink([True])
+    one = session(link)
+    one.exchange(0.0, HOLDING_FORCES)
+
+    def broken(*arguments: Any) -> Exchange:
+        raise OSError("cable cut")
+
+    link.exchange = broken  # type: ignore[method-assign]
+    one.end()
+    assert (link.stops, link.is_open) == (1, False)

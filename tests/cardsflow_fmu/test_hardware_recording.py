@@ -1,0 +1,308 @@
+"""Recordings: what is read is what was written, whatever became of the end of the file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import struct
+import subprocess
+import sys
+import zlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.hardware.errors import HardwareError
+from cardsflow_fmu.hardware.recording import (
+    MISSED,
+    HardwareRecording,
+    Recorder,
+    RecordingHeader,
+    read_recording,
+)
+from cardsflow_fmu.hardware.replay import ReplayedRobot
+
+STEP = 1e-3
+HEADER = RecordingHeader(
+    ("f.a", "f.b"),
+    ("N", "N"),
+    ("q.é", "qd.é", "l.a"),
+    ("rad", "rad/s", "m"),
+    signature=0xFEDCBA9876543210,
+    step=STEP,
+    lockstep=True,
+    run_id=77,
+    link="udp://127.0.0.1:5005",
+)
+RECORD = 40 + 8 * 5
+
+
+@dataclass
+class Came:
+    """What came of an exchange."""
+
+    state: np.ndarray | None
+    seq: int = 0
+    age: float = 0.0
+    round_trip: float = math.nan
+    device_flags: int = 0
+
+
+def write(file: Path, rows: int, start_state: tuple[float, ...] = ()) -> list[tuple]:
+    """A recording of random exchanges; every fifth brings nothing new."""
+    rng = np.random.default_rng(3)
+    written = []
+    with Recorder(file, replace(HEADER, start_state=start_state)) as recorder:
+        for k in range(rows):
+            command = rng.normal(size=2)
+            state = None if k % 5 == 4 else rng.normal(size=3)
+            came = Came(state, 2**32 - 3 + k, k * 1e-4, math.nan if state is None else 5e-5, k % 4)
+            recorder.write(k * STEP, command, came)
+            written.append((k * STEP, command, came))
+        assert recorder.records == rows
+        assert recorder.failure is None
+    return written
+
+
+def require_equal(recording: HardwareRecording, written: list[tuple]) -> None:
+    assert len(recording) == len(written)
+    for k, (t, command, came) in enumerate(written):
+        assert recording.t[k] == t
+        np.testing.assert_array_equal(recording.commands[k], command)
+        state = np.full(3, math.nan) if came.state is None else came.state
+        np.testing.assert_array_equal(recording.states[k], state)
+        assert recording.seq[k] == came.seq % 2**32
+        assert recording.age[k] == came.age
+        np.testing.assert_equal(recording.round_trip[k], came.round_trip)
+        assert recording.flags[k] == came.device_flags | (MISSED if came.state is None else 0)
+
+
+def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
+    file = tmp_path / "hardware.rec"
+    written = write(file, 23)
+    recording = read_recording(file)
+    assert recording.header == HEADER
+    assert recording.header.versions["cardsflow"]
+    assert recording.lost_bytes == 0
+    require_equal(recording, written)
+
+
+def test_an_empty_recording_is_one(tmp_path: Path) -> None:
+    write(tmp_path / "empty.rec", 0)
+    recording = read_recording(tmp_path / "empty.rec")
+    assert len(recording) == 0
+    with pytest.raises(InputError, match="no state has been recorded"):
+        ReplayedRobot(recording)
+
+
+@pytest.mark.parametrize("cut", [1, 8, RECORD - 1, RECORD, RECORD + 1, 3 * RECORD - 5])
+def test_whole_records_of_a_file_that_is_cut_off_are_kept(tmp_path: Path, cut: int) -> None:
+    file = tmp_path / "cut.rec"
+    written = write(file, 12)
+    file.write_bytes(file.read_bytes()[:-cut])
+    recording = read_recording(file)
+    require_equal(recording, written[: 12 - math.ceil(cut / RECORD)])
+    assert recording.lost_bytes == -cut % RECORD
+
+
+def test_a_damaged_record_ends_the_recording(tmp_path: Path) -> None:
+    file = tmp_path / "damaged.rec"
+    written = write(file, 12)
+    data = bytearray(file.read_bytes())
+    data[-5 * RECORD + 40] ^= 1
+    file.write_bytes(data)
+    recording = read_recording(file)
+    require_equal(recording, written[:7])
+    assert recording.lost_bytes == 5 * RECORD
+
+
+def test_records_that_are_not_in_order_end_the_recording(tmp_path: Path) -> None:
+    file = tmp_path / "swapped.rec"
+    written = write(file, 12)
+    data = file.read_bytes()
+    file.write_bytes(data[: -2 * RECORD] + data[-RECORD:] + data[-2 * RECORD : -RECORD])
+    require_equal(read_recording(file), written[:10])
+
+
+@given(data=st.data())
+@settings(max_examples=200, deadline=None)
+def test_a_damaged_file_is_read_as_what_is_left_or_refused(
+    data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("damaged", numbered=True)
+    file = folder / "hardware.rec"
+    written = write(file, 6)
+    content = bytearray(file.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(0, len(content) - 1))
+        content[place] ^= data.draw(st.integers(1, 255))
+    file.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+    try:
+        recording = read_recording(file)
+    except InputError:
+        return
+    assert recording.header == HEADER
+    require_equal(recording, written[: len(recording)])
+
+
+def altered(content: dict | str | bytes, version: int = 1, magic: bytes = b"CFHWREC\0") -> bytes:
+    """A file with another header and a right checksum."""
+    raw = content if isinstance(content, bytes) else json.dumps(content).encode()
+    return struct.pack("<8sIII", magic, version, len(raw), zlib.crc32(raw)) + raw
+
+
+def good() -> dict:
+    return {
+        "command_names": ["f.a"],
+        "command_units": ["N"],
+        "state_names": ["q.a"],
+        "state_units": ["rad"],
+        "signature": "00ff",
+        "step": STEP,
+        "scale": 1.0,
+        "lockstep": False,
+        "run_id": 1,
+        "link": "",
+        "start_state": [],
+        "created": "",
+        "versions": {},
+    }
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is no hardware recording"),
+        (b"CFHWREC\0", "is no hardware recording"),
+        (b"time,q.a\n0.0,1.0\n0.1,2.0\n", "is no hardware recording"),
+        (altered(good(), magic=b"CFHWREX\0"), "is no hardware recording"),
+        (altered(good(), version=2), "of version 2; this program reads version 1"),
+        (altered(good())[:-1], "its header is damaged"),
+        (altered(good())[:20] + b"x" + altered(good())[21:], "its header is damaged"),
+        (altered(b"\xff\xfe"), "its header is not understood"),
+        (altered("[" * 10), "its header is not understood"),
+        (altered(b"[" * 100_000), "its header is not understood"),
+        (altered({"step": 1.0}), "its header is not understood: 'command_names'"),
+        (altered(good() | {"step": 0.0}), "step and scale must be above 0"),
+        (altered(good() | {"step": "1"}), "its header is not understood"),
+        (altered(good() | {"signature": 3}), "its header is not understood"),
+        (altered(good() | {"state_names": [1]}), "state_names must be texts"),
+        (altered(good() | {"state_units": []}), "names and units must be of one number"),
+        (altered(good() | {"state_names": [], "state_units": []}), "1 to 65535"),
+        (altered(good() | {"start_state": [1.0, 2.0]}), "start_state must have 1 numbers"),
+    ],
+)
+def test_a_damaged_header_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+    file = tmp_path / "hardware.rec"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=message) as caught:
+        read_recording(file)
+    assert str(caught.value).startswith(str(file))
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        read_recording(tmp_path / "none.rec")
+
+
+def test_other_files_are_not_replaced(tmp_path: Path) -> None:
+    file = tmp_path / "thesis.txt"
+    file.write_text("mine")
+    with pytest.raises(InputError, match="is there already, and is no hardware recording"):
+        Recorder(file, HEADER)
+    assert file.read_text() == "mine"
+    write(tmp_path / "hardware.rec", 9)
+    write(tmp_path / "hardware.rec", 2)
+    assert len(read_recording(tmp_path / "hardware.rec")) == 2
+
+
+@pytest.mark.parametrize("place", ["", "none/hardware.rec", "file/hardware.rec"])
+def test_a_place_that_cannot_be_written_is_told(tmp_path: Path, place: str) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"cannot be written|is not a regular file"):
+        Recorder(tmp_path / place, HEADER)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_a_full_disk_ends_the_recording_and_not_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Recorder(tmp_path / "hardware.rec", HEADER) as recorder:
+        recorder.write(0.0, np.zeros(2), Came(np.zeros(3)))
+        with Path("/dev/full").open("wb", buffering=0) as full, monkeypatch.context() as patch:
+            patch.setattr(recorder, "_stream", full)
+            for _ in range(3):
+                recorder.write(0.0, np.zeros(2), Came(np.zeros(3)))
+    assert recorder.records == 1
+    assert recorder.failure == "No space left on device"
+
+
+KILLED = """
+import sys, time
+sys.path[:0] = [{tests!r}]
+import numpy as np
+from test_hardware_recording import HEADER, Came
+from cardsflow_fmu.hardware.errors import HardwareError
+from cardsflow_fmu.hardware.recording import Recorder
+recorder = Recorder({file!r}, HEADER)
+for k in range(500):
+    recorder.write(k * 1e-3, np.full(2, k), Came(np.full(3, -k), k))
+print("written", flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "hardware.rec"
+    script = KILLED.format(tests=str(Path(__file__).parent), file=str(file))
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"written\n"
+        os.kill(process.pid, signal.SIGKILL)
+    recording = read_recording(file)
+    assert len(recording) == 500
+    np.testing.assert_array_equal(recording.commands[:, 0], np.arange(500))
+
+
+def test_a_replay_in_lock_step_tells_the_states_in_order(tmp_path: Path) -> None:
+    """Where nothing came, the state before is told again."""
+    written = write(tmp_path / "a.rec", 5000, (7.0, 8.0, 9.0))
+    robot = ReplayedRobot(read_recording(tmp_path / "a.rec"))
+    assert (robot.commands, robot.states) == (2, 3)
+    for _ in range(2):
+        robot.reset()
+        told = np.array([7.0, 8.0, 9.0])
+        np.testing.assert_array_equal(robot.state(), told)
+        for _, command, came in written:
+            robot.apply(command)
+            robot.advance(STEP)
+            told = told if came.state is None else came.state
+            np.testing.assert_array_equal(robot.state(), told)
+        assert robot.deviation == 0.0
+        with pytest.raises(HardwareError, match="the recording is over after 5 s"):
+            robot.advance(STEP)
+
+
+def test_a_replay_in_real_time_goes_by_time(tmp_path: Path) -> None:
+    """With a clock four times as fine as the recording's."""
+    header = RecordingHeader(("f",), ("N",), ("q",), ("rad",), signature=1, step=0.01)
+    with Recorder(tmp_path / "a.rec", header) as recorder:
+        for k in range(50):
+            recorder.write(2.0 + k * 0.01, np.array([float(k)]), Came(np.array([-float(k)])))
+    robot = ReplayedRobot(read_recording(tmp_path / "a.rec"))
+    assert robot.duration == pytest.approx(0.49)
+    for k in range(4 * 49):
+        assert robot.state() == [-(k // 4)]
+        robot.advance(0.0025)
+    robot.reset()
+    robot.advance(0.1)
+    robot.apply(np.array([12.5]))
+    assert robot.deviation == 2.5

@@ -1,0 +1,479 @@
+"""Runs with hardware and by the clock: settings, files, summaries, keys, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import tomllib
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.hardware.emulated_device import emulated_device
+from cardsflow_fmu.hardware.key import key_warning, read_key
+from cardsflow_fmu.hardware.opening import KEY_FILE, LINK, RECORDING, environment
+from cardsflow_fmu.hardware.recording import read_recording
+from cardsflow_fmu.hardware.server import DeviceServer
+from cardsflow_fmu.hardware.settings import HardwareSettings
+from cardsflow_fmu.hardware_run import with_approach
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.simulation import build, run, simulate
+from cardsflow_fmu.system_run import simulate_system
+
+SHORT = {"run.duration": 0.05}
+LOCKSTEP = SHORT | {
+    "hardware.link": "loopback:",
+    "hardware.use": True,
+    "hardware.mode": "lockstep",
+    "hardware.ramp_in": 0.0,
+}
+REALTIME = SHORT | {
+    "hardware.link": "loopback:",
+    "hardware.use": True,
+    "hardware.ramp_down": 0.01,
+    "hardware.max_missed": 1000,
+    "hardware.watchdog": 0.5,  # machines that run tests have other things to do
+}
+ARM = EXAMPLES / "roboy_left_arm"
+
+
+def load(settings: dict[str, Any], folder: Path = PLANAR_2R) -> Experiment:
+    return Experiment.load(folder, settings)
+
+
+def words(settings: dict[str, Any]) -> list[str]:
+    return [
+        word for key, value in settings.items() for word in ("--set", f"{key}={json.dumps(value)}")
+    ]
+
+
+def test_the_controller_is_the_same_file_byte_for_byte(tmp_path: Path) -> None:
+    """Of builds with and without [hardware], and of runs with either; so is the plant."""
+    table = {
+        "hardware.link": "udp://127.0.0.1:5005",
+        "hardware.ramp_in": 0.3,
+        "hardware.motors": {"command": "length", "stiffness": 3000.0},
+    }
+    without = build(load(SHORT), tmp_path / "a")
+    with_table = build(load(SHORT | table), tmp_path / "b")
+    run(load(LOCKSTEP), tmp_path / "c")
+    run(load(LOCKSTEP | {"hardware.approach": 0.1}), tmp_path / "d")
+    run(load(SHORT), tmp_path / "e")
+    controller = without["controller"].read_bytes()
+    assert with_table["controller"].read_bytes() == controller
+    for folder in "cde":
+        assert (tmp_path / folder / "controller.fmu").read_bytes() == controller
+    for name in ("plant", "reference"):
+        assert with_table[name].read_bytes() == without[name].read_bytes()
+    assert with_table["hardware"].read_bytes() != without["hardware"].read_bytes()
+
+
+def test_the_command_drives_hardware(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    settings = words(SHORT | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0})
+    assert main(["run", str(PLANAR_2R), "--hardware", "loopback:", *settings, "-o", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "hardware    loopback:, lockstep: 0 exchanges missed" in text
+    names = {path.name for path in out.iterdir()}
+    assert {"hardware.fmu", "hardware.rec", "controller.fmu", "summary.json"} < names
+    assert "plant.fmu" not in names
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"] == "complete"
+    assert summary["files"]["hardware.rec"] == "hardware.rec"
+    assert main(["run", str(PLANAR_2R), *words(SHORT), "-o", str(out)]) == 0
+    names = {path.name for path in out.iterdir()}
+    assert "plant.fmu" in names
+    assert not {"hardware.fmu", "hardware.rec"} & names
+
+
+def test_every_exchange_is_recorded(tmp_path: Path) -> None:
+    result = run(load(LOCKSTEP | {"hardware.ramp_down": 0.02}), tmp_path / "out")
+    recording = read_recording(tmp_path / "out" / "hardware.rec")
+    assert recording.header.command_names == tuple(f"f.cable_{k}" for k in (1, 2, 3, 4))
+    assert len(recording) == 50 + 20  # and the ramp down
+    np.testing.assert_array_equal(recording.states[:50, 0], result["q.joint_1"][1:])
+    np.testing.assert_array_equal(recording.commands[:50, 0], result["f.cable_1"][:50])
+    assert result.files["hardware.rec"] == tmp_path / "out" / "hardware.rec"
+
+
+def test_a_recording_of_a_run_that_was_killed_is_no_obstacle(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run(load(LOCKSTEP), out)
+    for path in out.iterdir():
+        if path.name != "hardware.rec":
+            path.unlink()
+    run(load(LOCKSTEP), out)
+    (tmp_path / "mine").mkdir()
+    mine = tmp_path / "mine" / "hardware.rec"
+    mine.write_text("my own notes")
+    with pytest.raises(InputError, match=r"hardware\.rec, which no run has written"):
+        run(load(LOCKSTEP), tmp_path / "mine")
+    assert mine.read_text() == "my own notes"
+
+
+def test_a_limit_ends_the_run_with_what_there_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    settings = words(LOCKSTEP | {"hardware.tension_max": 20.0})
+    assert main(["run", str(PLANAR_2R), *settings, "-o", str(out)]) == 1
+    streams = capsys.readouterr()
+    assert "'cable_1' pulls with 41.33 N, above its limit of 20 N" in streams.err
+    assert "Traceback" not in streams.err
+    assert "incomplete" in streams.out
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"] == "incomplete"
+    assert "above its limit" in summary["error"]
+    assert (out / "hardware.rec").exists()
+
+
+def test_nobody_there_and_nowhere_to_go_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ["-o", str(tmp_path / "out")]
+    assert main(["run", str(PLANAR_2R), "--hardware", "udp://127.0.0.1:9", *out]) == 1
+    assert "nobody answers at udp://127.0.0.1:9" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    unknown = ("smoke:signals", "5005", "UDP//127.0.0.1")
+    for uri in (*unknown, "udp://", "udp://127.0.0.1:99999", "udp://127.0.0.1"):
+        assert main(["run", str(PLANAR_2R), "--hardware", uri, *out]) == 2
+        error = capsys.readouterr().err
+        assert uri in error
+        assert error.count("\n") == 1
+
+
+def test_by_the_clock_a_run_takes_its_time_and_says_how_well(tmp_path: Path) -> None:
+    begin = time.monotonic()
+    settings = SHORT | {"run.duration": 0.2}
+    result = simulate(load(settings), through="direct", realtime=True)
+    assert time.monotonic() - begin >= 0.2
+    report = result.summary["real_time"]
+    assert report["steps"] == 201
+    assert report["lateness"]["max"] >= report["lateness"]["median"] >= 0.0
+    assert report["scheduling"]
+    assert "real time   " in result.describe()
+    plain = simulate(load(settings), through="direct")
+    assert "real_time" not in plain.summary
+    np.testing.assert_array_equal(plain.rows, result.rows)
+
+
+def test_who_cannot_keep_up_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    step = PlantModel.step
+
+    def slow(self: PlantModel, t: float, h: float) -> None:
+        time.sleep(0.003)
+        step(self, t, h)
+
+    monkeypatch.setattr(PlantModel, "step", slow)
+    result = simulate(load(SHORT), through="direct", realtime=True)
+    report = result.summary["real_time"]
+    assert report["kept_up"] is False
+    assert report["behind"] >= 48
+    assert report["lateness"]["median"] >= 0.002
+    assert "did NOT keep up" in result.describe()
+
+
+def test_hardware_in_real_time(tmp_path: Path) -> None:
+    begin = time.monotonic()
+    result = run(load(REALTIME | {"run.duration": 0.3}), tmp_path / "out", realtime=True)
+    assert time.monotonic() - begin > 0.3
+    report = result.summary["real_time"]
+    assert report["steps"] == 300
+    exchanges = result.summary["hardware"]
+    assert 0.0 < exchanges["round_trip"]["median"] < 0.01
+    assert exchanges["oldest_state"] < 1.0
+    assert result.summary["tracking"]["rms"] < 0.02
+
+
+def test_a_run_may_begin_where_the_hardware_is(tmp_path: Path) -> None:
+    """The device is 0.3 rad from the trajectory's start; an approach leads there."""
+    away = {"start.q": [-0.2, 0.3], "hardware.link": "loopback:", "hardware.use": True}
+    settings = LOCKSTEP | away | {"run.duration": 0.2, "hardware.approach": 0.5}
+    result = run(load(settings), tmp_path / "out")
+    assert result.summary["duration"] == pytest.approx(0.7)
+    np.testing.assert_allclose(result["q_d.joint_1"][[0, 500]], [-0.2, -0.5], atol=1e-9)
+    np.testing.assert_allclose(result["qd_d.joint_1"][[0, 500]], 0.0, atol=1e-9)
+    assert result.summary["tracking"]["max"] < 1e-3
+
+
+def test_an_approach_in_operational_space_replaces_the_own_one() -> None:
+    settings = LOCKSTEP | {"hardware.approach": 0.05, "run.duration": 2.01}
+    made = load(settings, ARM)
+    driven = with_approach(made)
+    assert driven.reference.approach is not None
+    assert driven.reference.approach.duration == 0.05
+    np.testing.assert_allclose(driven.reference.approach.start, [0.5, -0.45, 0.4], atol=1e-6)
+    assert driven.run.duration == pytest.approx(2.01 - 2.0 + 0.05)
+    assert with_approach(load(settings | {"hardware.use": False}, ARM)).reference == made.reference
+
+
+def test_the_second_variant_of_the_system_is_the_hardware(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = {k: v for k, v in LOCKSTEP.items() if k not in ("hardware.link", "hardware.use")}
+    build(load(settings), tmp_path)
+    system = tmp_path / "system.ssp"
+    ours = simulate_system(system)
+    with pytest.raises(Exception, match=r"hardware\.link: missing"):
+        simulate_system(system, {"variant": "hardware"})
+    monkeypatch.setenv(LINK, "loopback:")
+    result = simulate_system(system, {"variant": "hardware"})
+    for name in ours.names:
+        np.testing.assert_array_equal(result[name], ours[name], err_msg=name)
+    monkeypatch.delenv(LINK)
+    out = tmp_path / "out"
+    assert main(["run", str(system), "--hardware", "loopback:", "--realtime", "-o", str(out)]) == 0
+    assert "real time" in capsys.readouterr().out
+
+
+def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:
+    file = folder / "key.bin"
+    file.write_bytes(bytes(range(length)))
+    file.chmod(mode)
+    return file
+
+
+def test_no_fmu_knows_of_a_key(tmp_path: Path) -> None:
+    file = key_file(tmp_path)
+    files = build(load(LOCKSTEP | {"hardware.key_file": str(file)}), tmp_path / "fmus")
+    for fmu in files.values():
+        with zipfile.ZipFile(fmu) as archive:
+            for name in archive.namelist():
+                assert b"key.bin" not in archive.read(name)
+                assert file.read_bytes() not in archive.read(name)
+
+
+def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = key_file(tmp_path)
+    signed = simulate(load(LOCKSTEP | {"hardware.key_file": str(file)}))
+    assert signed.complete
+    monkeypatch.setenv(KEY_FILE, str(file))
+    assert simulate(load(LOCKSTEP)).complete
+    monkeypatch.setenv(KEY_FILE, str(tmp_path / "none.bin"))
+    with pytest.raises(Exception, match=r"none\.bin"):
+        simulate(load(LOCKSTEP))
+
+
+def test_keys_that_are_none_are_refused_and_open_ones_told_of(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds 8 bytes; a key needs at least 16"):
+        read_key(key_file(tmp_path, length=8))
+    with pytest.raises(InputError):
+        read_key(tmp_path)
+    file = key_file(tmp_path, 0o644)
+    assert "chmod 600" in (key_warning(file) or "")
+    settings = LOCKSTEP | {"hardware.key_file": str(file)}
+    assert "others can read this key" in "\n".join(load(settings).warnings())
+    assert not load(settings | {"hardware.use": False}).warnings()
+    assert key_warning(key_file(tmp_path)) is None
+
+
+def test_the_environment_is_as_before_afterwards(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(LINK, "udp://1.2.3.4:5")
+    monkeypatch.delenv(RECORDING, raising=False)
+    with environment(HardwareSettings(link="loopback:"), tmp_path / "a.rec"):
+        assert os.environ[LINK] == "loopback:"
+        assert os.environ[RECORDING] == str(tmp_path / "a.rec")
+    assert os.environ[LINK] == "udp://1.2.3.4:5"
+    assert RECORDING not in os.environ
+    with environment(HardwareSettings()):
+        assert os.environ[LINK] == "udp://1.2.3.4:5"
+
+
+FULL = """
+link = "udp://127.0.0.1:5005"
+use = true
+mode = "lockstep"
+bind = "127.0.0.1"
+max_missed = 7
+watchdog = 0.03
+timeout = 0.7
+scale = 10.0
+has_lengths = false
+ramp_in = 0.3
+ramp_down = 0.1
+force_rate = 5000.0
+tension_max = { cable_2 = 150.0 }
+start_tolerance = { joint_1 = 0.2, joint_2 = 0.3 }
+position_margin = 0.01
+approach = 1.5
+[motors]
+command = "velocity"
+stiffness = { cable_1 = 1e3, cable_2 = 2e3, cable_3 = 3e3, cable_4 = 4e3 }
+damping = 2.0
+spindle_radius = 0.01
+encoder_scale = 651.9
+offset = "start"
+"""
+
+
+def test_all_settings_read_and_travel(tmp_path: Path) -> None:
+    made = load({"hardware": tomllib.loads(FULL)})
+    own = made.hardware
+    assert (own.link, own.use, own.mode, own.max_missed) == (
+        "udp://127.0.0.1:5005",
+        True,
+        "lockstep",
+        7,
+    )
+    assert own.safety.tension_max == (np.inf, 150.0, np.inf, np.inf)
+    assert own.safety.force_rate == (5000.0,) * 4
+    assert own.safety.start_tolerance == (0.2, 0.3)
+    assert own.motors.stiffness == (1e3, 2e3, 3e3, 4e3)
+    assert own.motors.offset is None
+    for name, content in made.resources(with_hardware=True).items():
+        target = tmp_path / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    read = Experiment.from_resources(tmp_path).hardware
+    assert (read.use, read.approach) == (False, None)  # of no concern to the FMU
+    assert {**vars_of(read), "use": True, "approach": 1.5} == vars_of(own)
+    assert "hardware" not in json.loads(made.resources()["experiment.json"])  # type: ignore[arg-type]
+
+
+def vars_of(settings: HardwareSettings) -> dict[str, Any]:
+    return {name: getattr(settings, name) for name in HardwareSettings.__dataclass_fields__}
+
+
+def test_without_a_table_there_are_defaults() -> None:
+    own = load({}).hardware
+    assert (own.use, own.link, own.mode, own.watchdog) == (False, "", "realtime", 0.02)
+    assert own.motors.command == "force"
+    assert load({"run.step": 0.01, "controller.period": 0.01}).hardware.watchdog == 0.05
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"hardware.lnk": "x"}, "hardware.lnk: no key 'lnk'; did you mean 'link'"),
+        ({"hardware": 3}, "hardware: must be a table"),
+        ({"hardware.use": 1}, "hardware.use: must be true or false"),
+        ({"hardware.mode": "turbo"}, "no mode 'turbo'"),
+        ({"hardware.max_missed": -1}, "hardware.max_missed: must not be negative"),
+        ({"hardware.max_missed": 1.5}, "hardware.max_missed: must be a whole number"),
+        ({"hardware.watchdog": 0.001}, "hardware.watchdog: 0.001 s is shorter than two"),
+        ({"hardware.watchdog": 0}, "hardware.watchdog: must be above 0"),
+        ({"hardware.scale": 0.0}, "hardware.scale: must be above 0"),
+        ({"hardware.ramp_in": -1}, "hardware.ramp_in: must not be negative"),
+        ({"hardware.ramp_down": 60.0}, "hardware.ramp_down: must be at most 3 s"),
+        ({"hardware.approach": 0.00015}, "hardware.approach: 0.00015 s is not a whole multiple"),
+        ({"hardware.force_rate": 0.0}, "hardware.force_rate: must be above 0"),
+        ({"hardware.force_rate": [1.0]}, "hardware.force_rate: must have 4 numbers"),
+        ({"hardware.tension_max": {"cable_9": 1.0}}, "did you mean 'cable_"),
+        ({"hardware.start_tolerance": -0.1}, "start_tolerance: must not be negative"),
+        (
+            {"hardware.tension_max": 9.0, "hardware.has_tensions": False},
+            "has_tensions = false says is not measured",
+        ),
+        ({"hardware.motors": {"command": "thought"}}, "no command 'thought'"),
+        ({"hardware.motors": {"stiffness": 3.0}}, "no key 'stiffness'"),
+        ({"hardware.motors": {"command": "length"}}, "hardware.motors.stiffness: missing"),
+        (
+            {"hardware.motors": {"command": "length", "stiffness": 0.0}},
+            "hardware.motors.stiffness: must be above 0",
+        ),
+        (
+            {"hardware.motors": {"command": "length", "stiffness": 1.0, "damping": -1.0}},
+            "hardware.motors.damping: must not be negative",
+        ),
+        (
+            {"hardware.motors": {"command": "length", "stiffness": 1.0, "offset": "end"}},
+            "hardware.motors.offset: must be a number",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load(settings)
+    assert message in str(caught.value)
+
+
+def test_an_approach_cannot_lead_an_fmu_of_others(tmp_path: Path) -> None:
+    reference = build(load(SHORT), tmp_path)["reference"]
+    settings = LOCKSTEP | {"hardware.approach": 0.1, "fmus.reference": str(reference)}
+    with pytest.raises(InputError, match=r"hardware\.approach: cannot lead an FMU of others"):
+        simulate(load(settings))
+
+
+def test_an_fmu_of_others_may_stand_for_the_hardware(tmp_path: Path) -> None:
+    other = build(load(SHORT | {"start.q": [0.1, 0.2]}), tmp_path)["plant"]
+    settings = SHORT | {"fmus.hardware": str(other), "hardware.use": True}
+    assert simulate(load(settings))["q.joint_1"][0] == 0.1
+
+
+@pytest.fixture
+def served() -> Iterator[DeviceServer]:
+    """A device at an address of this machine, in a thread of this process."""
+    made = load({"hardware.watchdog": 0.5})
+    device = emulated_device(made, made.hardware)
+    over = threading.Event()
+    with DeviceServer(device, "udp://127.0.0.1:0") as server:
+        thread = threading.Thread(target=server.run, args=(over.is_set,))
+        thread.start()
+        try:
+            yield server
+        finally:
+            over.set()
+            thread.join()
+
+
+def wait_for(what: Callable[[], bool], longest: float = 20.0) -> float:
+    """Wait until something is so; how long it took, in [s]."""
+    begin = time.monotonic()
+    while not what():
+        assert time.monotonic() - begin < longest
+        time.sleep(0.002)
+    return time.monotonic() - begin
+
+
+@pytest.mark.parametrize(
+    ("host", "signal_"),
+    [
+        ("in-process", signal.SIGINT),
+        ("in-process", signal.SIGKILL),
+        ("worker", signal.SIGTERM),
+        ("worker", signal.SIGKILL),
+    ],
+)
+def test_whatever_ends_a_run_the_robot_ends_safe(
+    served: DeviceServer, tmp_path: Path, host: str, signal_: signal.Signals
+) -> None:
+    out = tmp_path / "out"
+    settings = words(
+        {"hardware.ramp_down": 0.1, "hardware.max_missed": 1000, "hardware.watchdog": 0.5}
+    )
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), *settings]
+    command += ["--hardware", served.uri, "-o", str(out)]
+    device = served.device
+    environment_ = os.environ | {"CARDSFLOW_FMU_HOST": host}
+    with subprocess.Popen(
+        command, env=environment_, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
+        wait_for(lambda: device.counters["setpoints"] > 100 or process.poll() is not None)
+        assert device.state == "running"
+        process.send_signal(signal_)
+        wait_for(lambda: device.state == "safe", 2.0)
+        assert process.stderr is not None
+        error = process.stderr.read()
+    if signal_ == signal.SIGKILL:
+        return
+    assert process.returncode == 1
+    assert error == "cardsflow: interrupted\n"
+    assert device.counters["stops"] == 1
+    assert device.counters["watchdog"] == 0
+    summary = json.loads((out / "summary.json").read_text())
+    assert (summary["status"], summary["error"]) == ("incomplete", "interrupted")
