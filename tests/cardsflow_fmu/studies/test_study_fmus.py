@@ -103,6 +103,7 @@ def test_fmus_of_the_experiment_are_built_once_for_all(tmp_path: Path) -> None:
     assert {file.name for file in (tmp_path / "out" / "fmus").iterdir()} == {
         "system.ssp",
         "plant.fmu",
+        "hardware.fmu",
         "controller.fmu",
         "reference.fmu",
     }
