@@ -251,6 +251,7 @@ class Experiment:
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
             -> `plant.q.elbow`, or the number that it is held at.
         fmus: FMUs of others that take the place of plant, controller or reference, by that name.
+        robot_changes: What the experiment changes of the robot's files; see `robot_changes`.
         scene: What stands around the robot; None for nothing.
         parts: The robots that `robot` is made of; none where it is one by itself.
         hardware: What can be driven instead of the plant.
@@ -268,6 +269,7 @@ class Experiment:
     run: RunSettings
     wiring: Mapping[str, str | float]
     fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
+    robot_changes: Mapping[str, Any] = field(default_factory=dict)
     scene: Scene | None = None
     parts: tuple[RobotPart, ...] = ()
     hardware: HardwareSettings = field(default_factory=HardwareSettings)

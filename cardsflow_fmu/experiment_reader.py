@@ -29,7 +29,9 @@ from .hardware_reader import read_hardware
 from .muscle_reader import with_muscle_settings
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
+from .robot_changes import changed_robot, read_changes
 from .robots_reader import RobotPart, combined, read_parts
+from .setting_paths import set_value
 from .tables import Table
 from .world_ports import wrench_signals
 
@@ -54,7 +56,7 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
     file = path / "experiment.toml" if path.is_dir() else path
     data = _read_data(file)
     for key, value in settings.items():
-        _set(data, key, value, file)
+        set_value(data, key, value, file)
     return _experiment(Table(data, file))
 
 
@@ -75,19 +77,13 @@ def _read_data(file: Path) -> dict[str, Any]:
     return data
 
 
-def _set(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
-    """Set a value by its full key, making tables on the way."""
-    *path, last = key.split(".")
-    for part in path:
-        data = data.setdefault(part, {})
-        if not isinstance(data, dict):
-            raise InputError(f"{part!r} is not a table", file=file, key=key)
-    data[last] = value
-
-
 def _experiment(top: Table) -> Experiment:
     parts = _parts(top)
-    reading, robot = combined(parts, top) if parts else _robot(top.table("robot"))
+    changes: dict[str, Any] = {}
+    if parts:
+        reading, robot = combined(parts, top)
+    else:
+        reading, robot, changes = _robot(top.table("robot"))
     top.value("robot", None)
     robot = with_muscle_settings(robot, top.table("muscles"))
     controller = top.table("controller")
@@ -111,6 +107,7 @@ def _experiment(top: Table) -> Experiment:
         run=run,
         wiring=_wiring(top.table("wiring"), robot, disturbance, plant),
         fmus=read_fmus(top.table("fmus")),
+        robot_changes=changes,
         scene=scene,
         parts=parts,
         hardware=read_hardware(top.table("hardware"), robot, run.step),
@@ -132,12 +129,13 @@ def _parts(top: Table) -> tuple[RobotPart, ...]:
     return read_parts(tables, _robot)
 
 
-def _robot(table: Table) -> tuple[Reading, Robot]:
+def _robot(table: Table) -> tuple[Reading, Robot, dict[str, Any]]:
     path = table.file.parent / table.text("path")
     cable_set = table.text("cable_set", "")
     task_set = table.text("operational_space", "")
     gravity = table.numbers("gravity", 3) if "gravity" in table else None
     table.value("gravity", None)
+    changes = read_changes(table)
     table.close()
     try:
         reading = read(path, cable_set or None)
@@ -151,12 +149,13 @@ def _robot(table: Table) -> tuple[Reading, Robot]:
         robot = replace(robot, task_set=task_set)
     if gravity is not None:
         robot = replace(robot, gravity=cast(tuple[float, float, float], gravity))
+    robot = changed_robot(robot, changes, table)
     _require_port_names(table, robot)
     if not robot.coordinates:
         raise table.error("path", f"robot {robot.name!r} has no joint that moves")
     if not robot.muscles:
         raise table.error("path", f"robot {robot.name!r} has no muscles")
-    return reading, robot
+    return reading, robot, changes
 
 
 def _require_port_names(table: Table, robot: Robot) -> None:

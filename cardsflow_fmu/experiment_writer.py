@@ -82,7 +82,7 @@ def _robots(experiment: Experiment) -> dict[str, Any]:
         "cable_set": robot.cable_set,
         "gravity": list(robot.gravity),
     } | ({"operational_space": robot.task_set} if robot.task_set else {})
-    return {"robot": data} | world
+    return {"robot": data | dict(experiment.robot_changes)} | world
 
 
 def _world(scene: Scene) -> dict[str, Any]:

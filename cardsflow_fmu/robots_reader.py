@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,14 @@ class RobotPart:
         robot: The robot as it was read, with its active sets and gravity.
         pose: Of its world in the common one.
         files: Every file that makes it up, the main one first.
+        changes: What the experiment changes of them; see `robot_changes`.
     """
 
     name: str
     robot: Robot
     pose: Pose
     files: tuple[Path, ...]
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -42,7 +44,7 @@ def read_parts(rows: Sequence[Table], read_robot: Any) -> tuple[RobotPart, ...]:
 
     Args:
         rows: Its tables.
-        read_robot: Reads a table as [robot] is read, and gives a reading and the robot.
+        read_robot: Reads a table as [robot] is read: gives a reading, the robot, its changes.
 
     Raises:
         InputError: Something in them is wrong.
@@ -53,8 +55,8 @@ def read_parts(rows: Sequence[Table], read_robot: Any) -> tuple[RobotPart, ...]:
         if identifier(name) != name:
             raise row.error("name", f"{name!r} is no plain name: letters, digits, underscores")
         pose = Pose(_vector(row, "position"), _vector(row, "rpy"))
-        reading, robot = read_robot(row)
-        parts.append(RobotPart(name, robot, pose, reading.files))
+        reading, robot, changes = read_robot(row)
+        parts.append(RobotPart(name, robot, pose, reading.files, changes))
     return tuple(parts)
 
 
@@ -89,6 +91,7 @@ def parts_data(parts: Sequence[RobotPart]) -> list[dict[str, Any]]:
             "gravity": list(part.robot.gravity),
         }
         | ({"operational_space": part.robot.task_set} if part.robot.task_set else {})
+        | dict(part.changes)
         for part in parts
     ]
 

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import write_files
@@ -50,6 +50,20 @@ MODELS: dict[str, type[ExperimentModel]] = {
     "reference": ReferenceModel,
     HARDWARE: HardwareModel,
 }
+
+
+class PreparedFmu(NamedTuple):
+    """An FMU that stands ready for several runs.
+
+    Attributes:
+        file: The .fmu.
+        folder: Where it is unpacked, or empty.
+        start_values: Values of its parameters, by name; its own where left out.
+    """
+
+    file: Path
+    folder: Path
+    start_values: Mapping[str, float] = {}
 
 
 class RunError(SimulationError):
@@ -263,9 +277,22 @@ def simulate(
     arrays: bool = True,
     realtime: bool = False,
     progress: Progress | None = None,
+    prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Result:
-    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`."""
+    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`.
+
+    Args:
+        experiment: What to run.
+        through: As for `run`.
+        fmi: As for `build`.
+        arrays: As for `build`.
+        realtime: As for `run`.
+        progress: As for `run`.
+        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+    """
     started = time.perf_counter()
+    if prepared is not None:
+        return _finished(*_simulate(experiment, prepared, progress, started))
     with tempfile.TemporaryDirectory() as folder:
         driven, fmus = _prepare(experiment, Path(folder), through, fmi=fmi, arrays=arrays)
         return _finished(*_simulate(driven, fmus, progress, started, realtime))
@@ -279,7 +306,7 @@ def _finished(result: Result, recording: Recording) -> Result:
 
 def _simulate(
     experiment: Experiment,
-    fmus: Mapping[str, Path],
+    fmus: Mapping[str, Path | PreparedFmu],
     progress: Progress | None,
     started: float,
     realtime: bool = False,
@@ -318,7 +345,7 @@ def _simulate(
 
 @contextlib.contextmanager
 def _participants(
-    experiment: Experiment, fmus: Mapping[str, Path], streamed: Path | None
+    experiment: Experiment, fmus: Mapping[str, Path | PreparedFmu], streamed: Path | None
 ) -> Iterator[dict[str, Participant]]:
     """The participants by name: an FMU where there is one, else the model itself.
 
@@ -337,7 +364,10 @@ def _participants(
                         role, foreign.file, unpacked / name, foreign.parameters
                     )
                 elif name in fmus:
-                    participant = FmuInstance(role, fmus[name], unpacked / name)
+                    own = fmus[name]
+                    if not isinstance(own, PreparedFmu):
+                        own = PreparedFmu(own, unpacked / name)
+                    participant = FmuInstance(role, *own)
                 else:
                     participant = DirectParticipant(role, model(experiment))
             stack.callback(participant.close)
