@@ -117,6 +117,11 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
         help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; this platform "
         "when not given; others need the extra `cross`",
     )
+    parser.add_argument(
+        "--native",
+        action="store_true",
+        help="plant, controller and reference in C alone: they need no Python where they run",
+    )
     parser.set_defaults(command=_build)
 
 
@@ -209,6 +214,7 @@ def _build(options: argparse.Namespace) -> int:
         fmi=options.fmi,
         arrays=not options.scalars,
         platforms=options.platforms,
+        native=options.native,
     )
     for path in (*files.values(), options.output / SYSTEM_FILE):
         print(path)

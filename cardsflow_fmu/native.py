@@ -17,6 +17,7 @@ from sim_dart import compile_blob
 from sim_dart.tasks import point_rows, task_rows
 
 from .experiment import ControllerSettings, Experiment, TaskSettings
+from .muscle_ports import modelled_muscles
 from .native_reference import reference_settings
 
 NATIVE_FILE = "native.bin"
@@ -40,6 +41,7 @@ def native_file(experiment: Experiment, model: str) -> bytes:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
+    _require_native_plant(experiment)
     if model == "reference":
         return _encode(model, b"", reference_settings(experiment))
     if model == "plant":
@@ -49,6 +51,25 @@ def native_file(experiment: Experiment, model: str) -> bytes:
     _require_native(controller)
     settings = [*_robot_settings(robot), *_controller_settings(robot, controller)]
     return _encode(model, compile_blob(robot), settings)
+
+
+def _require_native_plant(experiment: Experiment) -> None:
+    """Refuse what plants in C lack."""
+    plant, robot = experiment.plant, experiment.robot
+    modelled = [robot.muscles[k].name for k in modelled_muscles(robot)]
+    rough = [c.name for c in robot.coordinates if c.friction]
+    lacking = {
+        f"muscles with a law of their own ({', '.join(modelled)})": bool(modelled),
+        f"friction in joints ({', '.join(rough)})": bool(rough),
+        "worlds with contacts": experiment.scene is not None,
+        f"the integrator {plant.integrator!r}": plant.integrator != "euler",
+        "substeps": plant.substeps != 1,
+        "books of energy": plant.energy,
+        "wrenches on links": bool(plant.wrenches),
+    }
+    for what, is_there in lacking.items():
+        if is_there:
+            raise InputError(f"a native plant does not have {what}; build it without --native")
 
 
 def _require_native(controller: ControllerSettings) -> None:

@@ -99,7 +99,8 @@ def build(
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: What the FMUs run on, such as `linux64`; on this platform when None. Others need
             the extra `cross`.
-        native: Whether plant and controller compute in C alone and need no Python where they run.
+        native: Whether plant, controller and reference compute in C alone and need no Python where
+            they run; hardware.fmu, which has its model in Python, is left out.
 
     Returns:
         The FMUs, by the name of the model; the .ssp stands beside them.
@@ -109,7 +110,7 @@ def build(
     """
     with tempfile.TemporaryDirectory() as aside:
         libraries = None if platforms is None else libraries_for(platforms, Path(aside))
-        names = _buildable(experiment)
+        names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
         files = _build(experiment, Path(aside), names, fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
