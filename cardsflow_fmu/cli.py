@@ -27,6 +27,7 @@ from .cli_parts import (  # noqa: E402
     add_experiment,
     experiment_of,
 )
+from .cli_results import add_results  # noqa: E402
 from .cli_run import add_run  # noqa: E402
 from .cli_view import add_view  # noqa: E402
 from .version import __version__  # noqa: E402
@@ -84,6 +85,7 @@ def _parser() -> argparse.ArgumentParser:
     add_hardware(commands, common)
     add_addin(commands, common)
     add_view(commands, common)
+    add_results(commands, common)
     return parser
 
 

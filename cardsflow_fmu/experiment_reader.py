@@ -28,6 +28,7 @@ from .foreign_fmu import ROLES, read_fmus
 from .hardware_reader import read_hardware
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
+from .table_forms import TABLE_FORMS, TableForm
 from .tables import Table
 
 _MAX_BYTES = 64 * 2**20
@@ -173,9 +174,10 @@ def _run(table: Table, reference: ReferenceSettings) -> RunSettings:
     duration = table.positive("duration", reference.duration)
     output = table.file.parent / table.text("output", "results")
     coupling = _coupling(table)
+    form = cast(TableForm, table.choice("format", "format", TABLE_FORMS, "csv"))
     table.close()
     table.multiple("duration", duration, step, "run.step")
-    return RunSettings(duration, step, output, coupling)
+    return RunSettings(duration, step, output, coupling, form)
 
 
 def _coupling(table: Table) -> Coupling:

@@ -9,6 +9,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .envelope import envelope, every_few
 from .ports import Followed, followed_signals, muscle_signals
 from .results import Result
 from .summary import present
@@ -65,8 +66,9 @@ def path_figure(result: Result) -> Figure:
         axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
         followed = _point(result)
         assert followed is not None
-        axes.plot(*result.columns(followed.actual).T, label="way", linewidth=1.2)
-        axes.plot(*result.columns(followed.desired).T, ":", color="black", label="reference")
+        rows = every_few(len(result.rows))
+        axes.plot(*result.columns(followed.actual)[rows].T, label="way", linewidth=1.2)
+        axes.plot(*result.columns(followed.desired)[rows].T, ":", color="black", label="reference")
         for axis, name in zip("xyz", followed.actual, strict=True):
             getattr(axes, f"set_{axis}label")(f"{name} [m]")
         axes.set_aspect("equal", adjustable="datalim")
@@ -124,7 +126,7 @@ def _draw_forces(axes: Axes, result: Result) -> None:
     if len(names) > 10:
         axes.set_prop_cycle(color=mpl.colormaps["tab20"].colors)  # type: ignore[attr-defined]
     for name in names:
-        axes.plot(time, result[name], label=name, linewidth=1.2)
+        axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
     axes.set_ylabel("force command [N]")
     _legend(axes)
 
@@ -132,8 +134,8 @@ def _draw_forces(axes: Axes, result: Result) -> None:
 def _draw_positions(axes: Axes, result: Result) -> None:
     time, followed = result["time"], _followed(result)
     for name, desired in zip(followed.actual, followed.desired, strict=True):
-        (line,) = axes.plot(time, result[name], label=name, linewidth=1.2)
-        axes.plot(time, result[desired], ":", color="black", linewidth=1.4)
+        (line,) = axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
+        axes.plot(*envelope(time, result[desired]), ":", color="black", linewidth=1.4)
         line.set_zorder(1)
     axes.plot([], [], ":", color="black", label="reference")
     units = "/".join(dict.fromkeys(followed.units)) or "-"

@@ -28,7 +28,7 @@ def test_import_contracts_hold() -> None:
         ("adsk", "addin_sdfusion/"),
         ("fmpy", "cardsflow_fmu/"),
         ("qpsolvers", "controllers/"),
-        ("matplotlib", "cardsflow_fmu/plots.py"),
+        ("matplotlib", "cardsflow_fmu/plots"),
         ("tqdm", "cardsflow_fmu/cli_run.py"),
     ],
 )
