@@ -29,6 +29,7 @@ from .cli_parts import (  # noqa: E402
 )
 from .cli_results import add_results  # noqa: E402
 from .cli_run import add_run  # noqa: E402
+from .cli_study import add_study  # noqa: E402
 from .cli_view import add_view  # noqa: E402
 from .version import __version__  # noqa: E402
 
@@ -86,6 +87,7 @@ def _parser() -> argparse.ArgumentParser:
     add_addin(commands, common)
     add_view(commands, common)
     add_results(commands, common)
+    add_study(commands, common)
     return parser
 
 
@@ -147,6 +149,20 @@ def _add_check(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    parser.add_argument(
+        "--motion",
+        help="look for muscles that meet one another or links: random, the name of a trajectory "
+        "beside the robot, or a .csv with the joints' positions, such as a run's results",
+    )
+    parser.add_argument(
+        "--clearance", type=float, default=0.0, help="smallest distance wanted, in m; 0"
+    )
+    parser.add_argument(
+        "--capsules",
+        type=float,
+        metavar="RADIUS",
+        help="capsules of this radius, in m, stand for the links, not their collision meshes",
+    )
     parser.set_defaults(command=_check)
 
 
@@ -214,9 +230,19 @@ def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
     try:
-        findings = read(options.robot, options.cable_set).findings
+        reading = read(options.robot, options.cable_set)
+        findings = reading.findings
     except RobotError as error:
         findings = error.findings
+    else:
+        if options.motion is not None:
+            from .motion_check import motion_findings
+
+            findings += tuple(
+                motion_findings(
+                    reading, reading.require(), options.motion, options.clearance, options.capsules
+                )
+            )
     if options.json:
         print(json.dumps([finding.as_dict() for finding in findings], indent=1))
     else:

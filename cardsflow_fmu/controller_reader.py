@@ -75,6 +75,7 @@ def read_controller(
         delay=table.whole("delay", 0),
         predict=table.flag("predict", True),
         tasks=_tasks(table, robot, start, TYPES[type_]) if operational else None,
+        muscle_horizon=table.number("muscle_horizon", 0.0),
     )
     table.close()
     _check(table, settings, names)
@@ -173,6 +174,9 @@ def _check(table: Table, settings: ControllerSettings, names: Sequence[str]) -> 
         raise table.error("weights", "must be above 0")
     if settings.observer < 0:
         raise table.error("observer", f"must not be negative: {settings.observer!r}")
+    if settings.muscle_horizon < 0:
+        what = f"must not be negative: {settings.muscle_horizon!r}"
+        raise table.error("muscle_horizon", what)
     if settings.delay not in (0, 1):
         raise table.error("delay", f"must be 0 or 1 periods, not {settings.delay}")
     tasks = settings.tasks

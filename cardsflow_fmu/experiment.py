@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.trajectory import Space, Trajectory
 
 from .control_types import TYPES
 from .coupling import Coupling
+from .experiment_resources import EXPERIMENT_FILE
 from .foreign_fmu import ForeignFmu
 from .hardware.settings import HardwareSettings
 from .table_forms import TableForm
 
-_RESOURCE = "experiment.json"
+if TYPE_CHECKING:
+    from sim_dart.scene import Scene
+
+    from .robots_reader import RobotPart
+
+Rule = Literal["euler", "rk4"]
+"""The integrators of a plant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +47,18 @@ class PlantSettings:
     Attributes:
         step: Internal step, in [s].
         mass_scale: Factor on the mass and inertia of every link, beside what the controller knows.
+        integrator: `euler`, or `rk4` where there are no contacts; see `sim_dart.Plant`.
+        substeps: Steps of the integrator in an internal step, with commands held.
+        energy: Whether energies, work and momenta are outputs.
+        wrenches: Names of links that take forces and torques from outside.
     """
 
     step: float
     mass_scale: tuple[float, ...]
+    integrator: Rule = "euler"
+    substeps: int = 1
+    energy: bool = False
+    wrenches: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +184,8 @@ class ControllerSettings:
         delay: Ticks until a tick's forces take effect, 0 or 1.
         predict: Whether the controller makes up for the delay.
         tasks: Of a controller in operational space; else None.
+        muscle_horizon: How far ahead the commands of muscles with laws aim, in [s]; 0 for the next
+            tick, or a few where muscles answer late.
     """
 
     type: str
@@ -183,6 +199,7 @@ class ControllerSettings:
     delay: int
     predict: bool
     tasks: TaskSettings | None
+    muscle_horizon: float = 0.0
 
     @property
     def space(self) -> Space:
@@ -237,6 +254,9 @@ class Experiment:
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
             -> `plant.q.elbow`, or the number that it is held at.
         fmus: FMUs of others that take the place of plant, controller or reference, by that name.
+        robot_changes: What the experiment changes of the robot's files; see `robot_changes`.
+        scene: What stands around the robot; None for nothing.
+        parts: The robots that `robot` is made of; none where it is one by itself.
         hardware: What can be driven instead of the plant.
     """
 
@@ -252,6 +272,9 @@ class Experiment:
     run: RunSettings
     wiring: Mapping[str, str | float]
     fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
+    robot_changes: Mapping[str, Any] = field(default_factory=dict)
+    scene: Scene | None = None
+    parts: tuple[RobotPart, ...] = ()
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
 
     @property
@@ -284,10 +307,10 @@ class Experiment:
         Raises:
             InputError: Something in it is wrong.
         """
-        return Experiment.load(folder / _RESOURCE)
+        return Experiment.load(folder / EXPERIMENT_FILE)
 
     def resources(self, *, with_hardware: bool = False) -> dict[str, bytes | Path]:
-        """The files that an FMU carries: the experiment, complete, and the robot's files.
+        """The files that an FMU carries: the experiment, complete, its robots, and their meshes.
 
         Args:
             with_hardware: Whether to tell of the hardware, which is nothing to the other FMUs: they
@@ -295,20 +318,13 @@ class Experiment:
 
         Returns:
             Content, or a file to copy, by its path below the FMU's resources.
-        """
-        from .hardware_reader import hardware_data
 
-        root = self.robot_path.parent
-        files: dict[str, bytes | Path] = {
-            f"robot/{file.relative_to(root).as_posix()}": file for file in self.robot_files
-        }
-        data = self.data | {
-            "robot": {**self.data["robot"], "path": f"robot/{self.robot_path.name}"}
-        }
-        if with_hardware:
-            data["hardware"] = hardware_data(self.hardware, self.robot)
-        files[_RESOURCE] = json.dumps(data, indent=1, sort_keys=True).encode()
-        return files
+        Raises:
+            InputError: A mesh stands where it cannot be taken along from.
+        """
+        from .experiment_resources import experiment_resources
+
+        return experiment_resources(self, with_hardware=with_hardware)
 
     @cached_property
     def plant_robot(self) -> Robot:

@@ -8,10 +8,9 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast, get_args
 
-from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
-from addin_sdfusion.robot.check import require_valid
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import Reading, read
 
@@ -22,14 +21,23 @@ from .experiment import (
     Experiment,
     PlantSettings,
     ReferenceSettings,
+    Rule,
     RunSettings,
 )
 from .foreign_fmu import ROLES, read_fmus
 from .hardware_reader import read_hardware
+from .muscle_reader import with_muscle_settings
 from .ports import coordinate_signals, load_signals, muscle_signals, task_signals
 from .reference_reader import read_reference
+from .robot_changes import changed_robot, read_changes
+from .robots_reader import RobotPart, combined, read_parts
+from .setting_paths import set_value
 from .table_forms import TABLE_FORMS, TableForm
 from .tables import Table
+from .world_ports import wrench_signals
+
+if TYPE_CHECKING:
+    from sim_dart.scene import Scene
 
 _MAX_BYTES = 64 * 2**20
 
@@ -49,7 +57,7 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
     file = path / "experiment.toml" if path.is_dir() else path
     data = _read_data(file)
     for key, value in settings.items():
-        _set(data, key, value, file)
+        set_value(data, key, value, file)
     return _experiment(Table(data, file))
 
 
@@ -70,25 +78,23 @@ def _read_data(file: Path) -> dict[str, Any]:
     return data
 
 
-def _set(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
-    """Set a value by its full key, making tables on the way."""
-    *path, last = key.split(".")
-    for part in path:
-        data = data.setdefault(part, {})
-        if not isinstance(data, dict):
-            raise InputError(f"{part!r} is not a table", file=file, key=key)
-    data[last] = value
-
-
 def _experiment(top: Table) -> Experiment:
-    reading, robot = _robot(top.table("robot"))
-    robot = _with_bounds(robot, top.table("muscles"))
+    parts = _parts(top)
+    changes: dict[str, Any] = {}
+    if parts:
+        reading, robot = combined(parts, top)
+    else:
+        reading, robot, changes = _robot(top.table("robot"))
+    top.value("robot", None)
+    robot = with_muscle_settings(robot, top.table("muscles"))
     controller = top.table("controller")
     start, reference = read_reference(
         top.table("start"), top.table("reference"), followed_space(controller), reading, robot
     )
     run = _run(top.table("run"), reference)
     disturbance = _disturbance(top.table("disturbance"), robot)
+    scene = _world(top.table("world"), robot, reading)
+    plant = _plant(top.table("plant"), robot, run, scene)
     experiment = Experiment(
         file=top.file,
         robot=robot,
@@ -97,23 +103,40 @@ def _experiment(top: Table) -> Experiment:
         reference=reference,
         disturbance=disturbance,
         start=start,
-        plant=_plant(top.table("plant"), robot, run),
+        plant=plant,
         controller=read_controller(controller, robot, run, reference, start),
         run=run,
-        wiring=_wiring(top.table("wiring"), robot, disturbance),
+        wiring=_wiring(top.table("wiring"), robot, disturbance, plant),
         fmus=read_fmus(top.table("fmus")),
+        robot_changes=changes,
+        scene=scene,
+        parts=parts,
         hardware=read_hardware(top.table("hardware"), robot, run.step),
     )
     top.close()
     return experiment
 
 
-def _robot(table: Table) -> tuple[Reading, Robot]:
+def _parts(top: Table) -> tuple[RobotPart, ...]:
+    """The robots of [[robots]]; none where there is one [robot]."""
+    rows = top.value("robots", None)
+    if rows is None:
+        return ()
+    if "robot" in top:
+        raise top.error("robots", "there is a [robot] as well; give one of them")
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise top.error("robots", "must be a list of tables: [[robots]]")
+    tables = [Table(row, top.file, top.key(f"robots[{k}]")) for k, row in enumerate(rows)]
+    return read_parts(tables, _robot)
+
+
+def _robot(table: Table) -> tuple[Reading, Robot, dict[str, Any]]:
     path = table.file.parent / table.text("path")
     cable_set = table.text("cable_set", "")
     task_set = table.text("operational_space", "")
     gravity = table.numbers("gravity", 3) if "gravity" in table else None
     table.value("gravity", None)
+    changes = read_changes(table)
     table.close()
     try:
         reading = read(path, cable_set or None)
@@ -127,12 +150,13 @@ def _robot(table: Table) -> tuple[Reading, Robot]:
         robot = replace(robot, task_set=task_set)
     if gravity is not None:
         robot = replace(robot, gravity=cast(tuple[float, float, float], gravity))
+    robot = changed_robot(robot, changes, table)
     _require_port_names(table, robot)
     if not robot.coordinates:
         raise table.error("path", f"robot {robot.name!r} has no joint that moves")
     if not robot.muscles:
         raise table.error("path", f"robot {robot.name!r} has no muscles")
-    return reading, robot
+    return reading, robot, changes
 
 
 def _require_port_names(table: Table, robot: Robot) -> None:
@@ -143,30 +167,6 @@ def _require_port_names(table: Table, robot: Robot) -> None:
         task_signals("y", robot)
     except InputError as error:
         raise table.error("path", error.what) from None
-
-
-def _with_bounds(robot: Robot, table: Table) -> Robot:
-    """The robot with the force bounds that the experiment changes."""
-    muscles = list(robot.muscles)
-    for index, changes in table.tables([muscle.name for muscle in muscles], "muscle"):
-        muscles[index] = _bounded(muscles[index], changes)
-    changed = robot.with_muscles(muscles)
-    require_valid(changed)
-    return changed
-
-
-def _bounded(muscle: Muscle, table: Table) -> Muscle:
-    f_min = table.number("f_min", muscle.f_min)
-    f_max = table.number("f_max") if "f_max" in table else muscle.f_max
-    table.value("f_max", None)
-    table.close()
-    if f_min < 0:
-        raise table.error("f_min", f"must not be negative: {f_min!r}")
-    if f_min > f_max:
-        raise InputError(
-            f"f_min {f_min!r} N is above f_max {f_max!r} N", file=table.file, key=table.path
-        )
-    return replace(muscle, f_min=f_min, f_max=f_max)
 
 
 def _run(table: Table, reference: ReferenceSettings) -> RunSettings:
@@ -191,15 +191,52 @@ def _coupling(table: Table) -> Coupling:
     return Coupling(scheme, tuple(order))
 
 
-def _plant(table: Table, robot: Robot, run: RunSettings) -> PlantSettings:
+def _world(table: Table, robot: Robot, reading: Reading) -> Scene | None:
+    if table.is_empty:
+        return None
+    from .world_reader import read_world  # it needs DART, which others can do without
+
+    return read_world(table, robot, reading.files[0].parent.resolve())
+
+
+def _plant(table: Table, robot: Robot, run: RunSettings, scene: Scene | None) -> PlantSettings:
     step = table.positive("step", run.step)
     links = [link.name for link in robot.links]
     scales = table.by_name("mass_scale", "link", links, 1.0)
+    integrator = cast(Rule, table.choice("integrator", "integrator", get_args(Rule), "euler"))
+    substeps = table.whole("substeps", 1)
+    energy = table.flag("energy", False)
+    wrenches = _wrenches(table, robot)
     table.close()
     if min(scales) <= 0:
         raise table.error("mass_scale", "must be above 0")
+    if substeps < 1:
+        raise table.error("substeps", f"must be at least 1, not {substeps}")
+    rough = [c.name for c in robot.coordinates if c.friction]
+    if integrator == "rk4" and rough:
+        what = f"rk4 knows no Coulomb friction, and {', '.join(rough)} has some; use 'euler'"
+        raise table.error("integrator", what)
+    if integrator == "rk4" and scene is not None:
+        raise table.error(
+            "integrator", "rk4 knows no contacts, and there is a [world]; use 'euler'"
+        )
     table.multiple("step", run.step, step, "plant.step", blame="run.step")
-    return PlantSettings(step, scales)
+    return PlantSettings(step, scales, integrator, substeps, energy, wrenches)
+
+
+def _wrenches(table: Table, robot: Robot) -> tuple[str, ...]:
+    """The links that take wrenches, of other names than task points that take forces."""
+    names, links = table.value("wrenches", []), [link.name for link in robot.links]
+    if not isinstance(names, list | tuple):
+        raise table.error("wrenches", f"must be a list of links, not {names!r}")
+    for name in names:
+        if name not in links:
+            raise table.unknown("wrenches", "link", str(name), links)
+    taken = set(load_signals(robot)).intersection(wrench_signals(names))
+    if taken:
+        what = f"{sorted(taken)[0]!r} is the force on a task point of the same name; rename one"
+        raise table.error("wrenches", what)
+    return tuple(names)
 
 
 def _disturbance(table: Table, robot: Robot) -> DisturbanceSettings | None:
@@ -227,10 +264,12 @@ def _disturbance(table: Table, robot: Robot) -> DisturbanceSettings | None:
 
 
 def _wiring(
-    table: Table, robot: Robot, disturbance: DisturbanceSettings | None
+    table: Table, robot: Robot, disturbance: DisturbanceSettings | None, plant: PlantSettings
 ) -> dict[str, str | float]:
     """Connections by full port names; the master checks that they exist."""
-    wiring: dict[str, str | float] = {}
+    wiring: dict[str, str | float] = {
+        f"plant.{name}": 0.0 for name in wrench_signals(plant.wrenches)
+    }
     for model in ("plant", "controller"):
         if disturbance is None or (model == "controller" and not disturbance.known):
             wiring |= {f"{model}.{name}": 0.0 for name in load_signals(robot)}

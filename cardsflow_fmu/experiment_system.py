@@ -11,10 +11,11 @@ from addin_sdfusion.robot import InputError
 
 from .experiment import Experiment
 from .foreign_fmu import ForeignFmu, fitting_wiring, renamed, stated_units
-from .ports import Port, load_signals
+from .ports import Port
 from .ssp_system import Component, Connection, Connector, Parameter, System
 from .units import KNOWN_UNITS, Unit, conversion, variable_units
 from .wiring import routes
+from .world_ports import outer_signals
 
 _ORDER = ("reference", "controller", "plant")
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
@@ -36,7 +37,7 @@ def experiment_system(
     parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in _ORDER]
     by_role = {part.name: part for part in parts}
     connections: list[Connection] = []
-    loads = load_signals(experiment.robot)
+    loads = outer_signals(experiment)
     wiring = fitting_wiring(experiment.wiring, experiment.fmus, parts, loads)
     for target, source in routes(parts, wiring).items():
         role, input_ = target.split(".", 1)

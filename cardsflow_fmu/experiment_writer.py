@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot.trajectory import Trajectory
 
+from .muscle_reader import model_data
+from .robots_reader import parts_data
+
 if TYPE_CHECKING:
+    from sim_dart.scene import Scene
+
     from .experiment import (
         ControllerSettings,
         DisturbanceSettings,
@@ -29,15 +34,11 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
     robot = experiment.robot
     names = [c.name for c in robot.coordinates]
     data = {
-        "robot": {
-            "path": str(experiment.robot_path),
-            "cable_set": robot.cable_set,
-            "gravity": list(robot.gravity),
-        }
-        | ({"operational_space": robot.task_set} if robot.task_set else {}),
+        **_robots(experiment),
         "muscles": {
             muscle.name: {"f_min": muscle.f_min}
             | ({"f_max": muscle.f_max} if math.isfinite(muscle.f_max) else {})
+            | model_data(muscle.model)
             for muscle in robot.muscles
         },
         "start": {
@@ -47,6 +48,10 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         "plant": {
             "step": experiment.plant.step,
             "mass_scale": list(experiment.plant.mass_scale),
+            "integrator": experiment.plant.integrator,
+            "substeps": experiment.plant.substeps,
+            "energy": experiment.plant.energy,
+            "wrenches": list(experiment.plant.wrenches),
         },
         "controller": _controller(experiment.controller),
         "reference": _reference(experiment.reference),
@@ -64,6 +69,26 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         frames = [f.name for f in robot.task_frames if not f.is_orientation]
         data["disturbance"] = _disturbance(experiment.disturbance, frames)
     return data
+
+
+def _robots(experiment: Experiment) -> dict[str, Any]:
+    """The robot or robots, and the world around them."""
+    robot, scene = experiment.robot, experiment.scene
+    world = {} if scene is None else {"world": _world(scene)}
+    if experiment.parts:
+        return {"robots": parts_data(experiment.parts)} | world
+    data = {
+        "path": str(experiment.robot_path),
+        "cable_set": robot.cable_set,
+        "gravity": list(robot.gravity),
+    } | ({"operational_space": robot.task_set} if robot.task_set else {})
+    return {"robot": data | dict(experiment.robot_changes)} | world
+
+
+def _world(scene: Scene) -> dict[str, Any]:
+    from .world_reader import world_data  # it needs DART, which others can do without
+
+    return world_data(scene)
 
 
 def _run(run: RunSettings) -> dict[str, Any]:
@@ -84,6 +109,7 @@ def _controller(controller: ControllerSettings) -> dict[str, Any]:
         "observer": controller.observer,
         "delay": controller.delay,
         "predict": controller.predict,
+        "muscle_horizon": controller.muscle_horizon,
     }
     return data if controller.tasks is None else data | _tasks(controller.tasks)
 

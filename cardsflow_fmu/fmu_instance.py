@@ -27,7 +27,8 @@ class FmuInstance:
     Args:
         name: Its name in the wiring.
         file: The .fmu.
-        folder: An empty folder to unpack it into; it must live as long as the instance.
+        folder: An empty folder to unpack it into, or one that holds it unpacked; it must live as
+            long as the instance.
         start_values: Values for parameters and other variables at the start, by name.
 
     Raises:
@@ -142,9 +143,10 @@ def _words(text: str) -> str:
 
 
 def _description(file: Path, folder: Path) -> Any:
-    """Unpack the FMU and read its description."""
+    """Unpack the FMU, unless that is done, and read its description."""
     try:
-        fmpy.extract(str(file), str(folder))
+        if not (folder / "modelDescription.xml").is_file():
+            fmpy.extract(str(file), str(folder))
         description = fmpy.read_model_description(str(folder), validate=False)
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error))

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import WORLD, InputError, Robot, Vector3, read_robot
+from addin_sdfusion.robot import WORLD, InputError, Muscle, Robot, Vector3, read_robot
+from addin_sdfusion.robot.tension_laws import law_of, states_of
 from sim_dart.muscle_paths import MusclePaths
 
 
@@ -41,6 +42,9 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
                 "initial": c.initial,
                 "damping": c.damping,
                 "actuated": c.actuated,
+                "stiffness": c.stiffness,
+                "rest": c.rest,
+                "friction": c.friction,
             }
             for c in robot.coordinates
         ],
@@ -52,6 +56,8 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
                 "via_points": len(muscle.via_points),
                 "links": list(dict.fromkeys(point.link for point in muscle.via_points)),
                 "model": muscle.model.kind,
+                "command": _command(muscle),
+                "states": [f"{state.name} [{state.unit}]" for state in states_of(muscle.model)],
                 "f_min": muscle.f_min,
                 "f_max": _limit(muscle.f_max),
                 "length": float(length),
@@ -121,6 +127,7 @@ def describe_robot(info: dict[str, Any]) -> str:
         [
             m["name"],
             m["model"],
+            m["command"] or "none",
             f"{m['f_min']:g}",
             _bound(m["f_max"], ""),
             f"{m['length']:.6g}",
@@ -128,7 +135,7 @@ def describe_robot(info: dict[str, Any]) -> str:
         ]
         for m in info["muscles"]
     ]
-    heads = ["muscle", "cable", "f_min [N]", "f_max [N]", "length [m]", "links"]
+    heads = ["muscle", "cable", "command", "f_min [N]", "f_max [N]", "length [m]", "links"]
     parts.append(table(heads, muscles))
     frames = [[f["name"], f["link"], " ".join(f["axes"])] for f in info["task_frames"]]
     parts.append(table(["task frame", "link", "axes"], frames))
@@ -168,6 +175,12 @@ def _reach(robot: Robot) -> float:
             longest, chain + math.dist(hangs_at[joint.child], link.end or link.inertia.com)
         )
     return longest
+
+
+def _command(muscle: Muscle) -> str | None:
+    """What a muscle is told, with its unit; None for a passive one."""
+    command = law_of(muscle.model).command
+    return None if command is None else f"{command.name} [{command.unit}]"
 
 
 def _limit(value: float) -> float | None:

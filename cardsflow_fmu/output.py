@@ -26,6 +26,8 @@ _OWN = (
     "tracking.svg",
     "path.png",
     "path.svg",
+    "world.png",
+    "world.svg",
     "experiment.zip",
     "plant.fmu",
     "controller.fmu",

@@ -6,49 +6,60 @@ value reference of a port is its index in the table of its model.
 
 from __future__ import annotations
 
-import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import Coordinate, InputError, Robot
+from addin_sdfusion.robot import Coordinate, Robot
 from addin_sdfusion.robot.trajectory import Space
 
-Causality = Literal["input", "output", "parameter"]
-Variability = Literal["continuous", "discrete", "fixed", "tunable"]
+from .muscle_ports import (
+    command_ports,
+    energy_ports,
+    ideal_muscles,
+    state_ports,
+    tension_ports,
+)
+from .port import (
+    Causality,
+    Port,
+    Variability,
+    coordinate_signals,
+    identifier,
+    muscle_signals,
+    signal_names,
+)
+from .world_ports import world_ports, wrench_ports
+
+if TYPE_CHECKING:
+    from sim_dart.scene import Scene
+
+__all__ = [
+    "SOLVE_TIME",
+    "WORKER_TIMEOUT",
+    "Causality",
+    "Followed",
+    "Port",
+    "Variability",
+    "controller_ports",
+    "coordinate_signals",
+    "followed_signals",
+    "force_unit",
+    "identifier",
+    "load_signals",
+    "muscle_signals",
+    "plant_ports",
+    "reference_ports",
+    "signal_names",
+    "slack_signals",
+    "task_names",
+    "task_signals",
+    "task_units",
+]
 
 SOLVE_TIME = "solve_time"
 """The one output whose values no two runs share: it stands in no table of results."""
-
-
-@dataclass(frozen=True, slots=True)
-class Port:
-    """A variable of an FMU.
-
-    Attributes:
-        name: Structured name, such as `q.elbow`.
-        unit: Such as `rad`; empty for a number without one.
-        causality: `input`, `output` or `parameter`.
-        variability: `continuous` or `discrete` signals; `fixed` or `tunable` parameters.
-        description: One line for people.
-        start: Value of an input or a parameter before it is set.
-        boolean: Whether the variable is a truth value, stored as 0 or 1.
-    """
-
-    name: str
-    unit: str
-    causality: Causality
-    variability: Variability
-    description: str
-    start: float = 0.0
-    boolean: bool = False
-
-
-def identifier(name: str) -> str:
-    """A designer's name as one part of a structured FMI variable name: `cable 1` -> `cable_1`."""
-    cleaned = re.sub(r"\W", "_", name, flags=re.ASCII) or "_"
-    return f"_{cleaned}" if cleaned[0].isdigit() else cleaned
 
 
 WORKER_TIMEOUT = Port(
@@ -60,35 +71,6 @@ WORKER_TIMEOUT = Port(
     60.0,
 )
 """Known to the C library by its name; models make nothing of it."""
-
-
-def signal_names(prefix: str, names: Iterable[str]) -> list[str]:
-    """Port names for a list of coordinates, muscles or other named things.
-
-    Args:
-        prefix: Such as `q`.
-        names: The designer's names.
-
-    Raises:
-        InputError: Two names give the same port name.
-    """
-    ports: dict[str, str] = {}
-    for name in names:
-        port = f"{prefix}.{identifier(name)}"
-        if port in ports:
-            raise InputError(f"{ports[port]!r} and {name!r} would both be {port!r}: rename one")
-        ports[port] = name
-    return list(ports)
-
-
-def coordinate_signals(prefix: str, robot: Robot) -> list[str]:
-    """`prefix.<coordinate>` for every coordinate, in the order of q."""
-    return signal_names(prefix, [c.name for c in robot.coordinates])
-
-
-def muscle_signals(prefix: str, robot: Robot) -> list[str]:
-    """`prefix.<muscle>` for every muscle, in the order of f."""
-    return signal_names(prefix, [muscle.name for muscle in robot.muscles])
 
 
 def task_signals(prefix: str, robot: Robot) -> list[str]:
@@ -192,18 +174,38 @@ def _load_ports(robot: Robot, causality: Causality) -> list[Port]:
     ]
 
 
-def plant_ports(robot: Robot, q: Sequence[float], qd: Sequence[float], step: float) -> list[Port]:
-    """Ports of the plant: forces and loads in; positions, velocities, lengths, task points out.
+def plant_ports(
+    robot: Robot,
+    q: Sequence[float],
+    qd: Sequence[float],
+    step: float,
+    *,
+    commands: Sequence[float] = (),
+    energy: bool = False,
+    wrenches: Sequence[str] = (),
+    scene: Scene | None = None,
+) -> list[Port]:
+    """Ports of the plant: commands and loads in; positions, velocities, lengths, task points out.
+
+    The command of an ideal cable is its force; muscles with a law have commands of their own, and
+    give their tensions and states.
 
     Args:
         robot: The robot.
         q: Positions at the start, in [rad] or [m].
         qd: Velocities at the start, in [rad/s] or [m/s].
         step: Internal step, in [s].
+        commands: Of every muscle at the start, where one has a law.
+        energy: Whether the plant keeps books of energy and momentum.
+        wrenches: Names of links that take forces and torques from outside.
+        scene: What stands around the robot.
     """
+    forces = _force_ports(robot, "input", "continuous")
     return [
-        *_force_ports(robot, "input", "continuous"),
+        *(forces[k] for k in ideal_muscles(robot)),
+        *command_ports(robot, "input", "continuous", commands),
         *_load_ports(robot, "input"),
+        *wrench_ports(wrenches, "input"),
         *_coordinate_ports("q", "", "Position", robot, "output", "continuous"),
         *_coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
         *(
@@ -211,6 +213,10 @@ def plant_ports(robot: Robot, q: Sequence[float], qd: Sequence[float], step: flo
             for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
         ),
         *_task_ports("y", "", "Task coordinate", robot, "output"),
+        *tension_ports(robot),
+        *state_ports(robot, "output"),
+        *(energy_ports() if energy else ()),
+        *world_ports(scene),
         *_coordinate_ports("q_start", "", "Start position", robot, "parameter", "fixed", q),
         *_coordinate_ports("qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd),
         Port("step", "s", "parameter", "fixed", "Internal step of the plant", step),
@@ -255,6 +261,9 @@ def controller_ports(
 ) -> list[Port]:
     """Ports of a controller: state, reference and known loads in; forces and diagnostics out.
 
+    Of muscles with a law, their states come in as well; the forces are what they are to come to,
+    and their commands are beside them.
+
     Args:
         robot: The robot.
         space: Whether the reference is of joints or of task coordinates.
@@ -268,7 +277,9 @@ def controller_ports(
         *_coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
         *_followed_ports(robot, space, "input"),
         *_load_ports(robot, "input"),
+        *state_ports(robot, "input"),
         *_force_ports(robot, "output", "discrete"),
+        *command_ports(robot, "output", "discrete"),
         *_slack_ports(robot, space),
         Port("at_bound", "", "output", "discrete", "Number of muscles at a bound"),
         Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import write_files
@@ -30,15 +30,16 @@ from .models.experiment_model import ExperimentModel
 from .models.hardware import HardwareModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
+from .muscle_ports import modelled_muscles
 from .output import OutputFolder
 from .parquet import require_parquet
 from .participants import DirectParticipant, Participant
-from .ports import load_signals
 from .results import TABLE, Result
 from .runtime.library import find_platform
 from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
 from .summary import Speed, summarize
+from .world_ports import outer_signals
 
 Through = Literal["fmu", "direct"]
 
@@ -50,6 +51,20 @@ MODELS: dict[str, type[ExperimentModel]] = {
     "reference": ReferenceModel,
     HARDWARE: HardwareModel,
 }
+
+
+class PreparedFmu(NamedTuple):
+    """An FMU that stands ready for several runs.
+
+    Attributes:
+        file: The .fmu.
+        folder: Where it is unpacked, or empty.
+        start_values: Values of its parameters, by name; its own where left out.
+    """
+
+    file: Path
+    folder: Path
+    start_values: Mapping[str, float] = {}
 
 
 class RunError(SimulationError):
@@ -75,6 +90,8 @@ def build(
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
 
+    Muscles with laws of their own have no hardware.fmu: hardware takes forces.
+
     Args:
         experiment: What to simulate.
         folder: Where to.
@@ -91,17 +108,22 @@ def build(
     """
     with tempfile.TemporaryDirectory() as aside:
         libraries = None if platforms is None else libraries_for(platforms, Path(aside))
-        files = _build(experiment, Path(aside), tuple(MODELS), fmi, arrays, libraries)
+        names = _buildable(experiment)
+        files = _build(experiment, Path(aside), names, fmi, arrays, libraries)
         inner = files
         if fmi != "2.0":
             (Path(aside) / "inner").mkdir()
-            inner = _build(
-                experiment, Path(aside) / "inner", tuple(MODELS), libraries=_of_fmi_2(libraries)
-            )
+            inner = _build(experiment, Path(aside) / "inner", names, libraries=_of_fmi_2(libraries))
         system = _build_system(experiment, inner, Path(aside))
         contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
     written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
+
+
+def _buildable(experiment: Experiment) -> list[str]:
+    """All models, but that of the hardware where muscles are not commanded by their forces."""
+    has_hardware = not modelled_muscles(experiment.robot)
+    return [name for name in MODELS if name != HARDWARE or has_hardware]
 
 
 def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
@@ -148,11 +170,13 @@ def _build(
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
     """The .ssp of FMI 2 FMUs with scalars, and of the FMUs of others that take their place."""
-    tables = {name: model.table(experiment) for name, model in MODELS.items()}
+    tables = {name: MODELS[name].table(experiment) for name in _buildable(experiment)}
     files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
     system = experiment_system(experiment, files, tables)
     sources = {f"resources/{name}.fmu": file for name, file in files.items()}
-    variants = {HARDWARE: with_plant(system, f"resources/{HARDWARE}.fmu")}
+    variants = {}
+    if HARDWARE in files:
+        variants[HARDWARE] = with_plant(system, f"resources/{HARDWARE}.fmu")
     return write_ssp(folder / SYSTEM_FILE, system, sources, variants)
 
 
@@ -256,9 +280,22 @@ def simulate(
     arrays: bool = True,
     realtime: bool = False,
     progress: Progress | None = None,
+    prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Result:
-    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`."""
+    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`.
+
+    Args:
+        experiment: What to run.
+        through: As for `run`.
+        fmi: As for `build`.
+        arrays: As for `build`.
+        realtime: As for `run`.
+        progress: As for `run`.
+        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+    """
     started = time.perf_counter()
+    if prepared is not None:
+        return _finished(*_simulate(experiment, prepared, progress, started))
     with tempfile.TemporaryDirectory() as folder:
         driven, fmus = _prepare(experiment, Path(folder), through, fmi=fmi, arrays=arrays)
         return _finished(*_simulate(driven, fmus, progress, started, realtime))
@@ -272,7 +309,7 @@ def _finished(result: Result, recording: Recording) -> Result:
 
 def _simulate(
     experiment: Experiment,
-    fmus: Mapping[str, Path],
+    fmus: Mapping[str, Path | PreparedFmu],
     progress: Progress | None,
     started: float,
     realtime: bool = False,
@@ -289,7 +326,7 @@ def _simulate(
                 experiment.wiring,
                 experiment.fmus,
                 participants.values(),
-                load_signals(experiment.robot),
+                outer_signals(experiment),
             ),
             step=settings.step,
             steps=settings.steps,
@@ -321,7 +358,7 @@ def _units(recording: Recording) -> dict[str, str]:
 
 @contextlib.contextmanager
 def _participants(
-    experiment: Experiment, fmus: Mapping[str, Path], streamed: Path | None
+    experiment: Experiment, fmus: Mapping[str, Path | PreparedFmu], streamed: Path | None
 ) -> Iterator[dict[str, Participant]]:
     """The participants by name: an FMU where there is one, else the model itself.
 
@@ -340,7 +377,10 @@ def _participants(
                         role, foreign.file, unpacked / name, foreign.parameters
                     )
                 elif name in fmus:
-                    participant = FmuInstance(role, fmus[name], unpacked / name)
+                    own = fmus[name]
+                    if not isinstance(own, PreparedFmu):
+                        own = PreparedFmu(own, unpacked / name)
+                    participant = FmuInstance(role, *own)
                 else:
                     participant = DirectParticipant(role, model(experiment))
             stack.callback(participant.close)

@@ -21,10 +21,11 @@ from controllers.inverse_dynamics import (
 )
 from controllers.kinematics import inverse_kinematics
 from controllers.wrench_set import too_many_facets
-from sim_dart import DartDynamics
+from sim_dart import DartDynamics, MuscleDrive
 from sim_dart.muscle_paths import MusclePaths
 
 from .experiment import Experiment
+from .muscle_ports import driven_muscles, modelled_muscles
 
 FloatArray = NDArray[np.float64]
 
@@ -127,6 +128,8 @@ def size_robot(
 ) -> dict[str, Any]:
     """How strong a robot's muscles must be for a motion, as plain data in SI units.
 
+    Passive muscles pull as they do, and are not sized.
+
     Args:
         robot: The robot.
         motion: The motion.
@@ -139,6 +142,7 @@ def size_robot(
     """
     if not robot.muscles:
         raise InputError(f"the robot {robot.name!r} has no muscles to size")
+    robot, motion = _without_passive(robot, motion)
     terms = motion_terms(DartDynamics(robot), motion)
     sizes = size_muscles(terms, margin=margin, method=method)
     critical = sizes.critical
@@ -158,6 +162,25 @@ def size_robot(
         "coordinates": _coordinate_rows(sizes),
         "units": {"force": "N", "time": "s", "power": "W", "gain": "N/mm"},
     }
+
+
+def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
+    """The robot with passive muscles that may not be used, and what they pull with as a load."""
+    passive = [k for k in modelled_muscles(robot) if k not in driven_muscles(robot)]
+    if not passive:
+        return robot, motion
+    drive, dynamics = MuscleDrive(robot), DartDynamics(robot)
+    pull = np.zeros_like(motion.q)
+    for row, q, qd in zip(pull, motion.q, motion.qd, strict=True):
+        drive.see(q, qd, np.zeros(drive.states))
+        f = drive.tensions(np.zeros(len(robot.muscles)))[passive]
+        row[:] = dynamics.muscle_jacobian(q)[passive].T @ f
+    muscles = [
+        replace(muscle, f_min=0.0, f_max=0.0) if k in passive else muscle
+        for k, muscle in enumerate(robot.muscles)
+    ]
+    load = pull if motion.w_e is None else motion.w_e + pull
+    return robot.with_muscles(muscles), replace(motion, w_e=load)
 
 
 def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, Any]]:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from .experiment import Experiment
 from .master import Recording
-from .ports import Followed, followed_signals, muscle_signals, slack_signals
+from .muscle_ports import tension_signals
+from .ports import Followed, followed_signals, slack_signals
 from .version import __version__
 
 FloatArray = NDArray[np.float64]
@@ -45,7 +46,7 @@ def summarize(experiment: Experiment, recording: Recording, speed: Speed) -> dic
     followed = followed_signals(robot, experiment.reference.space)
     bounds = {
         name: (muscle.f_min, muscle.f_max if np.isfinite(muscle.f_max) else None)
-        for name, muscle in zip(muscle_signals("f", robot), robot.muscles, strict=True)
+        for name, muscle in zip(tension_signals(robot), robot.muscles, strict=True)
     }
     slack = slack_signals(robot, experiment.controller.space)
     return {
@@ -76,7 +77,12 @@ def summarize_system(
         step: Communication step, in [s].
     """
     columns = _columns(recording)
-    forces = {name: (None, None) for name in columns if name.startswith("f.")}
+    pulled = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
+    forces: dict[str, tuple[float | None, float | None]] = {
+        name: (None, None)
+        for name in columns
+        if name.startswith("tension.") or (name.startswith("f.") and name[2:] not in pulled)
+    }
     return {
         "experiment": name,
         **_course(recording, columns),

@@ -10,6 +10,7 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
+from .setting_paths import EVERY_OTHER, PathError
 from .timing import whole_steps
 
 MOST_STEPS = 10_000_000
@@ -38,6 +39,9 @@ class Table:
 
     def __contains__(self, key: str) -> bool:
         return key in self._data
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._data)
 
     def key(self, key: str) -> str:
         """The full key, such as `controller.kp`."""
@@ -158,6 +162,8 @@ class Table:
     ) -> tuple[float, ...]:
         """A number for every name: one number for all, a list in order, or a table by name.
 
+        In a table, `*` stands for all names that it leaves out.
+
         Args:
             key: The key.
             kind: What the names name, for messages.
@@ -173,12 +179,16 @@ class Table:
                 raise self.error(key, f"must have {len(names)} numbers, one for each {kind}")
             return tuple(self._finite(key, value) for value in values)
         table = Table(values, self.file, self.key(key))
+        together = {**(groups or {}), EVERY_OTHER: names}
         spread: dict[str, Any] = {}
         for name, value in values.items():
-            members = [name] if name in names else (groups or {}).get(name)
+            members = [name] if name in names else together.get(name)
             if members is None:
                 raise table.unknown(name, kind, name, [*(groups or {}), *names])
-            spread |= {member: values.get(member, value) for member in members}
+            if name == EVERY_OTHER:
+                spread = dict.fromkeys(members, value) | spread
+            else:
+                spread |= {member: values.get(member, value) for member in members}
         table = Table(spread, self.file, self.key(key))
         defaults = dict(zip(names, self._defaults(default, len(names)), strict=True))
         return tuple(table.number(name, defaults[name]) for name in names)
@@ -197,6 +207,8 @@ class Table:
         return [default] * count
 
     def _finite(self, key: str, value: Any) -> float:
+        if isinstance(value, dict):
+            raise PathError("is one number, no table", file=self.file, key=self.key(key))
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(key, f"must be a number, not {value!r}")
         try:

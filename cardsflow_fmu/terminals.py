@@ -10,7 +10,7 @@ from .variables import Variable
 
 _GROUPS = {
     "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d")),
-    "muscles": ("Signals of muscles", ("f", "l")),
+    "muscles": ("Signals of muscles", ("f", "u", "l", "tension")),
     "tasks": ("Signals of task frames", ("y", "y_d", "yd_d", "ydd_d", "w")),
 }
 _SIZE = "100"

@@ -25,6 +25,12 @@ SI_UNITS: dict[str, dict[str, int]] = {
     "N.s/m": {"kg": 1, "s": -1},
     "1/s": {"s": -1},
     "1/s2": {"s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "A": {"A": 1},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "N.s": {"kg": 1, "m": 1, "s": -1},
+    "N.m.s": {"kg": 1, "m": 2, "s": -1},
 }
 """The units that this package writes, by name, with their exponents of the SI base units."""
 
@@ -42,6 +48,8 @@ _SCALED = {
     "N.mm": ("N.m", 1e-3),
     "kN.m": ("N.m", 1e3),
     "ms": ("s", 1e-3),
+    "kPa": ("Pa", 1e3),
+    "bar": ("Pa", 1e5),
 }
 
 

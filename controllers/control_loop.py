@@ -114,6 +114,11 @@ class ControlLoop:
         self._period = period
         self._gain = 1.0 - math.exp(-self._observer * period)
 
+    @property
+    def period(self) -> float:
+        """T, in [s]."""
+        return self._period
+
     def reset(self, forces: FloatArray) -> None:
         """Forget everything.
 
@@ -127,7 +132,13 @@ class ControlLoop:
         self._seen: _Seen | None = None
 
     def tick(
-        self, q: FloatArray, qd: FloatArray, reference: FloatArray, w_e: FloatArray | None = None
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        reference: FloatArray,
+        w_e: FloatArray | None = None,
+        *,
+        applied: FloatArray | None = None,
     ) -> ForceSolution:
         """One tick; `acting` is what is to be applied now.
 
@@ -136,6 +147,8 @@ class ControlLoop:
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
             reference: Position, velocity and acceleration, shape (3, r), at this moment.
             w_e: Known generalised external load, shape (n,), in [N·m] or [N]; none when None.
+            applied: What the muscles have really pulled with since the last tick, on the mean,
+                shape (m,), in [N]; the forces that they were asked for when None.
 
         Returns:
             The solution computed at this tick; it takes effect `delay` ticks later.
@@ -149,7 +162,7 @@ class ControlLoop:
             raise InputError(f"the reference has shape {np.shape(reference)}, not (3, {self._r})")
         known = np.zeros(self._n) if w_e is None else w_e
         if self._gain:
-            self._observe(q, qd, known)
+            self._observe(q, qd, applied)
         load = known + self.disturbance
         acting = self._coming
         position, velocity, acceleration = reference
@@ -200,14 +213,15 @@ class ControlLoop:
         self.acting, self._coming, self._correction, self.disturbance = parts[:4]
         self._seen = _Seen(*parts[5:]) if parts[4][0] else None
 
-    def _observe(self, q: FloatArray, qd: FloatArray, known: FloatArray) -> None:
+    def _observe(self, q: FloatArray, qd: FloatArray, applied: FloatArray | None) -> None:
         """Compare the velocity with what the model made of the last tick's forces."""
         if self._seen is None:
             return
         robot, last = self.law.dynamics, self._seen
+        forces = last.forces if applied is None else applied
         acceleration = (qd - last.qd) / self._period
         seen = (
-            -robot.muscle_jacobian(last.q).T @ last.forces
+            -robot.muscle_jacobian(last.q).T @ forces
             - bias_torque(robot, last.q, last.qd)
             - robot.mass_matrix(last.q) @ acceleration
             - last.w_e

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import Robot, Vector3
+from addin_sdfusion.robot import Robot, Vector3, tension_laws
+from addin_sdfusion.robot.tension_laws import law_of
 
-from .core import pack_blob
+from .core import law_parameters, pack_blob
 from .frames import FloatArray, MovingFrame, moving_frames
+from .path_fields import path_counts, path_fields
 
 _MOTION = {"rotation": 0, "translation": 1}
 
@@ -30,6 +32,15 @@ def _tree_fields(frames: list[MovingFrame]) -> dict[str, ArrayLike]:
     }
 
 
+def _law_fields(robot: Robot) -> dict[str, ArrayLike]:
+    kinds = list(law_parameters())
+    values = [tension_laws.law_parameters(muscle.model) for muscle in robot.muscles]
+    return {
+        "law_kind": [kinds.index(law_of(muscle.model).kind) for muscle in robot.muscles],
+        "law_parameter": [number for numbers in values for number in numbers.values()],
+    }
+
+
 def compile_blob(robot: Robot) -> bytes:
     """Compile a robot, with its active cable set and operational space.
 
@@ -37,21 +48,19 @@ def compile_blob(robot: Robot) -> bytes:
         robot: A valid robot.
     """
     frames, places = moving_frames(robot)
-    points = [point for muscle in robot.muscles for point in muscle.via_points]
     tasks = robot.task_frames
-    counts = {
+    counts = path_counts(robot) | {
         "dofs": len(frames),
         "muscles": len(robot.muscles),
-        "points": len(points),
         "tasks": len(tasks),
+        "law_parameters": sum(len(law_of(muscle.model).parameters) for muscle in robot.muscles),
     }
     return pack_blob(
         counts,
         _tree_fields(frames)
+        | _law_fields(robot)
+        | path_fields(robot, places)
         | {
-            "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],
-            "point_frame": [places[point.link].frame for point in points],
-            "point_position": [places[point.link].point(point.position) for point in points],
             "task_kind": [int(task.is_orientation) for task in tasks],
             "task_frame": [places[task.link].frame for task in tasks],
             "task_rotation": [places[task.link].T_frame_link[:3, :3] for task in tasks],

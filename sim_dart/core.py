@@ -48,6 +48,16 @@ def library() -> ctypes.PyDLL:
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
     core.core_move.restype = core.core_task_jacobian.restype = None
+    core.core_trace.restype = core.core_count_turns.restype = None
+    core.core_trace.argtypes = [pointer]
+    core.core_count_turns.argtypes = [pointer, ctypes.c_int]
+    core.core_rates.restype = core.core_reach.restype = None
+    core.core_reach.argtypes = [pointer, ctypes.c_double]
+    core.core_advance.argtypes = [pointer, ctypes.c_char_p, ctypes.c_double]
+    core.core_invert.argtypes = [pointer, ctypes.c_char_p, ctypes.c_double]
+    number, double = ctypes.c_int, ctypes.c_double
+    core.core_curve.argtypes = [pointer, number, ctypes.c_char_p, double, number]
+    core.core_curve.restype = ctypes.c_double
     return core
 
 
@@ -66,6 +76,8 @@ def pack_blob(counts: Mapping[str, int], fields: Mapping[str, ArrayLike]) -> byt
     body = b""
     for line in library().core_layout().decode().splitlines():
         kind, name, *rest = line.split()
+        if kind == "law":
+            continue
         if kind == "count":
             sizes.append(counts[name])
             continue
@@ -80,10 +92,17 @@ def pack_blob(counts: Mapping[str, int], fields: Mapping[str, ArrayLike]) -> byt
     )
 
 
+@cache
+def law_parameters() -> dict[str, tuple[str, ...]]:
+    """The tension laws that the library knows, in its order, each with its parameters in order."""
+    lines = (line.split() for line in library().core_layout().decode().splitlines())
+    return {line[1]: tuple(line[2:]) for line in lines if line[0] == "law"}
+
+
 class Core:
     """A robot opened in the C core.
 
-    `move`, `move_checked` and `pull` are the library's functions themselves, to be called with
+    The functions below are the library's functions themselves, to be called with
     `handle` first and arrays as bytes (`array.tobytes()`), the cheapest way to hand numbers over.
 
     Args:
@@ -110,6 +129,16 @@ class Core:
         self.move_checked = core.core_move_checked
         self.pull = core.core_pull
         self.update_task_jacobian = core.core_task_jacobian
+        self.trace = core.core_trace
+        self.count_turns = core.core_count_turns
+        self.update_rates = core.core_rates
+        self.start = core.core_start
+        self.drive = core.core_drive
+        self.update_law_rates = core.core_law_rates
+        self.advance = core.core_advance
+        self.reach = core.core_reach
+        self.invert = core.core_invert
+        self.curve = core.core_curve
 
     def array(self, name: str, *shape: int) -> FloatArray:
         """A view of a result array, of the given shape; a later call changes it."""
@@ -118,5 +147,7 @@ class Core:
         assert pointer, name
         if not length.value:
             return np.empty(shape)
-        view: FloatArray = np.ctypeslib.as_array(pointer, (length.value,))
-        return view.reshape(shape)
+        # a part of the memory itself, which lives as long as any view of it
+        address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
+        first = (address - self._memory.ctypes.data) // self._memory.itemsize
+        return self._memory[first : first + length.value].reshape(shape)

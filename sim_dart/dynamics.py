@@ -50,6 +50,9 @@ class DartDynamics:
         self.f_min = np.array([muscle.f_min for muscle in robot.muscles])
         self.f_max = np.array([muscle.f_max for muscle in robot.muscles])
         self.damping = np.array([c.damping for c in robot.coordinates])
+        self._stiffness = np.array([c.stiffness for c in robot.coordinates])
+        self._rest = np.array([c.rest for c in robot.coordinates])
+        self._sprung = bool(self._stiffness.any())
         self.actuation = np.eye(self.n)[:, [c.actuated for c in robot.coordinates]]
         self.q_min = np.array([c.lower for c in robot.coordinates])
         self.q_max = np.array([c.upper for c in robot.coordinates])
@@ -78,13 +81,17 @@ class DartDynamics:
         return self._skeleton.vector(self._skeleton.dart.getCoriolisForces())
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """G(q) = dV/dq, shape (n,), in [N·m] or [N].
+        """G(q) = dV/dq, of the weight and of the joints' springs, shape (n,), in [N·m] or [N].
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
         self._move(q)
-        return self._skeleton.vector(self._skeleton.dart.getGravityForces())
+        weight = self._skeleton.vector(self._skeleton.dart.getGravityForces())
+        if not self._sprung:
+            return weight
+        springs: FloatArray = self._stiffness * (vector("q", q, self.n) - self._rest)
+        return weight + springs
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m].

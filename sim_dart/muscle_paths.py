@@ -12,6 +12,7 @@ from addin_sdfusion.robot.check import require_valid
 
 from .blob import compile_blob
 from .core import Core
+from .path_shapes import PathShapes, PointForces
 from .tasks import point_rows, task_rows
 
 FloatArray = NDArray[np.float64]
@@ -60,12 +61,19 @@ class MusclePaths:
 
     Args:
         robot: The robot.
+        count_turns: Whether cables over cylinders remember how often they have turned, as on a
+            spindle: l then depends on the calls before. Between two calls a cable must turn by
+            less than half a turn.
 
     Raises:
         RobotError: The robot is not valid.
+
+    Attributes:
+        turning: Where turns are counted, what is remembered: the turning angle of each wrap, in
+            [rad], NaN before the first call. A view that may be saved and written back.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, *, count_turns: bool = False) -> None:
         require_valid(robot)
         n, m = len(robot.coordinates), len(robot.muscles)
         self._n = n
@@ -73,6 +81,10 @@ class MusclePaths:
         self._move = self._core.move
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
+        self._shapes = PathShapes(robot, self._core)
+        self.turning = self._core.array("wrap_turning", sum(len(m.wraps) for m in robot.muscles))
+        if count_turns:
+            self._core.count_turns(self._handle, 1)
         k = len(robot.task_frames)
         self._task_rows = task_rows(robot)
         self._point_rows = point_rows(robot)
@@ -90,6 +102,29 @@ class MusclePaths:
         """
         self._move(self._handle, vector("q", q, self._n).tobytes())
         return self._state
+
+    def path_points(self, q: ArrayLike) -> list[FloatArray]:
+        """A line through each muscle's path, for drawing: arrays of shape (k, 3), in [m].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self.evaluate(q)
+        return self._shapes.lines()
+
+    def point_forces(self, q: ArrayLike, forces: ArrayLike) -> PointForces:
+        """What the muscles pull at: on links at via points, surfaces and pulleys, world axes.
+
+        Their power is that of -L'f. They come in pairs that cancel: two for every straight part of
+        a path, along it.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            forces: Tensions f, shape (m,), in [N].
+        """
+        tensions = vector("forces", forces, self._state.lengths.size)
+        self.evaluate(q)
+        return self._shapes.forces(tensions)
 
     def task_position(self, q: ArrayLike) -> FloatArray:
         """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.

@@ -1,28 +1,34 @@
 """The plant: a robot in a DART world, pulled by its muscles.
 
-M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, stepped by DART's semi-implicit Euler
-rule; L and J_p are evaluated anew at every step. Joint damping D is integrated implicitly: DART's
-rule, stable for any step. Joint limits are inelastic stops.
+M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, with the tensions f as the muscles' laws
+make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or of
+fourth order where there are no contacts: see `integrators`. L, J_p and f are evaluated anew at
+every step. Joint limits are inelastic stops.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Literal, get_args
 
-import dartpy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.check import require_valid
 
-from .blob import compile_blob
-from .core import Core
+from .integrators import Integrator, RungeKutta4, SemiImplicitEuler
+from .ledger import Energy, Ledger, Momentum, momentum
+from .mechanism import DivergedError, Held, Mechanism
 from .muscle_paths import finite, vector
-from .skeleton import build_skeleton
-from .tasks import point_rows, task_rows
+from .muscle_rest import resting_commands
+from .scene import Scene
+from .tasks import task_rows
+from .world import World
 
 FloatArray = NDArray[np.float64]
+
+Rule = Literal["euler", "rk4"]
 
 
 class Plant:
@@ -31,46 +37,58 @@ class Plant:
     Args:
         robot: The robot; its active cable set counts.
         step: Length of a step, in [s].
+        integrator: `euler`, semi-implicit, with contacts; or `rk4`, of fourth order, without.
+        substeps: Steps of the integrator in a step of the plant, with commands held.
+        energy: Whether the work done on the robot is booked, for `energy`.
+        scene: What stands around the robot, for contacts; None for nothing.
+        wrenched: Names of the links that take wrenches from outside.
 
     Raises:
         RobotError: The robot is not valid.
-        InputError: The step is not a positive, finite time.
+        InputError: A setting is wrong, or the integrator does not fit the robot.
 
     Attributes:
         robot: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        world: What it stands in: objects and contacts.
     """
 
     q: FloatArray
     qd: FloatArray
 
-    def __init__(self, robot: Robot, step: float = 1e-3) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        step: float = 1e-3,
+        *,
+        integrator: Rule = "euler",
+        substeps: int = 1,
+        energy: bool = False,
+        scene: Scene | None = None,
+        wrenched: Sequence[str] = (),
+    ) -> None:
         require_valid(robot)
-        if not (np.isfinite(step) and step > 0):
-            raise InputError(f"the plant's step must be a positive time in s, not {step}")
+        _check(step, integrator, substeps)
         self.robot = robot
         self._step = float(step)
-        n, m, k = len(robot.coordinates), len(robot.muscles), len(robot.task_frames)
-        self._n, self._m = n, m
+        self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
-        self._core = Core(compile_blob(robot))
-        self._handle = self._core.handle
-        self._pull = self._core.pull
-        self._move = self._core.move_checked
-        self._lengths = self._core.array("lengths", m)
-        self._jacobian = self._core.array("jacobian", m, n)
-        self._torques = self._core.array("torques", n)
+        if scene is not None and integrator != "euler":
+            raise InputError(f"{integrator} knows no contacts; use the euler integrator in a world")
+        self._mechanism = Mechanism(robot, apart=scene is not None, wrenched=wrenched)
+        self._laws = self._mechanism.laws
+        self._ledger = Ledger(robot) if energy else None
         self._task_rows = task_rows(robot)
-        self._task_values = self._core.array("task_values", 3 * k)
-        self._point_rows = point_rows(robot)
-        self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
-        self._skeleton = build_skeleton(robot)
-        self._world = _world(robot, self._skeleton.dart, step)
-        self._set_forces = self._skeleton.set_forces
-        self._world_step = self._world.step
-        self._get_positions = self._skeleton.get_positions
-        self._get_velocities = self._skeleton.get_velocities
+        self._task_values = self._mechanism.core.array("task_values", 3 * len(robot.task_frames))
+        self._skeleton = self._mechanism.skeleton
+        self.world = World(self._skeleton, robot, step / substeps, scene)
+        self._integrator: Integrator = (
+            SemiImplicitEuler(self._mechanism, self.world, step, substeps, self._ledger)
+            if integrator == "euler"
+            else RungeKutta4(self._mechanism, step, substeps, self._ledger)
+        )
+        self._move_on = self._integrator.step
         self.reset()
 
     @property
@@ -86,29 +104,75 @@ class Plant:
     @property
     def muscle_lengths(self) -> FloatArray:
         """Path lengths l at the present q, shape (m,), in [m]."""
-        return self._lengths.copy()
+        return self._mechanism.lengths.copy()
 
     @property
     def lengths_view(self) -> FloatArray:
         """As `muscle_lengths`, but a view that the next step changes."""
-        return self._lengths
+        return self._mechanism.lengths
 
     @property
     def muscle_jacobian(self) -> FloatArray:
         """L = dl/dq at the present q, shape (m, n), in [m/rad] or [m/m]."""
-        return self._jacobian.copy()
+        return self._mechanism.jacobian.copy()
 
     @property
     def task_position(self) -> FloatArray:
         """Task coordinates y at the present q, shape (k,), in [m] or [rad]."""
         return self._task_values[self._task_rows]
 
-    def reset(self, q: ArrayLike | None = None, qd: ArrayLike | None = None) -> None:
+    @property
+    def commands(self) -> FloatArray:
+        """The commands last held, shape (m,), each in the unit of its muscle's law."""
+        return self._commands.copy()
+
+    @property
+    def tensions(self) -> FloatArray:
+        """Tensions f at the present state with the commands last held, shape (m,), in [N]."""
+        if self._laws is None:
+            return np.maximum(self._commands, 0.0)
+        self._laws.drive(self.qd, self._commands)
+        return self._laws.tensions.copy()
+
+    @property
+    def muscle_states(self) -> FloatArray:
+        """The muscles' own states, shape (s,), in the order of `muscle_state_names`."""
+        return self._mechanism.muscle_states.copy()
+
+    @property
+    def muscle_state_names(self) -> tuple[str, ...]:
+        """Such as `activation.biceps`; none where all muscles are ideal cables."""
+        return () if self._laws is None else self._laws.state_names
+
+    @property
+    def energy(self) -> Energy:
+        """Energies and the work done since the reset, in [J].
+
+        Raises:
+            InputError: The plant keeps no books.
+        """
+        if self._ledger is None:
+            raise InputError("this plant keeps no books; make it with energy=True")
+        return self._ledger.energy(self._mechanism)
+
+    @property
+    def momentum(self) -> Momentum:
+        """Linear and angular momentum of the robot in the world."""
+        return momentum(self._skeleton.dart)
+
+    def reset(
+        self,
+        q: ArrayLike | None = None,
+        qd: ArrayLike | None = None,
+        commands: ArrayLike | None = None,
+    ) -> None:
         """Go to time 0 and a state.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m]; the robot's initial ones when None.
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s]; zero when None.
+            commands: What every muscle has been at rest with for long, shape (m,), each in the unit
+                of its law; those that make f_min when None.
 
         Raises:
             InputError: A value is not finite, or the shape is wrong.
@@ -117,108 +181,139 @@ class Plant:
         positions = vector("q", initial if q is None else q, self._n)
         velocities = vector("qd", np.zeros(self._n) if qd is None else qd, self._n)
         self._go(0, positions, velocities)
+        self.world.reset()
+        if self._ledger is not None:
+            self._ledger.work[:] = 0.0
+        self._hold(commands)
+        if self._laws is not None:
+            self._laws.start(self._commands)
+
+    def _hold(self, commands: ArrayLike | None) -> None:
+        """Take over the commands at the start."""
+        if commands is None:
+            f_min = np.array([muscle.f_min for muscle in self.robot.muscles])
+            self._commands = f_min if self._laws is None else resting_commands(self._laws, f_min)
+        else:
+            self._commands = finite("commands", vector("commands", commands, self._m))
 
     def step(
         self,
-        forces: ArrayLike,
+        commands: ArrayLike,
         torques: ArrayLike | None = None,
         loads: ArrayLike | None = None,
+        wrenches: ArrayLike | None = None,
     ) -> None:
-        """Advance by one step with constant muscle forces.
+        """Advance by one step with constant commands.
 
         Args:
-            forces: Tension of every muscle, shape (m,), in [N]. A cable cannot push: a negative
-                value acts as zero. The bounds f_min and f_max are the controller's business.
+            commands: What every muscle is told, shape (m,): of an ideal cable its tension, in [N];
+                of others what their law takes, in its unit. A cable cannot push: a negative tension
+                acts as zero; any other command beyond its law's range as the nearest one in it, and
+                that of a passive muscle as nothing. The bounds f_min and f_max are the controller's
+                business.
             torques: tau, one for every actuated coordinate, in [N·m] or [N]; zero when None.
             loads: w, forces from outside on the task frames that are points, x, y, z of each in
                 world axes, shape (3 p,), in [N]; zero when None.
+            wrenches: For every link that takes one a force and a torque at its frame's origin,
+                world axes, shape (6 k,), in [N] and [N·m]; zero when None.
 
         Raises:
-            InputError: A force is not finite, or the shape is wrong.
-            SimulationError: The state has diverged; the message names time and coordinate.
+            InputError: A command is not finite, or the shape is wrong.
+            SimulationError: The state has diverged; the message names robot, time and coordinate.
         """
-        f = vector("forces", forces, self._m)
-        bad = self._pull(self._handle, f.tobytes())
-        if bad:
-            muscle = self.robot.muscles[bad - 1].name
-            raise InputError(f"force {f[bad - 1]} of muscle {muscle!r} is not finite")
-        if torques is None and loads is None:
-            self._set_forces(self._torques)
-        else:
-            self._set_forces(self._torques + self._motors(torques) + self._pushed(loads))
-        self._world_step()
-        q = self._get_positions()
-        qd = self._get_velocities()
+        u = vector("commands", commands, self._m)
+        outer = (torques, loads, wrenches)
+        held = None if all(part is None for part in outer) else self._held(*outer)
+        mechanism = self._mechanism
+        try:
+            self._move_on(u, held)
+        except DivergedError as error:
+            self._ticks += 1
+            raise SimulationError(
+                f"robot {self.robot.name!r} diverged at t = {self.time:.6g} s: {error}; "
+                "use a smaller step or softer gains"
+            ) from None
         self._ticks += 1
-        bad = self._move(self._handle, q.tobytes(), qd.tobytes())
-        if bad:
-            self._diverged(bad - 1, q, qd)
-        self.q = q
-        self.qd = qd
+        self._commands = u
+        self.q = mechanism.q
+        self.qd = mechanism.qd
 
-    def _motors(self, torques: ArrayLike | None) -> FloatArray:
-        """A tau, shape (n,)."""
+    def _held(
+        self, torques: ArrayLike | None, loads: ArrayLike | None, wrenches: ArrayLike | None
+    ) -> Held:
+        """What acts from outside."""
         made = np.zeros(self._n)
         if torques is not None:
             made[self._actuated] = finite(
                 "torques", vector("torques", torques, len(self._actuated))
             )
-        return made
-
-    def _pushed(self, loads: ArrayLike | None) -> FloatArray:
-        """J_p^T w, shape (n,)."""
-        if loads is None:
-            return np.zeros(self._n)
-        w = finite("loads", vector("loads", loads, len(self._point_rows)))
-        self._core.update_task_jacobian(self._handle)
-        pushed: FloatArray = self._task_jacobian[self._point_rows].T @ w
-        return pushed
+        w, size = None, self._mechanism.link_wrenches.size
+        if loads is not None:
+            w = finite("loads", vector("loads", loads, self._mechanism.points))
+        if wrenches is None:
+            return Held(made, w)
+        return Held(made, w, finite("wrenches", vector("wrenches", wrenches, size)))
 
     def get_state(self) -> FloatArray:
-        """The whole state, shape (1 + 2 n,): number of steps since the reset, q, qd."""
-        return np.concatenate([[self._ticks], self.q, self.qd])
+        """The whole state: steps since the reset, q, qd, states of muscles, work, objects."""
+        work = () if self._ledger is None else (self._ledger.work,)
+        x = self._mechanism.muscle_states
+        return np.concatenate([[self._ticks], self.q, self.qd, x, *work, self.world.get_state()])
 
     def set_state(self, state: ArrayLike) -> None:
         """Go back to a state from `get_state`.
 
         Args:
-            state: Shape (1 + 2 n,).
+            state: As from there.
 
         Raises:
             InputError: A value is not finite, or the shape is wrong.
         """
-        values = vector("state", state, 1 + 2 * self._n)
-        if not (np.isfinite(values[0]) and values[0] >= 0):
-            raise InputError(f"state: {values[0]} is no number of steps")
-        self._go(int(values[0]), values[1 : 1 + self._n], values[1 + self._n :])
+        n, x = self._n, self._mechanism.muscle_states
+        works = 0 if self._ledger is None else self._ledger.work.size
+        ends = np.cumsum([1, n, n, x.size, works])
+        values = vector("state", state, int(ends[-1]) + self.world.get_state().size)
+        ticks, q, qd, states, work, objects = np.split(values, ends)
+        if not (np.isfinite(ticks[0]) and ticks[0] >= 0):
+            raise InputError(f"state: {ticks[0]} is no number of steps")
+        finite("the muscles' states", states)
+        finite("work", work)
+        finite("state of objects", objects)
+        self._go(int(ticks[0]), q, qd)
+        self.world.set_state(objects)
+        x[:] = states
+        if self._ledger is not None:
+            self._ledger.work[:] = work
+
+    def hold(self, commands: ArrayLike) -> None:
+        """Say which commands `tensions` is asked for, without any time passing.
+
+        Args:
+            commands: As for `step`.
+
+        Raises:
+            InputError: One is not finite, or the shape is wrong.
+        """
+        self._commands = finite("commands", vector("commands", commands, self._m))
 
     def _go(self, ticks: int, q: FloatArray, qd: FloatArray) -> None:
-        bad = self._move(self._handle, q.tobytes(), qd.tobytes())
-        if bad:
-            name = self.robot.coordinates[bad - 1].name
-            raise InputError(f"position or velocity of {name!r} is not finite, or beyond 1e9")
+        q, qd = q.copy(), qd.copy()
+        try:
+            self._mechanism.arrive(q, qd)
+        except DivergedError as error:
+            raise InputError(f"a state is not finite, or beyond 1e9: {error}") from None
         self._skeleton.dart.resetAccelerations()
         self._skeleton.set_positions(q)
         self._skeleton.set_velocities(qd)
         self._ticks = ticks
-        self.q = q.copy()
-        self.qd = qd.copy()
-
-    def _diverged(self, index: int, q: FloatArray, qd: FloatArray) -> None:
-        name = self.robot.coordinates[index].name
-        raise SimulationError(
-            f"robot {self.robot.name!r} diverged at t = {self.time:.6g} s: "
-            f"{name} is {q[index]} with velocity {qd[index]}; use a smaller step or softer gains"
-        )
+        self.world.time = self.time
+        self.q, self.qd = q, qd
 
 
-def _world(robot: Robot, skeleton: Any, step: float) -> Any:
-    """A DART world with the robot in it; resting bodies are never put to sleep."""
-    world = dartpy.simulation.World()
-    options = world.getDeactivationOptions()
-    options.mEnabled = False
-    world.setDeactivationOptions(options)
-    world.setTimeStep(step)
-    world.setGravity(np.array(robot.gravity))
-    world.addSkeleton(skeleton)
-    return world
+def _check(step: float, integrator: str, substeps: int) -> None:
+    if not (np.isfinite(step) and step > 0):
+        raise InputError(f"the plant's step must be a positive time in s, not {step}")
+    if integrator not in get_args(Rule):
+        raise InputError(f"integrator {integrator!r} is none of {', '.join(get_args(Rule))}")
+    if substeps < 1 or substeps != int(substeps):
+        raise InputError(f"substeps must be a whole number from 1 on, not {substeps!r}")

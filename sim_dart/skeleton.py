@@ -44,6 +44,11 @@ class Skeleton:
         self.set_velocities = self._setter(dart.setVelocities)
         self.set_forces = self._setter(dart.setForces)
 
+    @property
+    def darts(self) -> list[Any]:
+        """The skeletons of DART that it is made of."""
+        return [self.dart]
+
     def vector(self, values: FloatArray) -> FloatArray:
         """Numbers by DART's degree of freedom, shape (n,), in the order of the coordinates."""
         return values if self._order is None else values[self._order]
@@ -128,9 +133,14 @@ def _isometry(pose: Pose) -> Any:
 
 
 def _set_coordinate(dart_joint: Any, coordinate: Coordinate) -> None:
-    """Name; viscous damping; limits where there are any, as inelastic stops."""
+    """Name; damping, spring and friction; limits where there are any, as inelastic stops."""
     dart_joint.setDofName(0, coordinate.name, True)
     dart_joint.setDampingCoefficient(0, coordinate.damping)
+    if coordinate.stiffness:
+        dart_joint.setSpringStiffness(0, coordinate.stiffness)
+        dart_joint.setRestPosition(0, coordinate.rest)
+    if coordinate.friction:
+        dart_joint.setCoulombFriction(0, coordinate.friction)
     if math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper):
         dart_joint.setPositionLowerLimit(0, coordinate.lower)
         dart_joint.setPositionUpperLimit(0, coordinate.upper)

@@ -57,6 +57,10 @@ def inertias(draw: st.DrawFn) -> Inertia:
     return Inertia(mass, draw(vectors), b + c, a + c, a + b, -ab, -ac, -bc)
 
 
+springs = st.tuples(st.floats(0.0, 5.0), numbers, st.floats(0.0, 5.0))
+"""Stiffness, rest and friction of a joint."""
+
+
 @st.composite
 def coordinates(
     draw: st.DrawFn, joint: str, motions: tuple[Motion, ...], caspr: bool
@@ -77,6 +81,7 @@ def coordinates(
             0.0 if caspr else draw(st.floats(0.0, 5.0)),
             unit,
             actuated,
+            *([] if caspr else draw(springs)),
         )
         drawn.append(coordinate)
     return tuple(drawn)
@@ -100,6 +105,8 @@ def cable_models(draw: st.DrawFn) -> CableModel:
         if item.required or draw(st.booleans()):
             count = item.size or draw(st.integers(1, 4))
             parameters += [(item.name(k), draw(numbers)) for k in range(1, count + 1)]
+    if cable.kind == "passive_spring":  # the only one that is simulated, so it must make sense
+        parameters = [(name, abs(value) if name == "K" else value) for name, value in parameters]
     return CableModel(cable.kind, tuple(parameters))
 
 
@@ -107,7 +114,12 @@ def cable_models(draw: st.DrawFn) -> CableModel:
 def base_pulleys(draw: st.DrawFn) -> BasePulley:
     """Either of the pulleys that CASPR has at the base."""
     words = draw(st.sampled_from(list(CASPR_PULLEYS.values())))
-    rows = [draw(st.tuples(*[numbers] * (item.size or 1))) for item in words.properties]
+    rows = [
+        draw(st.tuples(*[numbers] * 3).filter(any))
+        if item.size == 3
+        else (draw(st.floats(1e-3, 1.0)),)
+        for item in words.properties
+    ]
     tags = [item.tag for item in words.properties]
     return BasePulley(words.kind, tuple(zip(tags, rows, strict=True)))
 

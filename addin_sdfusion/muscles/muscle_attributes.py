@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeVar
 from ..records import from_plain, to_plain
 from ..robot.errors import InputError
 from ..robot.model import Axis
-from ..robot.muscle import CableModel
+from ..robot.muscle import CableKind, CableModel
 from ..settings import ExportSettings
 from .muscle_rows import COLORS, F_MAX, F_MIN, MuscleRow, WrapUse
 
@@ -83,9 +83,7 @@ class _MuscleText:
     color: str = COLORS[0]
     f_min: float = F_MIN
     f_max: float = F_MAX
-    model: Literal[
-        "ideal", "linear_spring", "passive_spring", "vsd_torsion", "vsd_flexure", "vsd_polynomial"
-    ] = "ideal"
+    model: CableKind = "ideal"
 
 
 def point_text(point: PointAttribute) -> str:

@@ -9,8 +9,10 @@ the original format has no word for stands in attributes and elements that its r
     endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
 
 In cardsflow.xml a wrap surface stands where it lies in the path, as the original format has it: a
-via point SPHERICAL or CYLINDRICAL with radius, state and revCounter; `surface` and `length` are
-additions. In the plugin the surfaces stand by themselves and a muscle's `wrap` elements name them.
+via point SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state says how it starts:
+0 straight, 1 the shorter way round, 2 the longer one; after that the old plugin follows the cable.
+`surface`, `length` and `side`, the sense of turning about the z axis, are additions. In the plugin
+the surfaces stand by themselves and a muscle's `wrap` elements name them.
 """
 
 from __future__ import annotations
@@ -29,12 +31,13 @@ from .finding import Finding, Subject
 from .losses import other_sets
 from .model import Robot, TaskFrame
 from .muscle import Muscle, ViaPoint, Wrap, WrapSurface
+from .side import is_shorter_way
 from .xml_text import document, element, numbers
 
 WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
 """The via point types of the wrap shapes."""
-WRAP_STATES = {0: "0", 1: "1", -1: "2"}
-"""The `state` of a wrapping via point for each side."""
+WRAP_STATES = ("0", "1", "2")
+"""The `state` of a wrapping via point: straight at first, the shorter way, the longer way."""
 
 
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
@@ -109,7 +112,7 @@ def cardsflow_xml(robot: Robot) -> str:
         for i, point in enumerate(muscle.via_points):
             steps.append(_Step(point))
             if i in held:
-                steps.append(_wrap_step(held[i], surfaces[held[i].surface]))
+                steps.append(_wrap_step(robot, muscle, held[i], surfaces[held[i].surface]))
         _muscle(root, muscle, steps)
     for frame in robot.task_frames:
         end_effector_element(root, frame)
@@ -140,16 +143,20 @@ class _Step:
         self.attributes = attributes or {"type": "FIXPOINT"}
 
 
-def _wrap_step(wrap: Wrap, surface: WrapSurface) -> _Step:
-    length = {} if surface.length == math.inf else {"length": numbers([surface.length])}
+def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
+    more = {} if surface.length == math.inf else {"length": numbers([surface.length])}
+    state = WRAP_STATES[0]
+    if wrap.side:
+        state = WRAP_STATES[1 if is_shorter_way(robot, muscle, wrap) else 2]
+        more["side"] = str(wrap.side)
     return _Step(
         ViaPoint(surface.link, surface.pose.position),
         type=WRAP_TYPES[surface.shape],
         radius=numbers([surface.radius]),
-        state=WRAP_STATES[wrap.side],
+        state=state,
         revCounter=str(wrap.turns),
         surface=surface.name,
-        **length,
+        **more,
     )
 
 

@@ -16,7 +16,7 @@ from .caspr_joints import CASPR_AXIS_JOINTS, caspr_word
 from .caspr_losses import losses
 from .caspr_tasks import task_items
 from .caspr_trajectories import traj_file, traj_text, write_trajectory
-from .caspr_words import CASPR_CABLES, CASPR_PULLEYS, Property
+from .caspr_words import CASPR_CABLES, CASPR_PULLEYS, Property, cable_tag
 from .check import require_valid
 from .errors import InputError, RobotError
 from .files import write_files
@@ -155,8 +155,7 @@ def _cables(robot: Robot) -> str:
 
 
 def _cable(cable_set: ElementTree.Element, muscle: Muscle, numbered: dict[str, int]) -> None:
-    kinds = {cable.kind: tag for tag, cable in CASPR_CABLES.items()}
-    tag = kinds[muscle.model.kind]
+    tag = cable_tag(muscle.model.kind)
     node = element(cable_set, tag, name=muscle.name, attachment_reference="joint")
     properties = element(node, "properties")
     if muscle.model.kind != "passive_spring":

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from .caspr_joints import CASPR_JOINTS, caspr_word
 from .caspr_tasks import task_items
 from .caspr_trajectories import TIME_TOLERANCE
-from .caspr_words import CASPR_CABLES, CASPR_PULLEYS
+from .caspr_words import CASPR_CABLES, CASPR_PULLEYS, cable_tag
 from .checks.report import error, warning
 from .finding import Finding, Subject, member
 from .joint import Joint
@@ -89,6 +89,9 @@ def _joint(joint: Joint) -> Iterator[Finding]:
         yield error(subject, "caspr-mixed-actuation", problem)
     if any(coordinate.damping for coordinate in joint.coordinates):
         yield warning(subject, "caspr-damping", "CASPR has no damping; it is left out")
+    if any(c.stiffness or c.friction for c in joint.coordinates):
+        problem = "CASPR has no springs or friction in joints; left out"
+        yield warning(subject, "caspr-spring", problem)
 
 
 def _links(robot: Robot) -> Iterator[Finding]:
@@ -115,7 +118,12 @@ def _muscle(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     if muscle.wraps:
         yield warning(subject, "caspr-wrap", "CASPR has no wrapping; the cable runs straight")
     given = [name for name, _ in muscle.model.parameters]
-    tag, cable = next(c for c in CASPR_CABLES.items() if c[1].kind == muscle.model.kind)
+    tag = cable_tag(muscle.model.kind)
+    cable = CASPR_CABLES[tag]
+    if cable.kind != muscle.model.kind:
+        problem = f"CASPR has no {muscle.model.kind}; written as an ideal cable with force limits"
+        yield warning(subject, "caspr-tension-law", problem)
+        given = []
     known: list[str] = []
     for item in cable.properties:
         names = [item.name(k) for k in range(1, (item.size or len(given)) + 1)]

@@ -87,6 +87,13 @@ CASPR_CABLES: dict[str, CasprCable] = {
     ),
 }
 
+
+def cable_tag(kind: CableKind) -> str:
+    """The element for a cable of a kind; that of ideal ones for what CASPR does not have."""
+    tags = [tag for tag, cable in CASPR_CABLES.items() if cable.kind == kind]
+    return tags[0] if tags else "cable_ideal"
+
+
 CASPR_PULLEYS: dict[str, CasprPulley] = {
     "base_rotating_pulley": CasprPulley(
         "rotating",

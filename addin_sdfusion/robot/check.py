@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from .checks import masses, muscles, names, numbers, tasks, tree, wraps
+from .checks import masses, muscles, names, numbers, tasks, tension_laws, tree, wraps
 from .errors import RobotError
 from .finding import Finding
 from .model import Robot
@@ -31,6 +31,7 @@ CHECKS: tuple[Check, ...] = (
     muscles.moment_arms,
     muscles.force_limits,
     muscles.cable_models,
+    tension_laws.tension_laws,
     wraps.wrap_surfaces,
     wraps.wraps,
     tasks.task_frames,

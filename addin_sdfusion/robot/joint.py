@@ -29,6 +29,10 @@ class Coordinate:
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         unit: `rad` or `m`.
         actuated: Whether a motor of its own drives it, beside the muscles.
+        stiffness: Of a spring in the joint, in [N·m/rad] or [N/m]; 0 for none.
+        rest: Where the spring makes no torque, in [rad] or [m].
+        friction: Coulomb friction: the torque or force that holds it at rest, and that slows it
+            when it moves, in [N·m] or [N].
     """
 
     name: str
@@ -38,6 +42,9 @@ class Coordinate:
     damping: float = 0.0
     unit: Literal["rad", "m"] = "rad"
     actuated: bool = False
+    stiffness: float = 0.0
+    rest: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

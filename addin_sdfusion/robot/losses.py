@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 
 from .checks.report import warning
 from .errors import RobotError
@@ -34,11 +34,17 @@ def other_sets(robot: Robot, format_: str) -> Iterator[Finding]:
         yield warning(Subject("robot", robot.name), "task-sets-left-out", problem)
 
 
-def cables(robot: Robot, format_: str) -> Iterator[Finding]:
-    """What cables are beyond ideal ones between fixed points."""
+def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Finding]:
+    """What cables are beyond ideal ones between fixed points.
+
+    Args:
+        robot: A valid robot.
+        format_: The format's name.
+        held: The kinds of cables that it has beside ideal ones.
+    """
     for muscle in robot.muscles:
         subject = Subject("muscle", muscle.name)
-        if muscle.model.kind != "ideal":
+        if muscle.model.kind != "ideal" and muscle.model.kind not in held:
             problem = f"{format_} has no cable {muscle.model.kind!r}; written as an ideal one"
             yield warning(subject, "cable-model-left-out", problem)
         if muscle.pulley is not None:

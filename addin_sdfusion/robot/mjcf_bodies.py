@@ -88,8 +88,17 @@ def _add_motion(body: ElementTree.Element, joint: Joint, motion: Motion) -> None
         pos=numbers(joint.T_child_joint.position),
         axis=numbers(axis),
         damping=numbers([c.damping]),
+        **_resisting(c),
         **limits,
     )
+
+
+def _resisting(c: Coordinate) -> dict[str, str]:
+    """The attributes of a spring and of friction, where there are any."""
+    given = {}
+    if c.stiffness:
+        given = {"stiffness": numbers([c.stiffness]), "springref": numbers([c.rest])}
+    return given | ({"frictionloss": numbers([c.friction])} if c.friction else {})
 
 
 def _add_inertial(body: ElementTree.Element, inertia: Inertia) -> None:

@@ -9,7 +9,19 @@ from typing import Literal
 from .placement import IDENTITY, Pose, Vector3
 
 CableKind = Literal[
-    "ideal", "linear_spring", "passive_spring", "vsd_torsion", "vsd_flexure", "vsd_polynomial"
+    "ideal",
+    "elastic_cable",
+    "series_elastic_motor",
+    "mckibben",
+    "hill_degroote2016",
+    "hill_millard2012",
+    "hill_thelen2003",
+    "ligament_blankevoort1991",
+    "passive_spring",
+    "linear_spring",
+    "vsd_torsion",
+    "vsd_flexure",
+    "vsd_polynomial",
 ]
 WrapShape = Literal["sphere", "cylinder"]
 
@@ -29,14 +41,14 @@ class ViaPoint:
 
 @dataclass(frozen=True, slots=True)
 class CableModel:
-    """How a cable's force, length and stiffness belong together.
+    """How a muscle's tension follows from its command, length and speed.
 
-    Everything but `ideal` is kept in the description and simulated as ideal: `check` says so.
+    The laws of `tension_laws` are simulated. CASPR's `linear_spring` and variable-stiffness cables
+    are kept in the description and simulated as ideal, as CASPR does it: `check` says so.
 
     Attributes:
-        kind: `ideal` (force as commanded), `linear_spring`, `passive_spring` (no actuator), or one
-            of CASPR's variable-stiffness cables.
-        parameters: Its numbers by the names and in the units of CASPR's files.
+        kind: `ideal` (force as commanded), another law, or one of CASPR's cables.
+        parameters: Its numbers by name, in SI units; of CASPR's cables by the names of its files.
     """
 
     kind: CableKind = "ideal"
@@ -47,8 +59,10 @@ class CableModel:
 class BasePulley:
     """A swivelling pulley where a cable leaves the base.
 
-    The first via point is the pulley's fixed location. The arc on the pulley and the exit point
-    that moves with it are not modelled: `check` says so.
+    The first via point is where the cable comes on, along `cable_entry_vector`; the pulley's plane
+    swivels about that line to hold the next point. The arc on the pulley, of `pulley_radius`,
+    counts for the length, and the cable leaves along the tangent. A screw's winch is not modelled;
+    its cable starts at the first via point: `check` says so.
 
     Attributes:
         kind: `rotating`, or `screw` with a winch behind it.
@@ -62,6 +76,10 @@ class BasePulley:
 @dataclass(frozen=True, slots=True)
 class WrapSurface:
     """A surface that muscles may wrap over.
+
+    A cylinder's ends are taken as tapered: where the straight line between the via points passes
+    the axis beyond an end, the radius that counts falls to zero within one radius. So a cable
+    slips off an end without a jump of its length.
 
     Attributes:
         name: Its name, unique among the wrap surfaces.
@@ -84,13 +102,23 @@ class WrapSurface:
 class Wrap:
     """A muscle's way over a wrap surface.
 
-    The path is simulated straight, as if the surface were not there: `check` says so.
+    A cable is straight as long as its straight line clears the surface. Else it goes round it the
+    shorter way, or on the chosen side, be it the longer way; coming off the surface changes its
+    length smoothly, except that a cable that goes the longer way slips off with a jump where its
+    straight line gets clear. With whole turns it never comes off. A via point inside the surface
+    has it shrink so that it passes through the point.
+
+    Several surfaces in a segment are passed in their order, and the cable is taut over all of them.
+    On which chosen side it passes each is judged by the straight line between the via points;
+    spheres are then passed the shorter way. Past two spheres there can be more than one taut way,
+    and the length jumps where the cable comes to another one: cylinders hold it better.
 
     Attributes:
         surface: Name of the surface.
         segment: Index of the via point before it.
-        side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter way.
-        turns: Whole turns about it.
+        side: 1 or -1 for a chosen sense of turning about the surface's z axis, 0 for the shorter
+            way.
+        turns: Whole turns about it, besides.
     """
 
     surface: str
@@ -101,7 +129,7 @@ class Wrap:
 
 @dataclass(frozen=True, slots=True)
 class Muscle:
-    """A cable that pulls along straight segments through its via points.
+    """A cable that is taut through its via points and over its wrap surfaces.
 
     Attributes:
         name: Its name, unique in its cable set.

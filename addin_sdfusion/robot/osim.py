@@ -4,7 +4,9 @@ Links are bodies with their own frames, coordinates belong to pins and sliders: 
 of freedom in offset frames are the ones that keep every axis and pose exactly. A joint of several
 motions becomes a chain, see `chain`, with 1e-12 kg for each link in between. Muscles are
 PathActuators through every via point and over wrap objects; their controls are tensions in [N].
-Joints have motors (`<coordinate>_motor`) and dampers (`<coordinate>_damping`) where the robot has.
+Muscles of Hill's type and ligaments are OpenSim's own.
+Joints have motors (`<coordinate>_motor`) and dampers with springs (`<coordinate>_damping`)
+where the robot has them.
 Task frames are markers.
 """
 
@@ -24,6 +26,7 @@ from .losses import cables, chained_joints, link_ends, other_sets, task_axes
 from .model import WORLD, Robot
 from .osim_bodies import LEAST_MASS, add_body, add_joint, add_massless, frame_path, objects
 from .osim_forces import ENDLESS, add_joint_forces, add_muscle, add_surfaces, surface_names
+from .osim_muscles import CLASSES, law_losses
 from .osim_names import GROUND, renamed, with_legal_names
 from .xml_text import document, element, numbers
 
@@ -67,9 +70,11 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *chained_joints(robot, "OpenSim"),
         *_masses(robot),
         *_limits(robot),
+        *_friction(robot),
         *_wraps(robot),
         *_collisions(robot),
-        *cables(robot, "OpenSim"),
+        *cables(robot, "OpenSim", CLASSES),
+        *law_losses(robot),
         *task_axes(robot, "OpenSim"),
         *link_ends(robot, "OpenSim"),
         *other_sets(robot, "OpenSim"),
@@ -87,6 +92,13 @@ def _limits(robot: Robot) -> Iterator[Finding]:
     if any(math.isfinite(c.lower) or math.isfinite(c.upper) for c in robot.coordinates):
         problem = "limits are ranges in OpenSim and stop nothing in a simulation"
         yield warning(Subject("robot", robot.name), "limits-are-ranges", problem)
+
+
+def _friction(robot: Robot) -> Iterator[Finding]:
+    for c in robot.coordinates:
+        if c.friction:
+            problem = "OpenSim has no Coulomb friction in joints; left out"
+            yield warning(Subject("coordinate", c.name), "friction-left-out", problem)
 
 
 def _wraps(robot: Robot) -> Iterator[Finding]:

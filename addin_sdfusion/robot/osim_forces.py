@@ -9,6 +9,7 @@ from .chain import Names
 from .model import Robot, find
 from .muscle import Muscle, Wrap, WrapSurface
 from .osim_bodies import frame_path, objects, placement
+from .osim_muscles import force_element
 from .pose import Matrix3, multiply, rotation
 from .side import is_shorter_way, side_direction
 from .xml_text import element, numbers
@@ -50,17 +51,14 @@ def add_surfaces(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
 def add_muscle(
     forces: ElementTree.Element, muscle: Muscle, names: dict[tuple[str, int], str]
 ) -> None:
-    """Add a muscle as a path whose control is its tension in [N].
+    """Add a muscle: OpenSim's own where it has one of the kind, else one commanded by tension.
 
     Args:
         forces: Where to.
         muscle: The muscle.
         names: The wrap objects, from `surface_names`.
     """
-    node = element(forces, "PathActuator", name=muscle.name)
-    element(node, "min_control", muscle.f_min)
-    element(node, "max_control", muscle.f_max)
-    element(node, "optimal_force", 1.0)
+    node = force_element(forces, muscle)
     path = element(node, "GeometryPath", name="path")
     points = objects(path, "PathPointSet", "pathpointset")
     for k, point in enumerate(muscle.via_points, start=1):
@@ -76,18 +74,18 @@ def add_muscle(
 
 
 def add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) -> None:
-    """Add a motor where a joint has one, with a control in [N·m] or [N], and dampers."""
+    """Add a motor where a joint has one, with a control in [N·m] or [N], dampers and springs."""
     for c in robot.coordinates:
         if c.actuated:
             node = element(forces, "CoordinateActuator", name=names.give(f"{c.name}_motor"))
             element(node, "coordinate", c.name)
             element(node, "optimal_force", 1.0)
     for c in robot.coordinates:
-        if c.damping:
+        if c.damping or c.stiffness:
             node = element(forces, "SpringGeneralizedForce", name=names.give(f"{c.name}_damping"))
             element(node, "coordinate", c.name)
-            element(node, "stiffness", 0.0)
-            element(node, "rest_length", 0.0)
+            element(node, "stiffness", c.stiffness)
+            element(node, "rest_length", c.rest)
             element(node, "viscosity", c.damping)
 
 

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 from .cardsflow_xml import cardsflow_xml
 from .check import require_valid
 from .files import write_files
+from .joint import Coordinate
 from .losses import refuse
 from .model import WORLD, Inertia, Link, Robot
 from .placement import Pose
@@ -94,11 +95,21 @@ def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:
         limit = element(axis, "limit")
         element(limit, "lower", max(coordinate.lower, -NO_LIMIT))
         element(limit, "upper", min(coordinate.upper, NO_LIMIT))
-        element(element(axis, "dynamics"), "damping", coordinate.damping)
+        _dynamics(axis, coordinate)
         element(axis, "initial_position", coordinate.initial)
     if needs_frame(joint.T_child_joint):
         name = joint_frame_name(joint.name, joint.child)
         _pose(element(model, "frame", name=name, attached_to=joint.child), joint.T_child_joint)
+
+
+def _dynamics(axis: ElementTree.Element, coordinate: Coordinate) -> None:
+    node = element(axis, "dynamics")
+    element(node, "damping", coordinate.damping)
+    if coordinate.friction:
+        element(node, "friction", coordinate.friction)
+    if coordinate.stiffness or coordinate.rest:
+        element(node, "spring_reference", coordinate.rest)
+        element(node, "spring_stiffness", coordinate.stiffness)
 
 
 def _pose(parent: ElementTree.Element, pose: Pose, relative_to: str | None = None) -> None:

@@ -24,18 +24,28 @@ def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
         wrap: One of the muscle's wraps, with a chosen side.
 
     Returns:
-        A unit vector in the surface's frame, orthogonal to its z axis.
+        A unit vector in the surface's frame: for a cylinder orthogonal to its z axis, for a sphere
+        in the plane through both points and the centre, in which the muscle stays.
     """
     start, end = _ends(robot, muscle, wrap)
     x, y, _ = subtract(end, start)
     if x == y == 0.0:  # along the axis: either side is as good
         return 1.0, 0.0, 0.0
-    return normalized((wrap.side * y, -wrap.side * x, 0.0))
+    across = normalized((wrap.side * y, -wrap.side * x, 0.0))
+    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    if surface.shape == "cylinder":
+        return across
+    way = normalized(subtract(end, start))
+    foot = subtract(start, tuple(dot(start, way) * w for w in way))  # type: ignore[arg-type]
+    x, y, z = normalized(foot)
+    sign = 1.0 if dot(start, across) >= 0.0 else -1.0
+    return (sign * x, sign * y, sign * z) if any(foot) else across
 
 
 def is_shorter_way(robot: Robot, muscle: Muscle, wrap: Wrap) -> bool:
     """Whether the straight line passes on the chosen side; arguments as for `side_direction`."""
-    return dot(_ends(robot, muscle, wrap)[0], side_direction(robot, muscle, wrap)) >= 0.0
+    start, end = _ends(robot, muscle, wrap)
+    return wrap.side * (start[0] * end[1] - start[1] * end[0]) >= 0.0
 
 
 def _ends(robot: Robot, muscle: Muscle, wrap: Wrap) -> tuple[Vector3, Vector3]:

@@ -98,6 +98,8 @@ def _coordinates(robot: Robot) -> Iterator[Finding]:
             yield warning(subject, "initial-left-out", problem)
         if c.actuated:
             yield warning(subject, "motor-left-out", "URDF has no motors; its motor is left out")
+        if c.stiffness:
+            yield warning(subject, "spring-left-out", "URDF has no springs; its spring is left out")
         if _is_limited(c) and not (math.isfinite(c.lower) and math.isfinite(c.upper)):
             problem = f"URDF limits both sides or none; the open one is {NO_LIMIT!r}"
             yield warning(subject, "one-sided-limit", problem)
@@ -167,7 +169,8 @@ def _joint(root: ElementTree.Element, single: SingleJoint, origin: Pose) -> None
         limits = {"lower": max(c.lower, -NO_LIMIT), "upper": min(c.upper, NO_LIMIT)}
         limits |= {"effort": NO_LIMIT, "velocity": NO_LIMIT}
         element(node, "limit", None, **{key: numbers([value]) for key, value in limits.items()})
-    element(node, "dynamics", damping=numbers([c.damping]))
+    friction = {"friction": numbers([c.friction])} if c.friction else {}
+    element(node, "dynamics", damping=numbers([c.damping]), **friction)
 
 
 def _type(single: SingleJoint) -> str:

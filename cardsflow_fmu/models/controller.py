@@ -1,4 +1,4 @@
-"""A controller as an FMU model: state, reference and known loads in, muscle forces out."""
+"""A controller as an FMU model: state, reference and known loads in, muscle commands out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import controllers
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.control_types import TYPES
 from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.ports import Port, controller_ports
+from cardsflow_fmu.muscle_ports import driven_muscles, modelled_muscles
+from cardsflow_fmu.ports import Port, controller_ports, load_signals
 from cardsflow_fmu.timing import whole_steps
 from controllers import (
     ControlLoop,
@@ -24,6 +25,8 @@ from sim_dart import DartDynamics
 
 from .experiment_model import ExperimentModel
 from .model import FloatArray
+from .muscle_control import MuscleControl
+from .start_commands import start
 
 Law = JointSpaceController | OperationalSpaceController
 
@@ -62,13 +65,19 @@ class ControllerModel(ExperimentModel):
             delay=settings.delay,
             predict=settings.predict,
         )
-        self._q, self._qd, rows, self._loads = np.split(self.inputs, [n, 2 * n, 2 * n + 3 * r])
+        modelled = bool(modelled_muscles(robot))
+        self._muscles = MuscleControl(robot, settings.muscle_horizon) if modelled else None
+        self._begin = start(robot, experiment.start.q)
+        ends = np.cumsum([n, n, 3 * r, len(load_signals(robot))])
+        self._q, self._qd, rows, self._loads, self._states = np.split(self.inputs, ends)
         self._reference = rows.reshape(3, r)
-        self._forces, self._slack, self._report = np.split(self.outputs, [m, m + r])
+        told = len(driven_muscles(robot))
+        ends = np.cumsum([m, told, r])
+        self._forces, self._commands, self._slack, self._report = np.split(self.outputs, ends)
         self._kp, self._kd, self._f_min, self._f_max, self._period = np.split(
             self.parameters, [r, 2 * r, 2 * r + m, 2 * r + 2 * m]
         )
-        counted = self.inputs.size + m + r
+        counted = self.inputs.size + m + told + r
         self.steady_outputs = counted + np.arange(self._report.size)
         self._applied = np.empty(0)
 
@@ -86,12 +95,20 @@ class ControllerModel(ExperimentModel):
         )
 
     def initialize(self, t: float = 0.0) -> None:
-        """Take over gains and bounds; until the first tick, every muscle holds its f_min."""
+        """Take over gains and bounds.
+
+        Until the first tick, every ideal cable holds its f_min; muscles with laws hold the robot.
+        """
         self._apply_parameters()
         self._loop.set_period(float(self._period[0]))
         self._law.reset()
-        self._loop.reset(self._f_min)
-        self._forces[:] = self._f_min
+        forces = self._f_min
+        if self._muscles is not None:
+            forces = self._begin.forces
+            self._muscles.reset(self._begin.commands)
+            self._commands[:] = self._muscles.commands
+        self._loop.reset(forces)
+        self._forces[:] = forces
         self._slack[:] = 0.0
         self._report[:] = 0.0
 
@@ -102,23 +119,45 @@ class ControllerModel(ExperimentModel):
         if not np.array_equal(self._applied, self.parameters):
             self._apply_parameters()
         begin = time.perf_counter()
-        solution = self._loop.tick(self._q, self._qd, self._reference, self._known_load())
+        solution = self._tick(self._known_load())
         self._forces[:] = self._loop.acting
         self._slack[:] = solution.slack
         self._report[:] = _report(solution, time.perf_counter() - begin)
 
+    def _tick(self, load: FloatArray | None) -> ForceSolution:
+        """The loop's tick, among the forces that the muscles can come to."""
+        q, qd, muscles = self._q, self._qd, self._muscles
+        if muscles is None:
+            return self._loop.tick(q, qd, self._reference, load)
+        applied = muscles.see(q, qd, self._states)
+        period = self._loop.period
+        f_min, f_max, pushed = muscles.bounds(self._f_min, self._f_max, period)
+        if pushed.any():
+            known = self._dynamics.muscle_jacobian(q).T @ pushed
+            load = known if load is None else load + known
+        self._law.set_bounds(f_min, f_max)
+        solution = self._loop.tick(q, qd, self._reference, load, applied=applied)
+        muscles.tell(self._loop.acting, period)
+        self._commands[:] = muscles.commands
+        return solution
+
     def get_state(self) -> bytes:
-        """The memory of the loop and of the law."""
-        return np.concatenate([self._loop.get_state(), self._law.get_state()]).tobytes()
+        """The memory of the loop, of the law and of the muscles."""
+        parts = [self._loop.get_state(), self._law.get_state()]
+        if self._muscles is not None:
+            parts.append(self._muscles.get_state())
+        return np.concatenate(parts).tobytes()
 
     def set_state(self, state: bytes) -> None:
         """Go back to a state from `get_state`."""
-        size = self._loop.get_state().size
-        if len(state) != 8 * (size + self._law.get_state().size):
+        sizes = [self._loop.get_state().size, self._law.get_state().size]
+        if len(state) != 8 * (sum(sizes) + (self._muscles.size if self._muscles else 0)):
             raise InputError(f"a state of this controller does not have {len(state)} bytes")
-        values = np.frombuffer(state)
-        self._loop.set_state(values[:size])
-        self._law.set_state(values[size:])
+        loop, law, muscles = np.split(np.frombuffer(state), np.cumsum(sizes))
+        self._loop.set_state(loop)
+        self._law.set_state(law)
+        if self._muscles is not None:
+            self._muscles.set_state(muscles)
 
     def _known_load(self) -> FloatArray | None:
         """w_e = -J'F of the forces on task points, shape (n,)."""

@@ -1,4 +1,4 @@
-"""The plant as an FMU model: forces and loads in; positions, velocities, lengths, tasks out."""
+"""The plant as an FMU model: commands and loads in; positions, velocities, lengths, tasks out."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.ports import Port, plant_ports
+from cardsflow_fmu.muscle_ports import (
+    ENERGIES,
+    driven_muscles,
+    ideal_muscles,
+    modelled_muscles,
+    state_order,
+)
+from cardsflow_fmu.ports import Port, load_signals, plant_ports
 from cardsflow_fmu.timing import whole_steps
 from sim_dart import Plant
 
 from .experiment_model import ExperimentModel
 from .model import FloatArray
+from .start_commands import start
 
 
 class PlantModel(ExperimentModel):
@@ -30,41 +38,64 @@ class PlantModel(ExperimentModel):
         robot = experiment.plant_robot
         n, m = len(robot.coordinates), len(robot.muscles)
         self._robot = robot
-        self._plant = Plant(robot, experiment.plant.step)
-        self._forces, self._loads = np.split(self.inputs, [m])
-        self._q, self._qd, self._lengths, self._tasks = np.split(
-            self.outputs, [n, 2 * n, 2 * n + m]
+        self._settings, self._scene = experiment.plant, experiment.scene
+        self._plant = self._make(experiment.plant.step)
+        self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
+        self._commanded = [*ideal_muscles(robot), *driven_muscles(robot)]
+        self._commands, self._loads = np.split(self.inputs, [len(self._commanded)])
+        self._all_commands = np.zeros(m)
+        k, s, t = len(load_signals(robot)), len(self._state_order), len(self._modelled)
+        self._loads, self._wrenches = np.split(self._loads, [k])
+        tasks = sum(len(frame.axes) for frame in robot.task_frames)
+        parts = np.cumsum([n, n, m, tasks, t, s, len(ENERGIES) * experiment.plant.energy])
+        self._q, self._qd, self._lengths, self._tasks, self._tensions, self._states, *rest = (
+            np.split(self.outputs, parts)
         )
-        self.states = self.inputs.size + np.arange(2 * n)
+        self._books, self._surroundings = rest
+        first = self.inputs.size
+        self.states = first + np.concatenate(
+            [np.arange(2 * n), parts[-3] + np.arange(s)], dtype=np.intp
+        )
         self._q_start, self._qd_start, self._step = np.split(self.parameters, [n, 2 * n])
 
     @staticmethod
     def table(experiment: Experiment) -> list[Port]:
         """The table of variables for an experiment."""
-        start = experiment.start
-        return plant_ports(experiment.robot, start.q, start.qd, experiment.plant.step)
+        begin, plant = experiment.start, experiment.plant
+        return plant_ports(
+            experiment.robot,
+            begin.q,
+            begin.qd,
+            plant.step,
+            commands=start(experiment.robot, begin.q).commands,
+            energy=plant.energy,
+            wrenches=plant.wrenches,
+            scene=experiment.scene,
+        )
 
     def initialize(self, t: float = 0.0) -> None:
-        """Go to the start state."""
+        """Go to the start state: the muscles at rest with the commands as they stand."""
         for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):
             if not coordinate.lower <= q <= coordinate.upper:
                 limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
                 raise InputError(f"q_start of {coordinate.name!r}, {q!r}, is outside {limits}")
         if self._step[0] != self._plant.step_size:
-            self._plant = Plant(self._robot, float(self._step[0]))
-        self._plant.reset(self._q_start, self._qd_start)
+            self._plant = self._make(float(self._step[0]))
+        self._plant.reset(self._q_start, self._qd_start, self._told())
         self._write_outputs()
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h, with forces and loads held."""
+        """Advance from t to t + h, with commands and loads held."""
         plant = self._plant
         loads = self._loads if self._loads.any() else None
+        wrenches = self._wrenches if self._wrenches.any() else None
+        commands = self._told()
         for _ in range(whole_steps(h, plant.step_size, "the plant's internal step")):
-            plant.step(self._forces, loads=loads)
+            plant.step(commands, loads=loads, wrenches=wrenches)
         self._write_outputs()
 
     def get_state(self) -> bytes:
-        """Number of steps, q and qd."""
+        """Number of steps, q, qd, states of muscles, work where it is booked, and objects."""
         return self._plant.get_state().tobytes()
 
     def set_state(self, state: bytes) -> None:
@@ -72,14 +103,36 @@ class PlantModel(ExperimentModel):
         if len(state) % 8:
             raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
         self._plant.set_state(np.frombuffer(state))
+        self._plant.hold(self._told())
         self._write_outputs()
 
     def set_states(self, states: FloatArray) -> None:
-        """Go to other q and qd."""
-        state = self._plant.get_state()
-        state[1:] = states
+        """Go to other q and qd, and states of muscles."""
+        state, n = self._plant.get_state(), len(self._q)
+        state[1 : 1 + 2 * n] = states[: 2 * n]
+        state[1 + 2 * n + np.array(self._state_order, dtype=np.intp)] = states[2 * n :]
         self._plant.set_state(state)
+        self._plant.hold(self._told())
         self._write_outputs()
+
+    def _make(self, step: float) -> Plant:
+        settings = self._settings
+        return Plant(
+            self._robot,
+            step,
+            integrator=settings.integrator,
+            substeps=settings.substeps,
+            energy=settings.energy,
+            scene=self._scene,
+            wrenched=settings.wrenches,
+        )
+
+    def _told(self) -> FloatArray:
+        """The command of every muscle, in the order of f; 0 for passive ones."""
+        if not self._modelled:
+            return self._commands
+        self._all_commands[self._commanded] = self._commands
+        return self._all_commands.copy()
 
     def _write_outputs(self) -> None:
         plant = self._plant
@@ -88,3 +141,12 @@ class PlantModel(ExperimentModel):
         self._lengths[:] = plant.lengths_view
         if self._tasks.size:
             self._tasks[:] = plant.task_position
+        if self._modelled:
+            self._tensions[:] = plant.tensions[self._modelled]
+            self._states[:] = plant.muscle_states[self._state_order]
+        if self._books.size:
+            (linear, angular) = plant.momentum
+            self._books[:] = [*plant.energy, *linear, *angular]
+        if self._surroundings.size:
+            world = plant.world
+            self._surroundings[:] = [*world.contact_forces().flat, *world.object_poses().flat]

@@ -80,11 +80,17 @@ def motion_of(robot: Robot, result: SystemResult, rows: NDArray[np.int64] | None
     return Motion(
         result["time"][rows],
         q,
-        columns.all(muscle_signals("f", robot)),
+        columns.all(_tensions(robot, result)),
         columns.all(coordinate_signals("q_d", robot)),
         _followed_points(robot, columns),
         _contacts(robot.links, columns),
     )
+
+
+def _tensions(robot: Robot, result: SystemResult) -> list[str]:
+    """What each muscle pulls with: what is told of that, else what it was commanded."""
+    told = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)
+    return [actual if actual in result.names else wanted for actual, wanted in told]
 
 
 class _Columns:

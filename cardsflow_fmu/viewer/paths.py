@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from sim_dart import MusclePaths
 
 from .poses import FloatArray, Poses, moved_point
 
@@ -28,12 +29,13 @@ class MusclePath:
     via: NDArray[np.int64]
 
 
-def muscle_paths(robot: Robot, poses: Poses) -> list[MusclePath]:
-    """The ways of the muscles, in their order: straight from via point to via point.
+def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
+    """The ways of the muscles, in their order.
 
     Args:
         robot: A valid robot.
-        poses: Of its links.
+        q: Joint positions, shape (K, n), in [rad] or [m].
+        poses: Of its links at these.
     """
     paths = []
     for muscle in robot.muscles:
@@ -41,7 +43,34 @@ def muscle_paths(robot: Robot, poses: Poses) -> list[MusclePath]:
         points = np.stack(corners, axis=1)
         via = np.broadcast_to(np.arange(len(corners)), points.shape[:2])
         paths.append(MusclePath(points, via))
+    bent = [k for k, m in enumerate(robot.muscles) if m.wraps or m.pulley is not None]
+    if bent:
+        _follow_surfaces(robot, q, paths, bent)
     return paths
+
+
+def _follow_surfaces(robot: Robot, q: FloatArray, paths: list[MusclePath], bent: list[int]) -> None:
+    """Put the ways of muscles over surfaces and pulleys in the place of straight ones."""
+    core = MusclePaths(robot)
+    lines = [core.path_points(row) for row in q]
+    for k in bent:
+        ways = [frame[k] for frame in lines]
+        via = np.array([_places_of(*pair) for pair in zip(paths[k].points, ways, strict=True)])
+        longest = max(len(way) for way in ways)
+        padded = [
+            np.concatenate([way, np.repeat(way[-1:], longest - len(way), axis=0)]) for way in ways
+        ]
+        paths[k] = MusclePath(np.stack(padded), via)
+
+
+def _places_of(points: FloatArray, way: FloatArray) -> list[int]:
+    """Which points of a way are the via points, in order."""
+    places, begin = [], 0
+    for point in points:
+        begin += int(np.argmin(np.linalg.norm(way[begin:] - point, axis=1)))
+        places.append(begin)
+        begin += begin < len(way) - 1
+    return places
 
 
 def pulls(path: MusclePath) -> FloatArray:

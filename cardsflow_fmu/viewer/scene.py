@@ -73,7 +73,7 @@ class Stage:
         self.robot, self.motion = robot, motion
         self._meshes = meshes or {}
         self._poses = link_poses(robot, motion.q)
-        self._paths = muscle_paths(robot, self._poses)
+        self._paths = muscle_paths(robot, motion.q, self._poses)
         self._pulls = [pulls(path) for path in self._paths]
         self._tips = {
             frame.name: moved_point(self._poses[frame.link], frame.position)

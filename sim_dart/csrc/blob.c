@@ -1,4 +1,5 @@
 /* Opening a blob: nothing in it is trusted. */
+#include "law.h"
 #include "state.h"
 
 #include <math.h>
@@ -6,11 +7,13 @@
 #include <stdio.h>
 
 #define LAYOUT_COUNT(name, largest) "count " #name "\n"
+#define PARAMETER_NAME(name) " " #name
+#define LAYOUT_LAW(kind, law, parameters) "law " #kind parameters(PARAMETER_NAME) "\n"
 #define LAYOUT_FIELD(type, name, per_item, count) #type " " #name " " #per_item " " #count "\n"
 
 const char *core_layout(void)
 {
-    return BLOB_COUNTS(LAYOUT_COUNT) BLOB_FIELDS(LAYOUT_FIELD);
+    return BLOB_COUNTS(LAYOUT_COUNT) BLOB_FIELDS(LAYOUT_FIELD) LAWS(LAYOUT_LAW);
 }
 
 /* FNV-1a */
@@ -26,10 +29,7 @@ uint32_t core_version(void)
     return BLOB_VERSION;
 }
 
-#if defined(__GNUC__)
-__attribute__((format(printf, 3, 4)))
-#endif
-static int refuse(char *message, size_t capacity, const char *format, ...)
+int refuse(char *message, size_t capacity, const char *format, ...)
 {
     if (message && capacity) {
         va_list arguments;
@@ -120,8 +120,8 @@ static int check_frames(const blob_view *b, char *message, size_t capacity)
     return 0;
 }
 
-static int check_points(const char *what, const int32_t *frame, const double *position, int32_t points,
-                        int32_t dofs, char *message, size_t capacity)
+int check_points(const char *what, const int32_t *frame, const double *position, int32_t points,
+                 int32_t dofs, char *message, size_t capacity)
 {
     for (int32_t k = 0; k < points; k++) {
         if (frame[k] < -1 || frame[k] >= dofs)
@@ -166,5 +166,6 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
     return check_frames(view, message, capacity) || check_muscles(view, message, capacity) ||
            check_points("via point", view->point_frame, view->point_position, n->points, n->dofs, message,
                         capacity) ||
-           check_tasks(view, message, capacity);
+           check_tasks(view, message, capacity) || paths_check(view, message, capacity) ||
+           laws_check(view, message, capacity);
 }

@@ -6,10 +6,14 @@
 #include <math.h>
 #include <string.h>
 
-static size_t working_size(const blob_counts *n)
+static size_t working_size(const blob_view *view)
 {
+    const blob_counts *n = &view->counts;
+    const size_t law_states = (size_t)view->law_states, law_constants = (size_t)view->law_constants;
     const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;
     const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;
+    const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;
+    const size_t pulleys = (size_t)n->pulleys;
     size_t doubles = 0;
 #define ADD_LENGTH(name, length) doubles += length;
     STATE_ARRAYS(ADD_LENGTH)
@@ -20,30 +24,38 @@ static size_t working_size(const blob_counts *n)
 size_t core_size(const void *blob, size_t size, char *message, size_t capacity)
 {
     blob_view view;
-    return blob_open(&view, blob, size, message, capacity) ? 0 : working_size(&view.counts);
+    return blob_open(&view, blob, size, message, capacity) ? 0 : working_size(&view);
 }
 
 core *core_open(const void *blob, size_t size, void *memory)
 {
     blob_view view;
     if (!memory || (uintptr_t)memory % 8 || blob_open(&view, blob, size, NULL, 0)) return NULL;
-    memset(memory, 0, working_size(&view.counts));
+    memset(memory, 0, working_size(&view));
     core *c = memory;
     c->blob = view;
     const size_t dofs = (size_t)view.counts.dofs, muscles = (size_t)view.counts.muscles;
     const size_t points = (size_t)view.counts.points, tasks = (size_t)view.counts.tasks;
+    const size_t law_states = (size_t)view.law_states, law_constants = (size_t)view.law_constants;
+    const size_t surfaces = (size_t)view.counts.surfaces, wraps = (size_t)view.counts.wraps;
+    const size_t pulleys = (size_t)view.counts.pulleys;
     double *at = (double *)(void *)(c + 1);
 #define PLACE(name, length) c->name = at, at += length;
     STATE_ARRAYS(PLACE)
 #undef PLACE
     tree_prepare(c);
+    paths_prepare(c);
+    laws_prepare(c);
     return c;
 }
 
 double *core_array(core *c, const char *name, size_t *length)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs, muscles = (size_t)c->blob.counts.muscles;
-    const size_t tasks = (size_t)c->blob.counts.tasks;
+    const size_t tasks = (size_t)c->blob.counts.tasks, law_states = (size_t)c->blob.law_states;
+    const size_t points = (size_t)c->blob.counts.points, wraps = (size_t)c->blob.counts.wraps;
+    const size_t pulleys = (size_t)c->blob.counts.pulleys;
+    const size_t surfaces = (size_t)c->blob.counts.surfaces;
     const struct {
         const char *name;
         double *array;
@@ -54,6 +66,18 @@ double *core_array(core *c, const char *name, size_t *length)
         {"torques", c->torques, dofs},
         {"task_values", c->task_values, 3 * tasks},
         {"task_jacobian", c->task_jacobian, 3 * tasks * dofs},
+        {"points", c->point, 3 * points},
+        {"surface_places", c->surface_place, 6 * surfaces},
+        {"wrap_contacts", c->wrap_contact, CONTACT_NUMBERS * wraps},
+        {"pulley_contacts", c->pulley_contact, CONTACT_NUMBERS * pulleys},
+        {"wrap_turning", c->wrap_turning, wraps},
+        {"rates", c->rates, muscles},
+        {"tensions", c->tensions, muscles},
+        {"law_states", c->law_states, law_states},
+        {"law_rates", c->law_rates, law_states},
+        {"force_low", c->force_low, muscles},
+        {"force_high", c->force_high, muscles},
+        {"commands", c->commands, muscles},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;

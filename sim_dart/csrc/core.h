@@ -16,7 +16,8 @@
 
 typedef struct core core;
 
-/* The blob's layout as text, a line a count or field; its hash and version, as a blob's header has them. */
+/* The blob's layout as text, a line a count, field or tension law with its parameters in order; its hash
+   and version, as a blob's header has them.                                                           */
 CORE_API const char *core_layout(void);
 CORE_API uint32_t core_layout_hash(void);
 CORE_API uint32_t core_version(void);
@@ -33,7 +34,21 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      jacobian       L = dl/dq, muscles x dofs, row by row
      torques        -L'f, dofs
      task_values    task coordinates, tasks x 3: see enum task
-     task_jacobian  their derivatives by q, tasks x 3 x dofs                                           */
+     task_jacobian  their derivatives by q, tasks x 3 x dofs
+   Of the paths:
+     points         via points in the world, points x 3
+     surface_places a surface's centre and z axis in the world, surfaces x 6
+     wrap_contacts, pulley_contacts    see core_trace
+     wrap_turning   turning angles about cylinders while turns are counted, in [rad], wraps; the caller
+                    may write them back
+   Of the tension laws:
+     rates          l' = L qd, muscles
+     tensions       f, muscles; never negative but for springs that push
+     law_states     what the laws remember, muscle after muscle; the caller may write them
+     law_rates      their time derivatives
+     force_low      smallest tension in reach, muscles
+     force_high     largest tension in reach, muscles
+     commands       found by core_invert, muscles                                                      */
 CORE_API double *core_array(core *c, const char *name, size_t *length);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
@@ -51,7 +66,52 @@ CORE_API int core_move_checked(core *c, const double *q, const double *qd);
    is not finite; then the torques stay.                                                               */
 CORE_API int core_pull(core *c, const double *f);
 
+/* wrap_contacts and pulley_contacts at the last q, 22 numbers each, in the world: the point where a span
+   pulls at the body and the span's direction towards it; the same of the span that leaves; where the
+   contact begins and ends; the axis that it turns about; its angle in [rad], 0 where the cable runs free.
+   A cable with the tension f pulls at a surface with -f and f times the two directions.               */
+CORE_API void core_trace(core *c);
+
+/* Have wraps over cylinders remember how often they have turned, from the next move on, or forget it. The
+   next move begins with the turns that the robot states; each one after must turn by less than half.   */
+CORE_API void core_count_turns(core *c, int on);
+
 /* task_jacobian at the last q. */
 CORE_API void core_task_jacobian(core *c);
+
+/* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
+   the law's range acts as the nearest one in it, that of a passive muscle is not looked at. Those that
+   return int return 0, or 1 + the index of the first muscle whose command is not finite; then nothing
+   has changed. ---- */
+
+/* rates = L qd. */
+CORE_API void core_rates(core *c, const double *qd);
+
+/* law_states of a muscle that has been at rest with u for long. */
+CORE_API int core_start(core *c, const double *u);
+
+/* rates at qd; tensions at them and law_states; torques = -L'tensions. */
+CORE_API int core_drive(core *c, const double *qd, const double *u);
+
+/* law_rates at rates and law_states. */
+CORE_API int core_law_rates(core *c, const double *u);
+
+/* law_states after a time h [s] with constant u, each path lengthening with its rate. A caller that knows
+   the velocities at the end of the step calls core_rates with them first.                             */
+CORE_API int core_advance(core *c, const double *u, double h);
+
+/* force_low, force_high: the tensions after a time h with the smallest and the largest command, each path
+   lengthening with its rate. Laws without states act at once: theirs are the tensions of now. The
+   law_states stay. Also for a tension that falls with the command, low is the smaller one.            */
+CORE_API void core_reach(core *c, double h);
+
+/* commands: those that have the tensions of core_reach come to f, or as near to it as they can. f must be
+   finite; 0, or 1 + the index of the first that is not.                                               */
+CORE_API int core_invert(core *c, const double *f, double h);
+
+/* A curve of a muscle's law at x, or its slope: active_force_length, force_velocity, passive_force_length,
+   tendon_force_length; lengths over the optimal fibre's or the tendon's slack length, velocities over
+   the largest contraction velocity, positive while lengthening. NaN if the law has no such curve.     */
+CORE_API double core_curve(const core *c, int32_t muscle, const char *curve, double x, int slope);
 
 #endif

@@ -19,7 +19,11 @@
     COUNT(dofs, 4096)                                                                                  \
     COUNT(muscles, 65536)                                                                              \
     COUNT(points, 1048576)                                                                             \
-    COUNT(tasks, 4096)
+    COUNT(tasks, 4096)                                                                                 \
+    COUNT(law_parameters, 4194304)                                                                     \
+    COUNT(surfaces, 65536)                                                                             \
+    COUNT(wraps, 1048576)                                                                              \
+    COUNT(pulleys, 65536)
 
 /* FIELD(element type, name, elements an item, count that says how many items)
      parent           frame that this one is fixed to at q = 0, or -1
@@ -34,7 +38,22 @@
      task_kind        enum task: what of the frame counts
      task_frame       frame that a task is fixed to, or -1
      task_position    of a point in that frame, in [m]
-     task_rotation    of a link in that frame, row by row                                              */
+     task_rotation    of a link in that frame, row by row
+     law_kind         which tension law: the how many-th law of core_layout()
+     law_parameter    of every muscle's law, muscle after muscle, in SI units
+     surface_kind     enum surface
+     surface_frame    frame that a surface is fixed to, or -1
+     surface_centre   in that frame, in [m]
+     surface_axis     its z axis there: unit vector
+     surface_radius   in [m]
+     surface_half     half the length of a cylinder, in [m]; 0 if it has no ends
+     wrap_point       via point before it, one of all, in order; never a muscle's last
+     wrap_surface     what it goes over
+     wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way
+     wrap_turns       whole turns besides
+     pulley_point     first via point of a muscle, one of all, in order
+     pulley_direction in which the cable comes on: unit vector in that point's frame
+     pulley_radius    in [m]                                                                           */
 #define BLOB_FIELDS(FIELD)                                                                             \
     FIELD(int32_t, parent, 1, dofs)                                                                    \
     FIELD(int32_t, motion, 1, dofs)                                                                    \
@@ -48,7 +67,24 @@
     FIELD(int32_t, task_kind, 1, tasks)                                                                \
     FIELD(int32_t, task_frame, 1, tasks)                                                               \
     FIELD(double, task_position, 3, tasks)                                                             \
-    FIELD(double, task_rotation, 9, tasks)
+    FIELD(double, task_rotation, 9, tasks)                                                             \
+    FIELD(int32_t, law_kind, 1, muscles)                                                               \
+    FIELD(double, law_parameter, 1, law_parameters)                                                    \
+    FIELD(int32_t, surface_kind, 1, surfaces)                                                          \
+    FIELD(int32_t, surface_frame, 1, surfaces)                                                         \
+    FIELD(double, surface_centre, 3, surfaces)                                                         \
+    FIELD(double, surface_axis, 3, surfaces)                                                           \
+    FIELD(double, surface_radius, 1, surfaces)                                                         \
+    FIELD(double, surface_half, 1, surfaces)                                                           \
+    FIELD(int32_t, wrap_point, 1, wraps)                                                               \
+    FIELD(int32_t, wrap_surface, 1, wraps)                                                             \
+    FIELD(int32_t, wrap_side, 1, wraps)                                                                \
+    FIELD(int32_t, wrap_turns, 1, wraps)                                                               \
+    FIELD(int32_t, pulley_point, 1, pulleys)                                                           \
+    FIELD(double, pulley_direction, 3, pulleys)                                                        \
+    FIELD(double, pulley_radius, 1, pulleys)
+
+enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACES };
 
 enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
 
@@ -72,6 +108,7 @@ typedef struct {
 #define BLOB_FIELD_MEMBER(type, name, per_item, count) const type *name;
 typedef struct {
     blob_counts counts;
+    int32_t law_states, law_constants; /* of all muscles together */
     BLOB_FIELDS(BLOB_FIELD_MEMBER)
 } blob_view;
 #undef BLOB_FIELD_MEMBER

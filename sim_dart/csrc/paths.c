@@ -1,18 +1,20 @@
-/* Muscle paths: straight segments through the via points, l = sum |B - A| and L = dl/dq. */
+/* Muscle paths through via points, over surfaces and off pulleys: l and L = dl/dq.
+
+   A path is a chain of bodies with a straight span between neighbours: l' is the sum over the spans of
+   u.(velocity of the next body - velocity of the one before), at a point on the span, u along it. Where
+   a cable touches a surface moves on it as well, but that changes no length (envelope theorem).         */
 #include "state.h"
+#include "wrap.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Only the motions between the two frames change a segment: those above B move its end, those above A
-   its start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                        */
-static double add_segment(const core *c, const double A[3], int32_t a, const double B[3], int32_t b,
-                          double *row)
+/* Only the motions between the two frames change a span: those above B move its end, those above A its
+   start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                            */
+static void add_span(const core *c, const double u[3], const double A[3], int32_t a, const double B[3],
+                     int32_t b, double *row)
 {
-    double u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, velocity[3];
-    const double length = sqrt(dot3(u, u));
-    if (length == 0) return 0; /* no direction, so no moment arm either */
-    for (int k = 0; k < 3; k++) u[k] /= length;
+    double velocity[3];
     while (a != b) {
         if (b > a) {
             tree_point_velocity(c, b, B, velocity);
@@ -24,22 +26,216 @@ static double add_segment(const core *c, const double A[3], int32_t a, const dou
             a = c->blob.parent[a];
         }
     }
+}
+
+/* The segment from via point k to the next one, straight. */
+static double add_segment(const core *c, int32_t k, double *row)
+{
+    const double *A = c->point + 3 * k, *B = A + 3;
+    double u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    const double length = sqrt(dot3(u, u));
+    if (length == 0) return 0; /* no direction, so no moment arm either */
+    for (int j = 0; j < 3; j++) u[j] /= length;
+    add_span(c, u, A, c->blob.point_frame[k], B, c->blob.point_frame[k + 1], row);
     return length;
+}
+
+/* How far the walk along all paths has come in the lists of wraps and pulleys. */
+typedef struct {
+    int32_t wrap, pulley;
+} progress;
+
+static void write_contact(double *at, const contact *k, const double begin[3], const double end[3])
+{
+    const double *vectors[] = {begin, k->pull.entering, end, k->pull.leaving, k->touch, k->lift, k->axis};
+    for (size_t j = 0; j < sizeof vectors / sizeof *vectors; j++)
+        memcpy(at + 3 * j, vectors[j], 3 * sizeof(double));
+    at[CONTACT_NUMBERS - 1] = k->pull.angle;
+}
+
+static inline wrap_surface placed_surface(const core *c, int32_t s)
+{
+    const double *place = c->surface_place + 6 * s;
+    const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
+                                 c->blob.surface_half[s], place, place + 3};
+    return placed;
+}
+
+static inline wrap_way way_of(const core *c, int32_t w)
+{
+    const wrap_way way = {
+        .side = c->blob.wrap_side[w],
+        .turns = c->blob.wrap_turns[w],
+        .is_counted = c->is_counting && c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
+        .remembered = c->wrap_turning[w],
+    };
+    return way;
+}
+
+/* A segment over one surface: all that most muscles need. */
+static double add_wrap(core *c, int32_t k, int32_t w, double *row, int is_traced)
+{
+    const double *A = c->point + 3 * k, *B = A + 3;
+    const int32_t s = c->blob.wrap_surface[w], frame = c->blob.surface_frame[s];
+    const wrap_surface surface = placed_surface(c, s);
+    const wrap_way way = way_of(c, w);
+    pull over;
+    if (is_traced) {
+        contact passed;
+        wrap_over(&surface, &way, A, B, &passed);
+        write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
+    }
+    const int is_touched = wrap_pull(&surface, &way, A, B, &over);
+    if (way.is_counted) c->wrap_turning[w] = over.turning;
+    if (!is_touched) return add_segment(c, k, row);
+    add_span(c, over.entering, A, c->blob.point_frame[k], A, frame, row);
+    add_span(c, over.leaving, B, frame, B, c->blob.point_frame[k + 1], row);
+    return over.length;
+}
+
+/* Whether the straight line between two via points is free, so that the segment is that. */
+static int is_free(const sequence_part *parts, int count, const double *A, const double *B)
+{
+    for (int i = 0; i < count; i++)
+        if (!parts[i].surface || parts[i].way.turns || parts[i].way.is_counted ||
+            !wrap_is_clear(parts[i].surface, A, B))
+            return 0;
+    return 1;
+}
+
+/* A segment off a pulley or over several surfaces. */
+static double add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int32_t pulleys, double *row,
+                           int is_traced)
+{
+    sequence_part parts[LARGEST_SEQUENCE + 1];
+    wrap_surface placed[LARGEST_SEQUENCE];
+    contact contacts[LARGEST_SEQUENCE + 1];
+    double points[LARGEST_SEQUENCE + 2][3];
+    int32_t frames[LARGEST_SEQUENCE + 3];
+    const int count = (int)(surfaces + pulleys);
+    memset(parts, 0, sizeof parts);
+    memset(contacts, 0, sizeof contacts);
+    frames[0] = c->blob.point_frame[k];
+    if (pulleys) {
+        tree_direction(c, frames[0], c->blob.pulley_direction + 3 * at.pulley, parts[0].v);
+        parts[0].radius = c->blob.pulley_radius[at.pulley];
+        frames[1] = frames[0];
+    }
+    for (int32_t i = 0; i < surfaces; i++) {
+        const int32_t s = c->blob.wrap_surface[at.wrap + i];
+        placed[i] = placed_surface(c, s);
+        parts[pulleys + i].surface = placed + i;
+        parts[pulleys + i].way = way_of(c, at.wrap + i);
+        frames[pulleys + i + 1] = c->blob.surface_frame[s];
+    }
+    frames[count + 1] = c->blob.point_frame[k + 1];
+    memcpy(points[0], c->point + 3 * k, sizeof points[0]);
+    memcpy(points[count], c->point + 3 * (k + 1), sizeof points[count]);
+    const int is_straight = is_free(parts, count, points[0], points[count]);
+    const double length = is_straight ? add_segment(c, k, row) : sequence_solve(parts, count, points, contacts);
+    for (int i = 0; i <= count && !is_straight; i++) {
+        const double *u = i < count ? contacts[i].pull.entering : contacts[i - 1].pull.leaving;
+        add_span(c, u, points[i], frames[i], points[i], frames[i + 1], row);
+    }
+    for (int32_t i = 0; i < surfaces; i++) {
+        const contact *touched = contacts + pulleys + i;
+        if (parts[pulleys + i].way.is_counted) c->wrap_turning[at.wrap + i] = touched->pull.turning;
+        if (is_traced)
+            write_contact(c->wrap_contact + CONTACT_NUMBERS * (at.wrap + i), touched, points[pulleys + i],
+                          points[pulleys + i + 1]);
+    }
+    if (is_traced && pulleys)
+        write_contact(c->pulley_contact + CONTACT_NUMBERS * at.pulley, contacts, points[0], points[1]);
+    return length;
+}
+
+/* A segment that is not just straight; `at` is where its wraps and its pulley begin in their lists. */
+static double add_way(core *c, int32_t k, progress *at, double *row, int is_traced)
+{
+    const blob_view *blob = &c->blob;
+    const progress here = *at;
+    while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
+    at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
+    const int32_t surfaces = at->wrap - here.wrap, pulleys = at->pulley - here.pulley;
+    if (surfaces == 1 && !pulleys) return add_wrap(c, k, here.wrap, row, is_traced);
+    return add_sequence(c, k, here, surfaces, pulleys, row, is_traced);
+}
+
+/* The next via point with a wrap or a pulley after it. */
+static inline int32_t next_way(const blob_view *blob, const progress *at)
+{
+    int32_t next = blob->counts.points;
+    if (at->wrap < blob->counts.wraps) next = blob->wrap_point[at->wrap];
+    if (at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] < next)
+        next = blob->pulley_point[at->pulley];
+    return next;
+}
+
+/* A surface's centre and axis, with one look at its frame. */
+static inline void place_surface(const core *c, int32_t s)
+{
+    const double *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;
+    const int32_t frame = c->blob.surface_frame[s];
+    double *place = c->surface_place + 6 * s;
+    if (frame < 0) {
+        memcpy(place, centre, 3 * sizeof(double));
+        memcpy(place + 3, axis, 3 * sizeof(double));
+        return;
+    }
+    const double *R = c->rotation + 9 * frame, *origin = c->origin + 3 * frame;
+    for (int k = 0; k < 3; k++) {
+        place[k] = origin[k] + dot3(R + 3 * k, centre);
+        place[3 + k] = dot3(R + 3 * k, axis);
+    }
+}
+
+static void place_all(core *c)
+{
+    const blob_view *blob = &c->blob;
+    for (int32_t k = 0; k < blob->counts.points; k++)
+        tree_point(c, blob->point_frame[k], blob->point_position + 3 * k, c->point + 3 * k);
+    for (int32_t s = 0; s < blob->counts.surfaces; s++) place_surface(c, s);
+}
+
+static void walk(core *c, int is_traced)
+{
+    const blob_view *blob = &c->blob;
+    const size_t dofs = (size_t)blob->counts.dofs;
+    progress at = {0, 0};
+    memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(double));
+    int32_t k = 0, next = next_way(blob, &at);
+    for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
+        double length = 0, *row = c->jacobian + (size_t)m * dofs;
+        for (const int32_t last = k + blob->muscle_points[m] - 1; k < last; k++) {
+            if (k != next) {
+                length += add_segment(c, k, row);
+                continue;
+            }
+            length += add_way(c, k, &at, row, is_traced);
+            next = next_way(blob, &at);
+        }
+        c->lengths[m] = length;
+    }
+}
+
+void paths_prepare(core *c)
+{
+    for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
 }
 
 void paths_move(core *c)
 {
-    const blob_view *blob = &c->blob;
-    const size_t dofs = (size_t)blob->counts.dofs;
-    for (int32_t k = 0; k < blob->counts.points; k++)
-        tree_point(c, blob->point_frame[k], blob->point_position + 3 * k, c->point + 3 * k);
-    memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(double));
-    int32_t k = 0;
-    for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
-        double length = 0;
-        for (const int32_t last = k + blob->muscle_points[m] - 1; k < last; k++)
-            length += add_segment(c, c->point + 3 * k, blob->point_frame[k], c->point + 3 * (k + 1),
-                                  blob->point_frame[k + 1], c->jacobian + (size_t)m * dofs);
-        c->lengths[m] = length;
-    }
+    place_all(c);
+    walk(c, 0);
+}
+
+void core_trace(core *c)
+{
+    walk(c, 1);
+}
+
+void core_count_turns(core *c, int on)
+{
+    c->is_counting = on != 0;
+    paths_prepare(c);
 }

@@ -18,11 +18,27 @@
     ARRAY(jacobian, muscles *dofs)                                                                     \
     ARRAY(torques, dofs)                                                                               \
     ARRAY(task_values, 3 * tasks)                                                                      \
-    ARRAY(task_jacobian, 3 * tasks *dofs)
+    ARRAY(task_jacobian, 3 * tasks *dofs)                                                              \
+    ARRAY(rates, muscles)                                                                              \
+    ARRAY(tensions, muscles)                                                                           \
+    ARRAY(law_states, law_states)                                                                      \
+    ARRAY(law_rates, law_states)                                                                       \
+    ARRAY(law_constants, law_constants) /* what a law makes of its parameters once */                  \
+    ARRAY(force_low, muscles)                                                                          \
+    ARRAY(force_high, muscles)                                                                         \
+    ARRAY(commands, muscles)                                                                           \
+    ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
+    ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
+    ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
+    ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
+
+/* Seven vectors and an angle: see core_trace. */
+#define CONTACT_NUMBERS 22
 
 #define STATE_MEMBER(name, length) double *name;
 struct core {
     blob_view blob;
+    int32_t is_counting; /* whether wraps remember their turns */
     STATE_ARRAYS(STATE_MEMBER)
 };
 #undef STATE_MEMBER
@@ -30,13 +46,32 @@ struct core {
 /* 0, or a message in `message`: the blob is checked whole, so that nothing after it reads out of bounds. */
 int blob_open(blob_view *view, const void *blob, size_t size, char *message, size_t capacity);
 
+/* Write a message for people; always 1. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 3, 4)))
+#endif
+int refuse(char *message, size_t capacity, const char *format, ...);
+
 void tree_prepare(core *c);
 void tree_move(core *c, const double *q);
 void tree_point(const core *c, int32_t frame, const double local[3], double world[3]);
+void tree_direction(const core *c, int32_t frame, const double local[3], double world[3]);
 /* Velocity of a point that frame j carries, for unit velocity of its motion. */
 void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3]);
+void paths_prepare(core *c);
 void paths_move(core *c);
 void tasks_move(core *c);
+
+/* 0, or a message: points or the like in frames. */
+int check_points(const char *what, const int32_t *frame, const double *position, int32_t points,
+                 int32_t dofs, char *message, size_t capacity);
+
+/* 0, or a message: surfaces, wraps and pulleys. */
+int paths_check(const blob_view *view, char *message, size_t capacity);
+
+/* 0, or a message; counts the laws' states and constants. */
+int laws_check(blob_view *view, char *message, size_t capacity);
+void laws_prepare(core *c);
 
 static inline double dot3(const double a[3], const double b[3])
 {

@@ -26,6 +26,14 @@ void tree_point(const core *c, int32_t frame, const double local[3], double worl
     for (int k = 0; k < 3; k++) world[k] += c->origin[3 * frame + k];
 }
 
+void tree_direction(const core *c, int32_t frame, const double local[3], double world[3])
+{
+    if (frame < 0)
+        memcpy(world, local, 3 * sizeof(double));
+    else
+        rotate3(world, c->rotation + 9 * frame, local);
+}
+
 static void frame_rotation(const core *c, int32_t i, double q, double R[9])
 {
     const double *R0 = c->blob.offset_rotation + 9 * i;

@@ -341,12 +341,12 @@ CASES = {
         [("error", "task-point-on-world", "world")],
     ),
     # Wraps
-    "wrap": (wrap(), [("warning", "wrap-not-simulated", "flexor")]),
+    "wrap": (wrap(), []),
     "wrap on an unknown link": (wrap(link="Upper"), [("error", "unknown-link", "elbow")]),
     "wrap after the last point": (wrap(after=3), [("error", "bad-wrap", "elbow")]),
     "two wraps of one name": (
         replace(wrap(), surfaces=wrap().surfaces * 2),
-        [("error", "duplicate-wrap", "elbow"), ("warning", "wrap-not-simulated", "flexor")],
+        [("error", "duplicate-wrap", "elbow")],
     ),
     # The design
     "part": (

@@ -62,7 +62,7 @@ def test_plant_step(benchmark: Any, name: str, robot: Robot, limit: float) -> No
     times = interleaved(
         {
             "plant": blocks(pulled, lambda: pulled.step(forces)),
-            "world": blocks(bare, bare._world.step),
+            "world": blocks(bare, bare.world.step),
         },
         calls=1,
         rounds=100,

@@ -45,9 +45,28 @@ def test_drawn_muscles_are_as_long_as_the_simulated_ones(seed: int) -> None:
     robot = random_robot(seed)
     dynamics = DartDynamics(robot)
     q = np.random.default_rng(seed).uniform(-2.0, 2.0, (7, dynamics.n))
-    steps = [np.diff(p.points, axis=1) for p in muscle_paths(robot, link_poses(robot, q))]
+    steps = [np.diff(p.points, axis=1) for p in muscle_paths(robot, q, link_poses(robot, q))]
     drawn = np.stack([np.linalg.norm(step, axis=2).sum(axis=1) for step in steps], axis=1)
     np.testing.assert_allclose(drawn, [dynamics.muscle_lengths(row) for row in q], atol=1e-12)
+
+
+def test_muscles_are_drawn_over_their_surfaces() -> None:
+    """As long as simulated but for the arcs' chords, through every via point, and never inside."""
+    robot = read_robot(EXAMPLES / "hill_arm/robot")
+    dynamics = DartDynamics(robot)
+    lower, upper = dynamics.q_min, dynamics.q_max
+    q = lower + np.random.default_rng(0).uniform(size=(20, dynamics.n)) * (upper - lower)
+    poses = link_poses(robot, q)
+    longer = 0
+    for k, path in enumerate(muscle_paths(robot, q, poses)):
+        drawn = np.linalg.norm(np.diff(path.points, axis=1), axis=2).sum(axis=1)
+        true = np.array([dynamics.muscle_lengths(row)[k] for row in q])
+        assert ((drawn <= true + 1e-12) & (drawn >= true * (1 - 2e-3))).all()
+        longer += path.points.shape[1] > path.via.shape[1]
+        for i, point in enumerate(robot.muscles[k].via_points):
+            corner = path.points[np.arange(len(q)), path.via[:, i]]
+            np.testing.assert_allclose(corner, moved_point(poses[point.link], point.position))
+    assert longer
 
 
 def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
@@ -58,7 +77,7 @@ def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
     L = dynamics.muscle_jacobian(q)
     for k in range(dynamics.n):
         moved = q + h * np.eye(dynamics.n)[k] * np.array([[-1.0], [0.0], [1.0]])
-        for i, path in enumerate(muscle_paths(robot, link_poses(robot, moved))):
+        for i, path in enumerate(muscle_paths(robot, moved, link_poses(robot, moved))):
             speed = (path.points[2] - path.points[0]) / (2 * h)
             assert np.sum(pulls(path)[1] * speed) == pytest.approx(-L[i, k], abs=1e-7)
 

@@ -155,3 +155,20 @@ def test_wrong_settings_are_refused(settings, message) -> None:
     law = JointSpaceController(PointMass(), 100.0, 20.0)
     with pytest.raises(InputError, match=message):
         ControlLoop(law, NAMES, **arguments)
+
+
+def test_the_observer_believes_what_the_muscles_have_really_pulled_with() -> None:
+    """Muscles that pull with 90 % of what they are asked for are no load from outside."""
+    found = []
+    for knows in (True, False):
+        control, robot = loop(observer=30.0), PointMass()
+        q, qd, applied = np.zeros(3), np.zeros(3), None
+        for _ in range(30):
+            control.tick(q, qd, REST, applied=applied if knows else None)
+            applied = 0.9 * control.acting
+            pull = -robot.muscle_jacobian(q).T @ applied
+            qd = qd + T * (pull / 2.0 - np.array([0.0, 0.0, 9.81]))
+            q = q + T * qd
+        found.append(np.abs(control.disturbance).max())
+    assert found[0] < 1e-9
+    assert found[1] > 0.5

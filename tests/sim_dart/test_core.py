@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robots import planar_2r, random_robot
+from wrapped import sequences, wrapped_tree
 
 from addin_sdfusion.robot import CardsflowError
 from sim_dart.blob import compile_blob
@@ -22,7 +23,9 @@ def test_every_truncation_is_refused() -> None:
 
 def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
     rng = np.random.default_rng(3)
-    blobs = [compile_blob(random_robot(seed)) for seed in range(4)]
+    robots = [random_robot(0), *(wrapped_tree(random_robot(seed), seed) for seed in range(1, 4))]
+    robots.append(sequences(rng, 4, 3, pulley=True))
+    blobs = [compile_blob(robot) for robot in robots]
     refused = 0
     for _ in range(4000):
         blob = bytearray(blobs[rng.integers(len(blobs))])
@@ -35,6 +38,7 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
             refused += 1
             continue
         core.move(core.handle, np.zeros(64).tobytes())
+        core.trace(core.handle)
     assert refused > 1000
 
 
@@ -58,8 +62,11 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
     ],
 )
 def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
-    counts = {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1}
-    fields: dict[str, object] = {
+    names = [line.split()[:2] for line in library().core_layout().decode().splitlines()]
+    counts = dict.fromkeys((name for kind, name in names if kind == "count"), 0)
+    counts |= {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1}
+    fields: dict[str, object] = {name: [] for kind, name in names if kind not in ("count", "law")}
+    fields |= {
         "parent": [-1, 0],
         "motion": [0, 1],
         "coordinate": [0, 1],
@@ -73,6 +80,7 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
         "task_rotation": [np.eye(3)],
         "task_frame": [1],
         "task_position": [[0, 0, 1]],
+        "law_kind": [0],
     }
     Core(pack_blob(counts, fields))
     with pytest.raises(CardsflowError, match=message):

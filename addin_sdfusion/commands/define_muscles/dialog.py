@@ -68,8 +68,8 @@ _PROPERTIES = Input(
             "model",
             "dropdown",
             "Model",
-            "How force, length and stiffness belong together; all but 'ideal' are written to the "
-            "files and simulated as ideal.",
+            "What its tension follows from: 'ideal' is the commanded force, the others compute it "
+            "from their command, the muscle's length and its speed.",
             options=MODELS,
             value="ideal",
         ),
@@ -77,7 +77,7 @@ _PROPERTIES = Input(
             "parameters",
             "string",
             "Parameters",
-            "The model's numbers by CASPR's names, such as K=5000 l0=0.2.",
+            "The model's numbers by name, in SI units, such as stiffness=5000 damping=20.",
         ),
         Input("delete_muscle", "button", "Delete muscle", "With all of its points."),
     ),

@@ -9,6 +9,7 @@ from itertools import pairwise
 from ..finding import Finding, Subject, member
 from ..model import WORLD, Robot
 from ..muscle import Muscle
+from ..tension_laws import TENSION_LAWS, law_of
 from .report import error, unknown, warning
 
 
@@ -42,10 +43,13 @@ def via_points(robot: Robot) -> Iterator[Finding]:
 def moment_arms(robot: Robot) -> Iterator[Finding]:
     """Muscles connect bodies that move against each other."""
     bodies = _bodies(robot)
+    surfaces = {surface.name: surface.link for surface in robot.wrap_surfaces}
     for subject, muscle in _all_muscles(robot):
-        on = {bodies.get(point.link, point.link) for point in muscle.via_points}
+        links = [point.link for point in muscle.via_points]
+        links += [surfaces[w.surface] for w in muscle.wraps if w.surface in surfaces]
+        on = {bodies.get(link, link) for link in links}
         if len(muscle.via_points) > 1 and len(on) == 1:
-            problem = "all via points are on one rigid body, so it moves nothing"
+            problem = "all of its path is on one rigid body, so it moves nothing"
             yield warning(subject, "no-moment-arm", problem)
 
 
@@ -58,7 +62,7 @@ def force_limits(robot: Robot) -> Iterator[Finding]:
         if muscle.f_min > muscle.f_max:
             problem = f"f_min {muscle.f_min!r} is above f_max {muscle.f_max!r}"
             yield error(subject, "force-limits-reversed", problem)
-        if muscle.f_max == math.inf:
+        if muscle.f_max == math.inf and law_of(muscle.model).kind == "ideal":
             problem = "no largest force is given; set f_max to what the muscle can bear"
             yield warning(subject, "no-force-limit", problem)
 
@@ -71,6 +75,7 @@ def cable_models(robot: Robot) -> Iterator[Finding]:
             if muscle.model.kind == "passive_spring" and (muscle.f_min, muscle.f_max) != (0.0, 0.0):
                 problem = "a passive spring takes no command; set f_min and f_max to 0"
                 yield error(subject, "passive-cable-force", problem)
+            yield from _pulley_numbers(subject, muscle)
             if muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]:
                 problem = f"has a base pulley; put its first via point on {WORLD!r}"
                 yield error(subject, "pulley-not-at-base", problem)
@@ -80,15 +85,30 @@ def cable_models(robot: Robot) -> Iterator[Finding]:
 
 def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     kind = muscle.model.kind
-    if kind == "passive_spring":
-        problem = "a passive spring: its force is not simulated, and no controller may use it"
-        yield warning(subject, "passive-cable", problem)
-    elif kind != "ideal":
+    if kind not in TENSION_LAWS:
         problem = f"a {kind} cable; it is simulated as an ideal one, whose force is as commanded"
         yield warning(subject, "cable-model-not-simulated", problem)
-    if muscle.pulley is not None:
-        problem = "its base pulley is not modelled; it starts at the pulley's fixed location"
+    if muscle.pulley is not None and muscle.pulley.kind == "screw":
+        problem = "its screw pulley is not modelled; it starts at the pulley's fixed location"
         yield warning(subject, "pulley-not-modelled", problem)
+
+
+def _pulley_numbers(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
+    """A rotating pulley has a size and a direction."""
+    if muscle.pulley is None or muscle.pulley.kind != "rotating":
+        return
+    numbers = dict(muscle.pulley.parameters)
+    radius, entry = numbers.get("pulley_radius", ()), numbers.get("cable_entry_vector", ())
+    if len(radius) != 1 or radius[0] <= 0.0:
+        problem = f"pulley_radius {_text(radius)} of its base pulley is not one number above zero"
+        yield error(subject, "bad-pulley", problem)
+    if len(entry) != 3 or not any(entry):
+        problem = f"cable_entry_vector {_text(entry)} of its base pulley is no direction"
+        yield error(subject, "bad-pulley", problem)
+
+
+def _text(numbers: tuple[float, ...]) -> str:
+    return " ".join(map(repr, numbers)) or "(not given)"
 
 
 def _all_muscles(robot: Robot) -> Iterator[tuple[Subject, Muscle]]:

@@ -24,6 +24,8 @@ def numbers(robot: Robot) -> Iterator[Finding]:
         for c in joint.coordinates:
             subject = Subject("coordinate", c.name)
             yield from _report(subject, "initial value or damping", (c.initial, c.damping))
+            resisting = (c.stiffness, c.rest, c.friction)
+            yield from _report(subject, "spring or friction", resisting)
             yield from _limits(subject, c)
     for cable_set in robot.cable_sets:
         for muscle in cable_set.muscles:

@@ -100,11 +100,12 @@ def coordinates(robot: Robot) -> Iterator[Finding]:
 
 
 def limits(robot: Robot) -> Iterator[Finding]:
-    """Limits are in order and leave room for the initial value; damping is not negative."""
+    """Limits are in order and leave room for the initial value; nothing drives by resisting."""
     for c in robot.coordinates:
         subject = Subject("coordinate", c.name)
-        if c.damping < 0.0:
-            yield error(subject, "negative-damping", f"damping {c.damping!r} is negative")
+        for what in ("damping", "stiffness", "friction"):
+            if getattr(c, what) < 0.0:
+                yield error(subject, f"negative-{what}", f"{what} {getattr(c, what)!r} is negative")
         if c.lower > c.upper:
             problem = f"lower limit {c.lower!r} is above the upper limit {c.upper!r}"
             yield error(subject, "limits-reversed", problem)

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import groupby, pairwise
 
 from ..finding import Finding, Subject, member
 from ..model import WORLD, Robot
-from ..muscle import Muscle
+from ..muscle import Muscle, Wrap, WrapSurface
+from ..placement import Vector3
+from ..pose import apply, inverse
 from .report import error, unknown, warning
+
+MOST_WRAPS = 8
+"""In one segment: as many as the C core solves for together."""
+MOST_TURNS = 10**6
+INSIDE = 1e-6
+"""Part of the radius by which a point on a surface may be inside it: files hold rounded numbers."""
 
 
 def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
@@ -34,26 +44,82 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
 
 
 def wraps(robot: Robot) -> Iterator[Finding]:
-    """Muscles wrap over surfaces that exist, between two of their via points."""
-    surfaces = [surface.name for surface in robot.wrap_surfaces]
-    known = set(surfaces)
+    """Muscles wrap over surfaces that exist, between two of their via points that lie outside."""
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for group in robot.cable_sets:
         for muscle in group.muscles:
             subject = member("muscle", muscle.name, group.name, robot.cable_set)
-            yield from _wraps(subject, muscle, surfaces, known)
-            if muscle.wraps and group.name == robot.cable_set:
-                problem = "wrapping is not simulated; it runs straight, as if nothing were there"
-                yield warning(subject, "wrap-not-simulated", problem)
+            yield from _wraps(subject, muscle, surfaces)
+            yield from _sequences(subject, muscle, surfaces)
 
 
 def _wraps(
-    subject: Subject, muscle: Muscle, surfaces: list[str], known: set[str]
+    subject: Subject, muscle: Muscle, surfaces: Mapping[str, WrapSurface]
 ) -> Iterator[Finding]:
     last = len(muscle.via_points) - 2
     for wrap in muscle.wraps:
-        if wrap.surface not in known:
-            problem = unknown("wrap surface", wrap.surface, surfaces)
+        if wrap.surface not in surfaces:
+            problem = unknown("wrap surface", wrap.surface, list(surfaces))
             yield error(subject, "unknown-wrap-surface", problem)
         if not 0 <= wrap.segment <= last:
             problem = f"wraps in segment {wrap.segment}; its segments are 0 to {last}"
             yield error(subject, "bad-wrap-segment", problem)
+        if not 0 <= wrap.turns <= MOST_TURNS:
+            problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MOST_TURNS}"
+            yield error(subject, "bad-wrap-turns", problem)
+        elif 0 <= wrap.segment <= last and wrap.surface in surfaces:
+            yield from _ends_inside(subject, muscle, wrap, surfaces[wrap.surface])
+
+
+def _ends_inside(
+    subject: Subject, muscle: Muscle, wrap: Wrap, surface: WrapSurface
+) -> Iterator[Finding]:
+    """Only of ends on the surface's own link: others move."""
+    for k in (wrap.segment, wrap.segment + 1):
+        point = muscle.via_points[k]
+        if point.link == surface.link and _is_inside(point.position, surface):
+            problem = f"via point {k + 1} is inside its wrap surface {surface.name!r}; move it out"
+            yield warning(subject, "via-point-inside-wrap", problem)
+
+
+def _is_inside(position: Vector3, surface: WrapSurface) -> bool:
+    x, y, z = apply(inverse(surface.pose), position)
+    allowed = surface.radius * (1.0 - INSIDE)
+    if surface.shape == "sphere":
+        return math.hypot(x, y, z) < allowed
+    return math.hypot(x, y) < allowed and abs(z) < surface.length / 2.0
+
+
+def _sequences(
+    subject: Subject, muscle: Muscle, surfaces: Mapping[str, WrapSurface]
+) -> Iterator[Finding]:
+    """Several surfaces in one segment: not too many, apart from each other."""
+    by_segment = groupby(sorted(muscle.wraps, key=_segment), key=_segment)
+    for segment, group in by_segment:
+        wraps = list(group)
+        if len(wraps) > MOST_WRAPS:
+            problem = f"{len(wraps)} wraps in segment {segment}; at most {MOST_WRAPS} are possible"
+            yield error(subject, "too-many-wraps", problem)
+        known = [surfaces[wrap.surface] for wrap in wraps if wrap.surface in surfaces]
+        for first, second in pairwise(known):
+            if _overlap(first, second):
+                problem = f"wraps over {first.name!r} and {second.name!r}, which overlap"
+                problem += ": between them it is not taut; put a via point there"
+                yield warning(subject, "wraps-overlap", problem)
+        for wrap in wraps if len(wraps) > 1 else ():
+            if wrap.side and wrap.surface in surfaces and surfaces[wrap.surface].shape == "sphere":
+                problem = f"passes the sphere {wrap.surface!r} the shorter way, not on a side"
+                problem += ": there are other surfaces in its segment"
+                yield warning(subject, "wrap-side-left", problem)
+
+
+def _segment(wrap: Wrap) -> int:
+    return wrap.segment
+
+
+def _overlap(first: WrapSurface, second: WrapSurface) -> bool:
+    """Whether two spheres on one link do; of other shapes it depends on where they are touched."""
+    if first.link != second.link or (first.shape, second.shape) != ("sphere", "sphere"):
+        return False
+    distance = math.dist(first.pose.position, second.pose.position)
+    return distance < first.radius + second.radius

@@ -24,12 +24,11 @@ from ..muscle import (
     WrapSurface,
 )
 from ..placement import Pose, Vector3
+from .actuator import read_actuator
 from .xml import Node, shortened
 
 SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
-SIDES = {state: cast(Literal[-1, 0, 1], side) for side, state in WRAP_STATES.items()}
-ACTUATOR = ("motor", "gear", "spindle", "SEE")
-"""What the original format says about a muscle's motor and spring."""
+SIDES: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "0": 0, "1": 1}
 MARKERS = "markers"
 """The task set of the points that are only looked at."""
 
@@ -83,14 +82,12 @@ class MuscleReader:
     def _muscle(self, node: Node) -> Muscle:
         steps = [step for block in node.all("link") for step in self._steps(block)]
         points = [ViaPoint(step.link, step.position) for step in steps if step.shape is None]
-        for child in node.all(*ACTUATOR)[:1]:
-            child.warning("actuator-left-out", "its motor, gear and spring elements are left out")
         return Muscle(
             node.attribute("name"),
             tuple(points),
             node.number_attribute("f_min", 0.0),
             node.number_attribute("f_max", math.inf, infinite=True),
-            _cable_model(node),
+            read_actuator(node) or _cable_model(node),
             _base_pulley(node),
             (*self._wraps_on_the_way(steps), *_wraps(node)),
         )
@@ -200,21 +197,27 @@ def _nameless(surface: WrapSurface) -> WrapSurface:
 
 
 def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
-    """The side and the turns of a wrapping via point."""
-    state = node.attribute("state", "0")
-    if state not in SIDES:
+    """The side and the turns of a wrapping via point; the states 0 and 1 are the shorter way."""
+    state = node.attribute("state", WRAP_STATES[0])
+    if state not in WRAP_STATES:
         node.error("bad-number", f"state {shortened(state)} is not 0, 1 or 2")
-    return SIDES.get(state, 0), _whole(node, "revCounter")
+    if state == WRAP_STATES[2] and not node.has("side"):
+        problem = "state 2, the longer way round, is taken for the shorter; add side=1 or side=-1"
+        node.warning("wrap-state-left", f"{problem}, the sense of turning about the z axis")
+    return _side(node), _whole(node, "revCounter")
+
+
+def _side(node: Node) -> Literal[-1, 0, 1]:
+    side = node.attribute("side", "0")
+    if side not in SIDES:
+        node.error("bad-number", f"side {shortened(side)} is not -1, 0 or 1")
+    return SIDES.get(side, 0)
 
 
 def _wraps(node: Node) -> Iterator[Wrap]:
     for wrap in node.all("wrap"):
-        side = wrap.attribute("side", "0")
-        if side not in ("-1", "0", "1"):
-            wrap.error("bad-number", f"side {shortened(side)} is not -1, 0 or 1")
-        sides: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "1": 1}
         segment, turns = _whole(wrap, "segment"), _whole(wrap, "turns")
-        yield Wrap(wrap.attribute("surface"), segment, sides.get(side, 0), turns)
+        yield Wrap(wrap.attribute("surface"), segment, _side(wrap), turns)
 
 
 def _whole(node: Node, name: str) -> int:

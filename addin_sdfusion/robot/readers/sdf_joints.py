@@ -118,22 +118,24 @@ def _in_child(name: str, child: str, frames: Frames) -> Pose:
 
 def _driven(axis: Node, coordinate: Coordinate) -> Coordinate:
     limit, dynamics = axis.optional("limit"), axis.optional("dynamics")
-    _note_not_simulated(axis, limit, dynamics)
+    _note_not_simulated(axis, limit)
+
+    def number(tag: str) -> float:
+        return dynamics.number(tag, 0.0) if dynamics else 0.0
+
     return replace(
         coordinate,
         lower=_limit(limit, "lower", -math.inf),
         upper=_limit(limit, "upper", math.inf),
         initial=axis.number("initial_position", 0.0),
-        damping=dynamics.number("damping", 0.0) if dynamics else 0.0,
+        damping=number("damping"),
+        stiffness=number("spring_stiffness"),
+        rest=number("spring_reference"),
+        friction=number("friction"),
     )
 
 
-def _note_not_simulated(axis: Node, limit: Node | None, dynamics: Node | None) -> None:
-    if dynamics is not None:
-        for tag in ("friction", "spring_stiffness"):
-            if dynamics.number(tag, 0.0, infinite=True) != 0.0:
-                word = tag.replace("_", " ")
-                dynamics.warning("joint-not-simulated", f"its {word} is not simulated; left out")
+def _note_not_simulated(axis: Node, limit: Node | None) -> None:
     if limit is not None:
         for tag in ("effort", "velocity"):
             if 0.0 <= limit.number(tag, -1.0, infinite=True) < NO_LIMIT:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal, cast
 
+from ..mesh_files import is_file, mesh_file
 from ..model import Inertia, Link, Mesh
 from ..placement import Pose
 from ..pose import rotate_inertia, rotation
 from .sdf_frames import TRUE, Frames
 from .xml import Node, shortened
-
-MODEL_URI = "model://"
 
 
 def read_link(node: Node, frames: Frames) -> Link:
@@ -81,21 +79,10 @@ def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
 def note_missing_meshes(model: Node, links: list[Link]) -> None:
     """Warn once if mesh files are not where their URIs say."""
     uris = list(dict.fromkeys(mesh.uri for link in links for mesh in link.meshes))
-    missing = [uri for uri in uris if not _is_there(uri, model.file.parent)]
+    missing = [uri for uri in uris if not is_file(mesh_file(uri, model.file.parent))]
     if missing:
         problem = (
             f"{len(missing)} of {len(uris)} mesh files are not found, such as "
             f"{shortened(missing[0])}; it moves all the same"
         )
         model.warning("missing-meshes", problem)
-
-
-def _is_there(uri: str, folder: Path) -> bool:
-    path = uri.removeprefix("file://")
-    if uri.startswith(MODEL_URI):
-        name, _, path = uri.removeprefix(MODEL_URI).partition("/")
-        folder = folder.resolve().parent / name
-    try:
-        return (folder / path).is_file()
-    except (OSError, ValueError):
-        return False

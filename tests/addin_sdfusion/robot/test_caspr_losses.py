@@ -61,7 +61,7 @@ SCREW = with_joint(
     motions=SLIDE,
     coordinates=(ROBOT.coordinates[1], replace(ROBOT.coordinates[1], name="slide", unit="m")),
 )
-HALF = BasePulley("rotating", (("pulley_radius", (0.1,)),))
+HALF = BasePulley("screw", (("pulley_radius", (0.1,)),))
 
 ERRORS = {
     "caspr-gravity": replace(ROBOT, gravity=(0.0, 0.0, 0.0)),

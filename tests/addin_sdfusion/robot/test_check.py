@@ -88,7 +88,20 @@ def with_surfaces(*surfaces):
 
 
 PULLEY = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
+SCREW = BasePulley("screw", (("pulley_radius", (0.1,)),))
 BALL = WrapSurface("ball", "arm", "sphere", 0.1)
+BALLS = (
+    BALL,
+    WrapSurface("near", "arm", "sphere", 0.1, Pose((0.15, 0.0, 0.0))),
+    WrapSurface("far", "arm", "sphere", 0.1, Pose((3.0, 0.0, 0.0))),
+    WrapSurface("base", WORLD, "sphere", 50.0, Pose((0.0, 0.0, 0.0))),
+)
+
+
+def over_balls(*wraps):
+    return replace(with_cable(wraps=wraps), wrap_surfaces=BALLS)
+
+
 MESH = Mesh("visual", "hand.stl", scale=(1.0, NAN, 1.0))
 
 
@@ -150,6 +163,9 @@ ERRORS = {
     "bad-wrap-size": with_surfaces(replace(BALL, radius=0.0)),
     "unknown-wrap-surface": with_cable(wraps=(Wrap("ball", 0),)),
     "bad-wrap-segment": replace(with_cable(wraps=(Wrap("ball", 1),)), wrap_surfaces=(BALL,)),
+    "bad-wrap-turns": over_balls(Wrap("ball", 0, turns=-1)),
+    "too-many-wraps": over_balls(*[Wrap("ball", 0)] * 9),
+    "bad-pulley": with_cable(pulley=BasePulley("rotating", (("pulley_radius", (0.0,)),))),
 }
 
 WARNINGS = {
@@ -161,9 +177,10 @@ WARNINGS = {
     "zero-limits": with_coordinate(lower=0.0, upper=0.0),
     "no-muscles": replace(ROBOT, cable_set=""),
     "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
-    "passive-cable": with_cable(model=CableModel("passive_spring"), f_min=0.0, f_max=0.0),
-    "pulley-not-modelled": with_cable(pulley=PULLEY),
-    "wrap-not-simulated": replace(with_cable(wraps=(Wrap("ball", 0),)), wrap_surfaces=(BALL,)),
+    "pulley-not-modelled": with_cable(pulley=SCREW),
+    "via-point-inside-wrap": over_balls(Wrap("base", 0)),
+    "wraps-overlap": over_balls(Wrap("ball", 0), Wrap("near", 0)),
+    "wrap-side-left": over_balls(Wrap("ball", 0, 1), Wrap("far", 0)),
 }
 
 NOT_FINITE = {
@@ -240,12 +257,11 @@ def test_muscles_of_every_cable_set_are_checked_and_named_with_their_set():
 
 
 def test_what_is_not_simulated_is_told_of_the_active_muscles_only():
-    odd = cable(model=CableModel("vsd_flexure"), pulley=PULLEY, wraps=(Wrap("ball", 0),))
+    odd = cable(model=CableModel("vsd_flexure"), pulley=SCREW)
     robot = replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], CableSet("b", (odd,))))
-    robot = replace(robot, wrap_surfaces=(BALL,))
     assert check(robot) == []
     active = [(f.code, f.subject) for f in check(robot.with_cable_set("b"))]
-    expected = ("cable-model-not-simulated", "pulley-not-modelled", "wrap-not-simulated")
+    expected = ("cable-model-not-simulated", "pulley-not-modelled")
     assert active == [(code, ("muscle", "biceps")) for code in expected]
 
 

@@ -32,7 +32,7 @@ DEFECTS = {
     "VRpuppet": GEN_B | {"zero-limits"},
     "exosuit": GEN_B | {"link-name-case"},
     "msj_platform": GEN_A | {"inertia-triangle"},
-    "musc-le": {"wrap-not-simulated"},
+    "musc-le": set(),
     "roboy_icecream": GEN_B | {"duplicate-link", "several-roots", "no-moment-arm", "zero-limits"},
     "roboy_upper_body": GEN_A | {"inertia-triangle"},
     "test_robot": GEN_A,

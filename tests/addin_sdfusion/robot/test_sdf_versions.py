@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from addin_sdfusion.robot import RobotError, Wrap, WrapSurface, read_robot
+from addin_sdfusion.robot import CableModel, RobotError, Wrap, WrapSurface, read_robot
 from addin_sdfusion.robot.placement import Pose
 from addin_sdfusion.robot.pose import compose, inverse, rotate, rotation
 from addin_sdfusion.robot.readers import read
@@ -213,13 +213,18 @@ def test_meshes_are_kept_whether_or_not_their_files_are_there(tmp_path):
     assert "'box' is left out" in told["geometry-left-out"]
 
 
-DYNAMICS = "<dynamics><damping>1</damping><{0}>2</{0}></dynamics>"
 NOT_KEPT = {
-    "friction": AXIS.format(more=DYNAMICS.format("friction")),
-    "spring stiffness": AXIS.format(more=DYNAMICS.format("spring_stiffness")),
     "effort limit": AXIS.format(more="<limit><effort>3</effort></limit>"),
     "mimics": AXIS.format(more='<mimic joint="x"/>'),
 }
+
+
+def test_springs_and_friction_of_a_joint_are_read(tmp_path):
+    words = {"damping": 1, "friction": 2, "spring_stiffness": 3, "spring_reference": 4}
+    dynamics = "".join(f"<{word}>{number}</{word}>" for word, number in words.items())
+    axis = AXIS.format(more=f"<dynamics>{dynamics}</dynamics>")
+    (c,) = read(write(tmp_path, link("base"), link("arm"), hinge(axis))).require().coordinates
+    assert (c.damping, c.friction, c.stiffness, c.rest) == (1.0, 2.0, 3.0, 4.0)
 
 
 @pytest.mark.parametrize("word", NOT_KEPT)
@@ -296,11 +301,52 @@ def test_the_file_beside_wins_over_a_plugin_and_says_so(tmp_path):
     assert "second-source-left-out" in {finding.code for finding in reading.findings}
 
 
-MOTOR = "<motor><torque_constant>1</torque_constant></motor><SEE><stiffness>1</stiffness></SEE>"
+MOTOR = (
+    "<motor><bemf_constant>0.01</bemf_constant><torque_constant>0.02</torque_constant>"
+    "<inductance>1e-4</inductance><resistance>0.7</resistance><inertiaMoment>4e-7</inertiaMoment>"
+    "</motor><gear><ratio>53</ratio><efficiency>0.6</efficiency><inertiaMoment>1e-7</inertiaMoment>"
+    "</gear><spindle><radius>0.005</radius></spindle>"
+    "<SEE><stiffness>30000</stiffness><length>0.056</length></SEE>"
+)
 
 
-def test_motors_and_springs_of_muscles_are_told_to_be_left_out(tmp_path):
-    assert "actuator-left-out" in found(tmp_path, *TWO, beside=muscle(START, END, more=MOTOR))
+def test_motors_and_springs_of_muscles_are_series_elastic_motors(tmp_path):
+    reading = read(write(tmp_path, *TWO, beside=muscle(START, END, more=MOTOR)))
+    model = reading.require().muscles[0].model
+    assert model.kind == "series_elastic_motor"
+    assert dict(model.parameters) == {
+        "back_emf_constant": 0.01,
+        "torque_constant": 0.02,
+        "inductance": 1e-4,
+        "resistance": 0.7,
+        "motor_inertia": 4e-7,
+        "gear_ratio": 53.0,
+        "gear_efficiency": 0.6,
+        "gear_inertia": 1e-7,
+        "spindle_radius": 0.005,
+        "stiffness": 30000.0,
+    }
+    told = {finding.code: finding.message for finding in reading.findings}
+    assert "replace the default back_emf_constant, torque_constant" in told["actuator-read"]
+    assert "<length> of its <SEE> is left out" in told["actuator-part-left-out"]
+
+
+def test_a_cable_model_goes_before_the_motor_of_the_original_format(tmp_path):
+    model = '<cable_model kind="elastic_cable"><parameter name="stiffness">9</parameter>'
+    more = f"{MOTOR}{model}</cable_model>"
+    reading = read(write(tmp_path, *TWO, beside=muscle(START, END, more=more)))
+    assert reading.require().muscles[0].model == CableModel("elastic_cable", (("stiffness", 9.0),))
+    assert "actuator-left-out" in {finding.code for finding in reading.findings}
+
+
+def test_a_motors_numbers_are_checked(tmp_path):
+    for word, wrong, code in (
+        ("0.7", "seven", "bad-number"),
+        ("0.7", "-0.7", "bad-law-parameter"),
+        ("0.7", "1 2", "bad-vector"),
+    ):
+        more = MOTOR.replace(f">{word}<", f">{wrong}<")
+        assert code in found(tmp_path, *TWO, beside=muscle(START, END, more=more))
 
 
 @pytest.mark.parametrize(
@@ -314,10 +360,10 @@ def test_motors_and_springs_of_muscles_are_told_to_be_left_out(tmp_path):
         (
             'type="CYLINDRICAL" radius="0.03" state="1" revCounter="2"',
             WrapSurface("arm_cylinder", "arm", "cylinder", 0.03, Pose((0, 0, 2))),
-            Wrap("arm_cylinder", 0, 1, 2),
+            Wrap("arm_cylinder", 0, 0, 2),
         ),
         (
-            'type="CYLINDRICAL" radius="0.03" state="2" revCounter="0"',
+            'type="CYLINDRICAL" radius="0.03" state="2" revCounter="0" side="-1"',
             WrapSurface("arm_cylinder", "arm", "cylinder", 0.03, Pose((0, 0, 2))),
             Wrap("arm_cylinder", 0, -1),
         ),
@@ -333,7 +379,15 @@ def test_wrapping_points_are_surfaces(tmp_path, words, surface, wrap):
     assert [m.wraps[0].segment for m in robot.muscles] == [0, 1]
     assert robot.muscles[0].wraps == (wrap,)
     assert len(robot.muscles[0].via_points) == 2
-    assert "wrap-not-simulated" in {finding.code for finding in reading.findings}
+    assert "wrap-state-left" not in {finding.code for finding in reading.findings}
+
+
+def test_the_longer_way_round_needs_a_side(tmp_path):
+    """The old plugin's states start a cable the shorter or the longer way, about no axis."""
+    over = ("arm", 'type="CYLINDRICAL" radius="0.03" state="2"', "0 0 2")
+    reading = read(write(tmp_path, *TWO, beside=muscle(START, over, END)))
+    assert reading.require().muscles[0].wraps == (Wrap("arm_cylinder", 0),)
+    assert "wrap-state-left" in {finding.code for finding in reading.findings}
 
 
 SPHERE = 'type="SPHERICAL" radius="0.1" state="0"'

@@ -1,0 +1,190 @@
+"""The parameters of the tension laws: name, unit, default, bounds, meaning."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Parameter(NamedTuple):
+    """A number of a tension law.
+
+    Attributes:
+        name: Its name in files.
+        unit: Its unit, as FMI writes units.
+        default: What holds where it is not given; None if it must be.
+        low: Smallest value.
+        high: Largest value.
+        meaning: What it is.
+        open_low: Whether it must be above `low`.
+    """
+
+    name: str
+    unit: str
+    default: float | None
+    low: float
+    high: float
+    meaning: str
+    open_low: bool = False
+
+
+def _positive(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
+    return Parameter(name, unit, default, 0.0, math.inf, meaning, open_low=True)
+
+
+def _natural(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
+    """Zero or above."""
+    return Parameter(name, unit, default, 0.0, math.inf, meaning)
+
+
+def _part(name: str, default: float, meaning: str) -> Parameter:
+    """From 0 to 1."""
+    return Parameter(name, "1", default, 0.0, 1.0, meaning)
+
+
+ELASTIC_CABLE = (
+    _positive("stiffness", "N/m", None, "k"),
+    _natural("damping", "N.s/m", 0.0, "d"),
+    _positive("longest_rest_length", "m", 1000.0, "largest command"),
+)
+
+SPRING = (
+    _natural("K", "N/m", None, "stiffness"),
+    Parameter("l0", "m", None, -math.inf, math.inf, "length without force"),
+)
+
+MOTOR = (
+    _positive("resistance", "Ohm", 0.797, "R, of the winding"),
+    _natural("bridge_resistance", "Ohm", 0.0, "added to R: of the H-bridge"),
+    _positive("inductance", "H", 1.8e-4, "La"),
+    _natural("back_emf_constant", "V.s/rad", 1.42e-2, "Ke"),
+    _positive("torque_constant", "N.m/A", 1.42e-2, "Kt"),
+    _positive("gear_ratio", "1", 53.0, "N: motor turns a spindle turn"),
+    Parameter("gear_efficiency", "1", 0.59, 0.0, 1.0, "eta: rho while the motor drives, 1 / rho "
+              "while it is driven", open_low=True),
+    _natural("gear_inertia", "kg.m2", 0.4e-7, "J_G, on the motor's side"),
+    _positive("motor_inertia", "kg.m2", 4.09e-7, "J_M"),
+    _positive("spindle_radius", "m", 0.0045, "r"),
+    _positive("stiffness", "N/m", 30680.0, "k, of the spring"),
+    Parameter("rest_length", "m", 0.0, -math.inf, math.inf,
+              "l0: path length at which the spring has no force with the spindle at 0"),
+    _positive("max_voltage", "V", 24.0, "largest command"),
+)  # fmt: skip
+
+ROBOY_MYO_MUSCLE = (
+    ("resistance", 0.797),
+    ("bridge_resistance", 0.0),
+    ("inductance", 1.8e-4),
+    ("back_emf_constant", 1.42e-2),
+    ("torque_constant", 1.42e-2),
+    ("gear_ratio", 53.0),
+    ("gear_efficiency", 0.59),
+    ("gear_inertia", 0.4e-7),
+    ("motor_inertia", 4.09e-7),
+    ("spindle_radius", 0.0045),
+    ("stiffness", 30680.0),
+)
+"""What CARDSFlow's Gazebo plug-in simulates with, and the spring that it declares.
+
+In effect the plug-in computes with a spring of 324.7 N/m (0.03247 N a tick, 1e4 ticks a metre).
+"""
+
+ROBOY_TEST_BENCH = (
+    ("resistance", 0.516),
+    ("bridge_resistance", 0.0),
+    ("inductance", 5.73e-5),
+    ("back_emf_constant", 11.5e-3),
+    ("torque_constant", 11.5e-3),
+    ("gear_ratio", 128.0),
+    ("gear_efficiency", 0.59),
+    ("gear_inertia", 0.4e-7),
+    ("motor_inertia", 14.5e-7),
+    ("spindle_radius", 0.0045),
+    ("stiffness", 30680.0),
+)
+"""What the plug-in's own test of a muscle uses; its spindle and spring are those of the plug-in."""
+
+MCKIBBEN = (
+    _positive("thread_length", "m", None, "b: length of a thread of the sleeve"),
+    _positive("turns", "1", None, "n: how often the thread goes round the bladder"),
+    _natural("cord_length", "m", 0.0, "path length beside the bladder's own"),
+    _positive("max_pressure", "Pa", 6e5, "largest command, above that of the air"),
+    _natural("pressure_time_constant", "s", 0.05, "of the pressure behind its set point; 0: none"),
+)
+
+
+def _hill(
+    rise: float, fall: float, least: float, own: tuple[Parameter, ...]
+) -> tuple[Parameter, ...]:
+    """What all muscles of Hill's type have, and what one of them has of its own."""
+    return (
+        _positive("max_isometric_force", "N", None, "F0"),
+        _positive("optimal_fibre_length", "m", None, "where F0 is reached"),
+        _natural("tendon_slack_length", "m", None, "where the tendon begins to pull"),
+        Parameter("pennation_at_optimal", "rad", 0.0, 0.0, 1.47, "angle of fibres to tendon"),
+        _positive("max_contraction_velocity", "1/s", 10.0, "optimal fibre lengths a second"),
+        _positive("activation_time_constant", "s", rise, "of rising activation"),
+        _positive("deactivation_time_constant", "s", fall, "of falling activation"),
+        _part("minimum_activation", least, "activation never falls below"),
+        Parameter("elastic_tendon", "1", 0.0, 0.0, 1.0, "1: the tendon gives, 0: it is rigid"),
+        *own,
+    )
+
+
+DE_GROOTE = _hill(0.015, 0.06, 0.0, (
+    _natural("fibre_damping", "1", 0.0, "force over F0 at the largest contraction velocity"),
+    _positive("active_width_scale", "1", 1.0, "widens the active force-length curve"),
+    _positive("passive_fibre_strain", "1", 0.6, "fibre strain at which it resists with F0"),
+    _positive("tendon_strain", "1", 0.049, "tendon strain at F0"),
+    _positive("activation_smoothing", "1", 0.1, "of the change from rising to falling"),
+))  # fmt: skip
+
+# (*) With an elastic tendon and no fibre damping the velocity follows from the force: then these
+# are at least 0.1 and half of the slope near vmax, and the minimum activation is at least 0.01, as
+# in OpenSim.
+MILLARD = _hill(0.01, 0.04, 0.01, (
+    _natural("fibre_damping", "1", 0.1, "force over F0 at the largest contraction velocity"),
+    Parameter("maximum_pennation", "rad", math.acos(0.1), 0.0, 1.57, "of the shortest fibre"),
+    _natural("active_shortest", "1", 0.4441, "fibre length where active force begins"),
+    _natural("active_transition", "1", 0.73, "fibre length where the shallow slope begins"),
+    _natural("active_longest", "1", 1.8123, "fibre length where active force ends"),
+    _natural("active_shallow_slope", "1", 0.8616, "slope below the optimum"),
+    _part("active_minimum", 0.0, "active force outside of these lengths (*)"),
+    _part("concentric_slope_at_vmax", 0.0, "of the force-velocity curve, while shortening (*)"),
+    _part("concentric_slope_near_vmax", 0.25, "at 0.9 of the contraction velocity"),
+    Parameter("isometric_slope", "1", 5.0, 1.0, math.inf, "at rest", open_low=True),
+    _part("eccentric_slope_at_vmax", 0.0, "at the largest lengthening speed (*)"),
+    _part("eccentric_slope_near_vmax", 0.15, "at 0.9 of the largest lengthening speed"),
+    Parameter("eccentric_force", "1", 1.4, 1.0, math.inf, "at that speed, over F0", open_low=True),
+    _part("concentric_curviness", 0.6, "of the shortening part"),
+    _part("eccentric_curviness", 0.9, "of the lengthening part"),
+    Parameter("passive_zero_strain", "1", 0.0, -1.0, math.inf, "fibre strain where it resists"),
+    _positive("passive_fibre_strain", "1", 0.7, "fibre strain at which it resists with F0"),
+    _positive("passive_stiffness_low", "1", 0.2, "slope where it begins to resist"),
+    _natural("passive_stiffness", "1", 0.0, "slope at F0; 0: 2 over the strain between"),
+    _part("passive_curviness", 0.75, "of the passive curve"),
+    _positive("tendon_strain", "1", 0.049, "tendon strain at F0"),
+    _natural("tendon_stiffness", "1", 0.0, "slope at F0; 0: 1.375 over the strain"),
+    Parameter("tendon_toe_force", "1", 2 / 3, 0.0, 1.0, "where the tendon becomes linear",
+              open_low=True),
+    _part("tendon_curviness", 0.5, "of the toe"),
+))  # fmt: skip
+
+THELEN = _hill(0.015, 0.05, 0.01, (
+    _positive("tendon_strain", "1", 0.04, "tendon strain at F0"),
+    _positive("passive_fibre_strain", "1", 0.6, "fibre strain at which it resists with F0"),
+    _positive("active_shape", "1", 0.45, "gamma, of the active force-length curve"),
+    _positive("passive_shape", "1", 5.0, "of the passive curve"),
+    _positive("concentric_shape", "1", 0.25, "Af, of the force-velocity curve"),
+    Parameter("eccentric_force", "1", 1.4, 1.0, math.inf, "largest force while lengthening, over "
+              "F0", open_low=True),
+    Parameter("linear_from", "1", 0.95, 0.0, 1.0, "part of the force-velocity curve's range "
+              "beyond which it goes on as a line", open_low=True),
+))  # fmt: skip
+
+LIGAMENT = (
+    _natural("linear_stiffness", "N", None, "force a unit of strain, beyond the toe"),
+    _positive("transition_strain", "1", 0.06, "where the toe ends"),
+    _natural("damping_coefficient", "N.s", 0.003, "force a unit of strain rate, if lengthening"),
+    _positive("slack_length", "m", None, "where it begins to pull"),
+)

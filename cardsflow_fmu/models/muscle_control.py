@@ -1,0 +1,126 @@
+"""Muscles with laws under a control law that asks for forces: what they can do, how they do it.
+
+At every tick the muscles' states and the joints' velocities say which tensions can be reached
+within a horizon; the control law chooses among them, and the commands that would lead there, if
+they were held as long, are found by inverting the muscles' laws. A horizon of one period aims at
+the next tick. Muscles that answer late, as a motor behind a spring does, need a longer one: a
+command that makes up for the whole delay within a single period overshoots in what is not aimed at,
+and the next one more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.tension_laws import states_of
+from cardsflow_fmu.muscle_ports import driven_muscles, state_order
+from sim_dart import MuscleDrive
+
+from .model import FloatArray
+
+LATE_PERIODS = 4
+"""Horizon where a muscle has several states, in periods, unless an experiment has another."""
+
+
+class MuscleControl:
+    """The muscles of a robot under a control law.
+
+    Args:
+        robot: The robot; some of its muscles have laws.
+        horizon: How far ahead the commands aim, in [s]; 0 for one period, or `LATE_PERIODS`.
+
+    Attributes:
+        size: Length of its memory, see `get_state`.
+    """
+
+    def __init__(self, robot: Robot, horizon: float = 0.0) -> None:
+        late = any(len(states_of(muscle.model)) > 1 for muscle in robot.muscles)
+        self._horizon, self._periods = horizon, LATE_PERIODS if late else 1
+        self._drive = MuscleDrive(robot)
+        self._driven = driven_muscles(robot)
+        self._order = np.array(state_order(robot), dtype=np.intp)
+        self._states = np.zeros(self._drive.states)
+        self._m = len(robot.muscles)
+        self.size = 2 * self._m + 1
+        self.reset(())
+
+    def reset(self, commands: tuple[float, ...]) -> None:
+        """Forget everything.
+
+        Args:
+            commands: What the muscles are told until the first tick, shape (m,); 0 when empty.
+        """
+        self._told = np.array(commands) if len(commands) else np.zeros(self._m)
+        self._began = np.zeros(self._m)
+        self._has_ticked = False
+
+    @property
+    def commands(self) -> FloatArray:
+        """The commands of the muscles that take one, in the order of their ports."""
+        return self._told[self._driven]
+
+    def see(self, q: FloatArray, qd: FloatArray, states: FloatArray) -> FloatArray | None:
+        """Take over the state of a tick.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+            states: Of the muscles, in the order of their ports, shape (s,).
+
+        Returns:
+            The mean tensions since the last tick, shape (m,), in [N]; None at the first.
+        """
+        self._states[self._order] = states
+        self._drive.see(q, qd, self._states)
+        if not self._has_ticked:
+            return None
+        mean: FloatArray = 0.5 * (self._began + self._drive.tensions(self._told))
+        return mean
+
+    def horizon(self, period: float) -> float:
+        """How far ahead the commands of a tick aim, in [s].
+
+        Args:
+            period: Until the next tick, in [s].
+        """
+        return max(self._horizon, period) if self._horizon else self._periods * period
+
+    def bounds(
+        self, f_min: FloatArray, f_max: FloatArray, period: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What the muscles can come to, within the bounds if they can keep them.
+
+        Args:
+            f_min: Smallest forces wanted, shape (m,), in [N].
+            f_max: Largest forces wanted, shape (m,), in [N].
+            period: Until the next tick, in [s].
+
+        Returns:
+            The least and the greatest tensions, shape (m,), never negative; and what passive
+            springs push with, shape (m,), never positive: no cable can.
+        """
+        low, high = self._drive.reach(self.horizon(period))
+        least, most = np.clip(f_min, low, high), np.clip(f_max, low, high)
+        return np.maximum(least, 0.0), np.maximum(most, 0.0), np.minimum(most, 0.0)
+
+    def tell(self, forces: FloatArray, period: float) -> None:
+        """Find the commands with which the muscles come to these tensions.
+
+        Args:
+            forces: Shape (m,), in [N].
+            period: Until the next tick, in [s].
+        """
+        self._told = self._drive.commands(forces, self.horizon(period))
+        self._began = self._drive.tensions(self._told)
+        self._has_ticked = True
+
+    def get_state(self) -> FloatArray:
+        """All that it remembers, shape (size,)."""
+        return np.concatenate([self._told, self._began, [self._has_ticked]])
+
+    def set_state(self, state: FloatArray) -> None:
+        """Go back to a state from `get_state`."""
+        m = self._m
+        self._told, self._began = state[:m].copy(), state[m : 2 * m].copy()
+        self._has_ticked = bool(state[2 * m])

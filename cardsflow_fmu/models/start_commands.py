@@ -1,0 +1,51 @@
+"""The commands that muscles have been at rest with when a run begins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from cardsflow_fmu.muscle_ports import modelled_muscles
+from controllers import ForceDistribution
+from sim_dart import DartDynamics, MuscleDrive
+
+from .model import FloatArray
+
+
+class Start(NamedTuple):
+    """How muscles begin.
+
+    Attributes:
+        commands: Of every muscle, shape (m,), each in the unit of its law; none if all muscles are
+            ideal cables.
+        forces: The tensions that these hold, shape (m,), in [N]; f_min for ideal cables alone.
+    """
+
+    commands: tuple[float, ...]
+    forces: FloatArray
+
+
+def start(robot: Robot, q: Sequence[float]) -> Start:
+    """Muscles that hold the robot where it stands, as nearly as they can at rest.
+
+    A muscle with a law cannot jump to a tension as an ideal cable can: a run that began with slack
+    muscles would begin with a fall.
+
+    Args:
+        robot: The robot.
+        q: Where it stands, in [rad] or [m].
+    """
+    f_min = np.array([muscle.f_min for muscle in robot.muscles])
+    if not modelled_muscles(robot):
+        return Start((), f_min)
+    f_max = np.array([muscle.f_max for muscle in robot.muscles])
+    drive, dynamics = MuscleDrive(robot), DartDynamics(robot)
+    at_rest = drive.resting_reach(q)
+    low = np.maximum(np.clip(f_min, at_rest.low, at_rest.high), 0.0)
+    high = np.maximum(np.clip(f_max, at_rest.low, at_rest.high), 0.0)
+    L, tau = dynamics.muscle_jacobian(q), dynamics.gravity(q)
+    held = ForceDistribution(low, high).solve(L, tau, dynamics.mass_matrix(q)).forces
+    return Start(tuple(drive.resting_commands(q, held).tolist()), held)

@@ -1,0 +1,43 @@
+"""The command that does exactly one run of a study again."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+from .sampling import Run
+from .study import Study
+
+
+def rerun_command(study: Study, run: Run) -> str:
+    """A `cardsflow run` with every setting.
+
+    Args:
+        study: The study.
+        run: One of its runs.
+    """
+    words = ["cardsflow", "run", str(study.experiment)]
+    for key, value in {**study.settings, **run.settings}.items():
+        words += ["--set", f"{key}={toml_value(value)}"]
+    if study.engine == "direct":
+        words.append("--direct")
+    return shlex.join([*words, "-o", f"run_{run.hash[:8]}"])
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML has it, in one line; numbers such that they read back exactly."""
+    if isinstance(value, Mapping):
+        pairs = (f"{_key(name)} = {toml_value(inner)}" for name, inner in value.items())
+        return f"{{{', '.join(pairs)}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml_value, value))}]"
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(value)
+
+
+def _key(name: str) -> str:
+    bare = name.replace("_", "").replace("-", "").isalnum() and name.isascii()
+    return name if bare else json.dumps(name)

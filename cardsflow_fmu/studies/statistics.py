@@ -1,0 +1,156 @@
+"""What the runs of a study tell together: distributions, worst cases, sensitivity."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from .metrics import parted
+from .outcome import Outcome
+from .sampling import Run, is_searched
+from .study import Study
+from .table import Columns
+
+FloatArray = NDArray[np.float64]
+
+_WORST = 5
+_MOST_ERRORS = 50
+_QUANTILES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
+
+
+@dataclass
+class Collected:
+    """The numbers of a study: what a table of them takes, and no more.
+
+    Attributes:
+        hashes: One a run.
+        inputs: By the name of the variation, one a run; NaN for what is no number.
+        metrics: By name, one a run; NaN of a failed run.
+        failures: Errors, and how often.
+        overheads: Time of every complete run beyond its simulation, in [s].
+    """
+
+    hashes: list[str] = field(default_factory=list)
+    inputs: dict[str, FloatArray] = field(default_factory=dict)
+    metrics: dict[str, FloatArray] = field(default_factory=dict)
+    failures: dict[str, int] = field(default_factory=dict)
+    overheads: list[float] = field(default_factory=list)
+
+
+def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
+    """The numbers of a study.
+
+    Args:
+        columns: Of its table.
+        rows: The runs and their outcomes.
+    """
+    collected = Collected()
+    inputs: dict[str, list[float]] = {name: [] for name in columns.variations}
+    metrics: dict[str, list[float]] = {name: [] for name in columns.metrics}
+    for run, outcome in rows:
+        collected.hashes.append(run.hash)
+        for name, numbers in inputs.items():
+            numbers.append(_number(run.values[name]))
+        for name, numbers in metrics.items():
+            numbers.append(_number(outcome.metrics.get(name)))
+        if outcome.error is None:
+            collected.overheads.append(outcome.overhead)
+        else:
+            full = len(collected.failures) >= _MOST_ERRORS
+            error = "others" if full and outcome.error not in collected.failures else outcome.error
+            collected.failures[error] = collected.failures.get(error, 0) + 1
+    collected.inputs = {name: np.array(numbers) for name, numbers in inputs.items()}
+    collected.metrics = {name: np.array(numbers) for name, numbers in metrics.items()}
+    return collected
+
+
+def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
+    """How every metric is distributed over the runs that have it."""
+    found: dict[str, dict[str, float | int]] = {}
+    for name, values in collected.metrics.items():
+        there = values[np.isfinite(values)]
+        if there.size:
+            found[name] = {
+                "count": int(there.size),
+                "min": float(there.min()),
+                "mean": float(there.mean()),
+                "max": float(there.max()),
+                "deviation": float(there.std()),
+                **{key: float(np.quantile(there, q)) for key, q in _QUANTILES.items()},
+            }
+    return found
+
+
+def worst_runs(collected: Collected) -> dict[str, list[int]]:
+    """The places of the runs that are worst by each metric, the worst first.
+
+    Metrics that are equal in all runs are left out, and so are those of single muscles.
+    """
+    found = {}
+    for name, values in collected.metrics.items():
+        metric, muscle = parted(name)
+        there = np.flatnonzero(~np.isnan(values))
+        if muscle is None and there.size and np.ptp(values[there]) > 0:
+            badness = values[there] if metric.large_is_good else -values[there]
+            found[name] = there[np.argsort(badness, kind="stable")][:_WORST].tolist()
+    return found
+
+
+def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any]]:
+    """How much each variation counts for each metric.
+
+    A study with the sampler `sensitivity` gives Sobol's indices: `first`, the part of the variance
+    that a variation makes alone, and `total`, with all it makes together with others. The others
+    give `rank`, Spearman's rank correlation, from -1 to 1.
+    """
+    names = [v.name for v in study.variations if is_searched(v)]
+    if study.sampler == "sensitivity" and study.optimise is None:
+        assert study.count is not None
+        return _sobol(names, study.count, collected)
+    return _ranks(names, collected)
+
+
+def _sobol(names: list[str], count: int, collected: Collected) -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for metric, values in collected.metrics.items():
+        if not np.isfinite(values).all() or np.ptp(values) == 0:
+            continue
+        f = values.reshape(len(names) + 2, count)
+        answers: Any = {"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, np.newaxis, :]}
+        indices = stats.sobol_indices(func=answers, n=count)
+        found[metric] = {
+            name: {"first": float(first), "total": float(total)}
+            for name, first, total in zip(
+                names, np.ravel(indices.first_order), np.ravel(indices.total_order), strict=True
+            )
+        }
+    return found
+
+
+def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for metric, values in collected.metrics.items():
+        ranks = {}
+        for name in names:
+            inputs = collected.inputs[name]
+            both = np.isfinite(inputs) & np.isfinite(values)
+            if both.sum() > 2 and np.ptp(inputs[both]) > 0 and np.ptp(values[both]) > 0:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    rank = float(stats.spearmanr(inputs[both], values[both]).statistic)
+                ranks[name] = {"rank": rank}
+        if ranks:
+            found[metric] = ranks
+    return found
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return float("nan")
+    return float(value)

@@ -1,0 +1,58 @@
+"""Whether a path of a study leads to something that the experiment can vary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.setting_paths import PathError, split_path
+
+
+class Trial:
+    """An experiment on which paths are tried.
+
+    Args:
+        path: The experiment.toml, or the folder that holds one.
+        settings: Changes to it that all runs share.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
+        self._path, self._settings = path, settings
+
+    @cached_property
+    def base(self) -> Experiment:
+        """The experiment without variations; InputError if something is wrong with it."""
+        return Experiment.load(self._path, self._settings)
+
+    def require(self, path: str, value: Any) -> None:
+        """Refuse a path that leads nowhere; a value that does not fit is the run's own trouble.
+
+        Args:
+            path: The full key.
+            value: A value for it.
+
+        Raises:
+            UnknownNameError: A part of the path names nothing; the nearest is named.
+            PathError: The path leads through what is no table.
+        """
+        _ = self.base
+        try:
+            Experiment.load(self._path, {**self._settings, path: value})
+        except PathError:
+            raise
+        except UnknownNameError as error:
+            is_value = isinstance(value, str) and error.name == value
+            if error.key is not None and _leads_through(path, error.key) and not is_value:
+                raise
+        except InputError:
+            pass
+
+
+def _leads_through(path: str, key: str) -> bool:
+    """Whether an error about a key is about a part of the path; keys have no quotes."""
+    plain = ".".join(split_path(path))
+    return plain == key or plain.startswith((f"{key}.", f"{key}["))

@@ -1,0 +1,41 @@
+"""Which links pass through one another: those that a joint connects."""
+
+from __future__ import annotations
+
+from addin_sdfusion.robot import WORLD, Robot
+
+from .skeleton_group import trees
+
+
+def connected(robot: Robot) -> set[frozenset[str]]:
+    """Pairs of links, or of a link and `WORLD`, that are one rigid body or share a joint.
+
+    Links that fixed joints hold together count as one body, so the neighbours of one are those of
+    all. Trees are robots of their own: links of two of them are never connected.
+
+    Args:
+        robot: A valid robot.
+    """
+    pairs: set[frozenset[str]] = set()
+    for tree in trees(robot):
+        pairs |= _connected_in(tree)
+    return pairs
+
+
+def _connected_in(tree: Robot) -> set[frozenset[str]]:
+    head = {WORLD: WORLD}  # the first link of the rigid body that a link belongs to
+    for joint in tree.joints:
+        head[joint.child] = joint.child if joint.motions else head[joint.parent]
+    bodies: dict[str, list[str]] = {}
+    for link, first in head.items():
+        bodies.setdefault(first, []).append(link)
+    neighbours = [(first, first) for first in bodies] + [
+        (head[joint.parent], joint.child) for joint in tree.joints if joint.motions
+    ]
+    return {
+        frozenset((a, b))
+        for one, other in neighbours
+        for a in bodies[one]
+        for b in bodies[other]
+        if a != b
+    }

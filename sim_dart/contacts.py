@@ -1,0 +1,66 @@
+"""Who touches whom in a world, where, and how hard."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Contact(NamedTuple):
+    """A point where two bodies touch.
+
+    Attributes:
+        first, second: Names of the bodies: links, objects, or the ground.
+        point: In the world, shape (3,), in [m].
+        depth: How far they are in each other, in [m].
+        force: On the first body, world axes, shape (3,), in [N]; the second feels its opposite.
+    """
+
+    first: str
+    second: str
+    point: FloatArray
+    depth: float
+    force: FloatArray
+
+
+def read_contacts(result: Any, owners: Mapping[Any, str]) -> list[Contact]:
+    """The contacts that DART has found.
+
+    Args:
+        result: A result of collisions.
+        owners: Name of the body that each shape of DART belongs to.
+    """
+    return [
+        Contact(
+            owners[contact.collisionObject1.getShapeFrame()],
+            owners[contact.collisionObject2.getShapeFrame()],
+            np.array(contact.point),
+            float(contact.penetrationDepth),
+            np.array(contact.force),
+        )
+        for contact in result.getContacts()
+    ]
+
+
+def contact_forces(result: Any, rows: Mapping[Any, int], count: int) -> FloatArray:
+    """The force of all contacts on each of several bodies, shape (count, 3), world axes, in [N].
+
+    Args:
+        result: A result of collisions.
+        rows: The row of the body that each shape of DART belongs to, `count` for all others.
+        count: Number of the bodies.
+    """
+    contacts = result.getContacts()
+    forces = np.zeros((count + 1, 3))
+    if contacts:
+        first = [rows[c.collisionObject1.getShapeFrame()] for c in contacts]
+        second = [rows[c.collisionObject2.getShapeFrame()] for c in contacts]
+        pushes = np.array([c.force for c in contacts])
+        np.add.at(forces, first, pushes)
+        np.subtract.at(forces, second, pushes)
+    return forces[:-1]

@@ -1,0 +1,24 @@
+/* Curves of quintic Bezier pieces, each an elbow between two points with given slopes.
+
+   Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, appendix: the second and third control points
+   lie on the tangent of one end, the fourth and fifth on that of the other, towards the corner in which
+   the tangents meet; the curviness says how far. So the second derivative is zero at both ends, and
+   pieces with the same slope join smoothly. Outside of its pieces a curve goes on as a line.          */
+#ifndef CARDSFLOW_BEZIER_H
+#define CARDSFLOW_BEZIER_H
+
+/* A curve of n pieces is (n + 1) knots x, y, slope, then for each piece the two inner control points
+   x, y, x, y.                                                                                         */
+#define BEZIER_SIZE(pieces) (3 * ((pieces) + 1) + 4 * (pieces))
+
+/* Complete a curve whose knots are set. `curviness` of every piece, from 0 to 1. */
+void bezier_prepare(double *curve, int pieces, const double *curviness);
+
+/* Whether the knots rise in x, and the tangents of every two meet between them in x and y, so that no
+   piece turns back.                                                                                   */
+int bezier_is_sound(const double *curve, int pieces);
+
+/* y(x) and, unless `slope` is NULL, dy/dx. */
+double bezier_value(const double *curve, int pieces, double x, double *slope);
+
+#endif

@@ -1,0 +1,188 @@
+/* Muscles of Hill's type: rigid and elastic tendons. */
+#include "hill.h"
+
+#include "root.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { HILL_PARAMETERS(AT) PARAMETERS };
+
+/* Last steps of Newton's rule, in optimal fibre lengths and in largest contraction velocities. */
+#define LAST_STEP 1e-8
+/* Fibre velocities are looked for within this many largest contraction velocities. */
+#define LARGEST_VELOCITY 1e6
+
+const char *hill_refusal(const double *p)
+{
+    if (!(p[AT_max_isometric_force] > 0)) return "max_isometric_force must be positive";
+    if (!(p[AT_optimal_fibre_length] > 0)) return "optimal_fibre_length must be positive";
+    if (p[AT_tendon_slack_length] < 0) return "tendon_slack_length must not be negative";
+    if (p[AT_pennation_at_optimal] < 0 || p[AT_pennation_at_optimal] > 1.47)
+        return "pennation_at_optimal must be from 0 to 1.47 rad";
+    if (!(p[AT_max_contraction_velocity] > 0)) return "max_contraction_velocity must be positive";
+    if (!(p[AT_activation_time_constant] > 0)) return "activation_time_constant must be positive";
+    if (!(p[AT_deactivation_time_constant] > 0)) return "deactivation_time_constant must be positive";
+    if (p[AT_minimum_activation] < 0 || p[AT_minimum_activation] > 1)
+        return "minimum_activation must be from 0 to 1";
+    if (p[AT_elastic_tendon] != 0 && p[AT_elastic_tendon] != 1) return "elastic_tendon must be 0 or 1";
+    if (p[AT_elastic_tendon] && !(p[AT_tendon_slack_length] > 0))
+        return "an elastic tendon needs a positive tendon_slack_length";
+    return NULL;
+}
+
+void hill_prepare(const double *p, double shortest, double steepest, double damping, double smoothing,
+                  double *k)
+{
+    const double optimum = p[AT_optimal_fibre_length];
+    const double height = optimum * sin(p[AT_pennation_at_optimal]);
+    k[LAW_LOW] = 0, k[LAW_HIGH] = 1;
+    k[HILL_FORCE] = p[AT_max_isometric_force], k[HILL_OPTIMUM] = optimum;
+    k[HILL_SLACK] = p[AT_tendon_slack_length], k[HILL_HEIGHT2] = height * height;
+    k[HILL_SPEED] = p[AT_max_contraction_velocity] * optimum, k[HILL_DAMPING] = damping;
+    k[HILL_SHORTEST] = fmax(shortest * optimum, height / sin(steepest));
+    k[HILL_NEAREST] = sqrt(fmax(k[HILL_SHORTEST] * k[HILL_SHORTEST] - k[HILL_HEIGHT2], 0));
+    k[HILL_ELASTIC] = p[AT_elastic_tendon];
+    k[HILL_PER_OPTIMUM] = 1 / optimum, k[HILL_PER_SPEED] = 1 / k[HILL_SPEED];
+    k[HILL_RISE] = 1 / p[AT_activation_time_constant];
+    k[HILL_FALL] = 1 / p[AT_deactivation_time_constant];
+    k[HILL_LEAST_ACTIVATION] = p[AT_minimum_activation], k[HILL_SMOOTHING] = smoothing;
+}
+
+int hill_states(const double *p)
+{
+    return p[AT_elastic_tendon] ? 2 : 1;
+}
+
+/* Fibre force over F0, along the fibre; with its derivatives by fibre length [1/m] and velocity. */
+static double fibre_force(const hill_curves *f, const double *k, double a, double fibre, double w,
+                          double *by_length, double *by_velocity)
+{
+    const double z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const double speed = f->speed ? f->speed(a) : 1;
+    double active_slope, velocity_slope, passive_slope;
+    const double active = f->active(k, z, &active_slope), passive = f->passive(k, z, &passive_slope);
+    const double scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
+    const double velocity = f->velocity(k, scaled, &velocity_slope);
+    *by_length = (a * active_slope * velocity + passive_slope) * k[HILL_PER_OPTIMUM];
+    *by_velocity = a * active * velocity_slope / speed + k[HILL_DAMPING];
+    return a * active * velocity + passive + k[HILL_DAMPING] * w;
+}
+
+static double tendon_force(const hill_curves *f, const double *k, double tendon, double *slope)
+{
+    const double stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_FARTHEST);
+    if (stretch <= 1) return *slope = 0;
+    const double force = f->tendon(k, stretch, slope);
+    *slope /= k[HILL_SLACK];
+    return force;
+}
+
+static double along_tendon(const double *k, double fibre)
+{
+    return sqrt(fmax(fibre * fibre - k[HILL_HEIGHT2], 0));
+}
+
+double hill_elastic_tension(const hill_curves *f, const double *k, const double *x, double l)
+{
+    double slope;
+    const double fibre = fmax(x[1], k[HILL_SHORTEST]);
+    return k[HILL_FORCE] * tendon_force(f, k, l - along_tendon(k, fibre), &slope);
+}
+
+/* Fibre force along the tendon less tendon force, over F0. The fibre's velocity is `w`, or, where
+   `time` > 0, that which brings it from `from` to its length in that time.                            */
+typedef struct {
+    const hill_curves *curves;
+    const double *k;
+    double a, l, w, from, time;
+} balance;
+
+static double excess_by_length(const void *data, double fibre, double *derivative)
+{
+    const balance *b = data;
+    const double per_metre = b->time > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
+    const double w = (fibre - b->from) * per_metre, along = along_tendon(b->k, fibre);
+    const double cosine = fmax(along / fibre, 1e-9);
+    double by_length, by_velocity, tendon_slope;
+    const double force = fibre_force(b->curves, b->k, b->a, fibre, w, &by_length, &by_velocity);
+    const double tendon = tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
+    *derivative = (by_length + by_velocity * per_metre) * cosine +
+                  force * b->k[HILL_HEIGHT2] / (fibre * fibre * fibre * cosine) + tendon_slope / cosine;
+    return force * cosine - tendon;
+}
+
+static double excess_by_velocity(const void *data, double w, double *derivative)
+{
+    const balance *b = data;
+    double by_length, tendon_slope;
+    const double along = along_tendon(b->k, b->from), cosine = along / b->from;
+    const double force = fibre_force(b->curves, b->k, b->a, b->from, w, &by_length, derivative);
+    *derivative *= cosine;
+    return force * cosine - tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
+}
+
+/* The fibre length at which the forces are in balance. At `longest` the tendon is slack and the fibre does
+   not push, so the excess is not negative there.                                                      */
+static double balanced_length(const balance *b, double guess)
+{
+    const double *k = b->k, along = b->l - k[HILL_SLACK];
+    const double taut = along > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
+    const double longest = fmax(fmax(taut, b->time > 0 ? b->from : 0), k[HILL_SHORTEST]);
+    return bracketed_root(excess_by_length, b, k[HILL_SHORTEST], longest,
+                          clamped(guess, k[HILL_SHORTEST], longest), LAST_STEP * k[HILL_OPTIMUM]);
+}
+
+void hill_start(const hill_curves *f, const double *k, double l, double u, double *x)
+{
+    x[0] = hill_activation(k, u);
+    if (!k[HILL_ELASTIC]) return;
+    const balance b = {f, k, x[0], l, 0, 0, 0};
+    x[1] = balanced_length(&b, k[HILL_OPTIMUM]);
+}
+
+void hill_rates(const hill_curves *f, const double *k, const double *x, double l, double v, double u,
+                double *xd)
+{
+    (void)v;
+    xd[0] = activation_rate(k, x[0], u);
+    if (!k[HILL_ELASTIC]) return;
+    const balance b = {f, k, hill_activation(k, x[0]), l, 0, fmax(x[1], k[HILL_SHORTEST]), 0};
+    double slope, w;
+    if (excess_by_velocity(&b, -LARGEST_VELOCITY, &slope) >= 0)
+        w = -LARGEST_VELOCITY;
+    else if (excess_by_velocity(&b, LARGEST_VELOCITY, &slope) <= 0)
+        w = LARGEST_VELOCITY;
+    else
+        w = bracketed_root(excess_by_velocity, &b, -LARGEST_VELOCITY, LARGEST_VELOCITY, 0, LAST_STEP);
+    xd[1] = x[1] <= k[HILL_SHORTEST] ? fmax(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
+}
+
+/* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
+   a stage is a balance of forces with the fibre's mean velocity, which exists also for a muscle that is
+   not active and not damped.                                                                          */
+static const double STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
+
+void hill_advance(const hill_curves *f, const double *k, double *x, double l, double v, double u,
+                  double h)
+{
+    const double a = x[0];
+    x[0] = activation_after(k, a, u, h);
+    if (!k[HILL_ELASTIC] || !(h > 0)) return;
+    const double time = STAGE * h, fibre = fmax(x[1], k[HILL_SHORTEST]);
+    const balance first = {f, k, activation_after(k, a, u, time), l + v * time, 0, fibre, time};
+    const double middle = balanced_length(&first, fibre);
+    const double from = fibre + (1 - STAGE) / STAGE * (middle - fibre);
+    const balance second = {f, k, x[0], l + v * h, 0, from, time};
+    x[1] = balanced_length(&second, fibre + (middle - fibre) / STAGE);
+}
+
+double hill_curve_by_name(const hill_curves *f, const double *k, const char *name, double x,
+                          double *slope)
+{
+    if (!strcmp(name, "active_force_length")) return f->active(k, x, slope);
+    if (!strcmp(name, "force_velocity")) return f->velocity(k, x, slope);
+    if (!strcmp(name, "passive_force_length")) return f->passive(k, x, slope);
+    if (!strcmp(name, "tendon_force_length")) return f->tendon(k, x, slope);
+    return NAN;
+}

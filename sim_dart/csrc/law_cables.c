@@ -1,0 +1,61 @@
+/* Cables and springs: laws without states. */
+#include "law.h"
+
+#include <math.h>
+#include <stddef.h>
+
+/* ideal: f = max(u, 0) */
+
+enum { IDEAL_CONSTANTS = LAW_OWN };
+
+static void ideal_prepare(const double *p, double *k)
+{
+    (void)p;
+    k[LAW_LOW] = 0, k[LAW_HIGH] = INFINITY;
+}
+
+static double ideal_tension(const double *k, const double *x, double l, double v, double u)
+{
+    (void)k, (void)x, (void)l, (void)v;
+    return u;
+}
+
+const tension_law LAW_IDEAL = {
+    .constants = IDEAL_CONSTANTS,
+    .driven = 1,
+    .prepare = ideal_prepare,
+    .tension = ideal_tension,
+};
+
+/* elastic_cable: f = k (l - u) + d l' while it is taut; u is its length without force. */
+
+enum { ELASTIC_CABLE_PARAMETERS(AT) CABLE_PARAMETERS };
+enum { CABLE_STIFFNESS = LAW_OWN, CABLE_DAMPING, CABLE_CONSTANTS };
+
+static const char *cable_refusal(const double *p)
+{
+    if (!(p[AT_stiffness] > 0)) return "stiffness must be positive";
+    if (p[AT_damping] < 0) return "damping must not be negative";
+    return p[AT_longest_rest_length] > 0 ? NULL : "longest_rest_length must be positive";
+}
+
+static void cable_prepare(const double *p, double *k)
+{
+    k[LAW_LOW] = 0, k[LAW_HIGH] = p[AT_longest_rest_length];
+    k[CABLE_STIFFNESS] = p[AT_stiffness], k[CABLE_DAMPING] = p[AT_damping];
+}
+
+static double cable_tension(const double *k, const double *x, double l, double v, double u)
+{
+    (void)x;
+    return l > u ? k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v : 0;
+}
+
+const tension_law LAW_ELASTIC_CABLE = {
+    .parameters = CABLE_PARAMETERS,
+    .constants = CABLE_CONSTANTS,
+    .driven = 1,
+    .refusal = cable_refusal,
+    .prepare = cable_prepare,
+    .tension = cable_tension,
+};

@@ -1,0 +1,79 @@
+/* mckibben: a bladder in a braided sleeve. A thread of length b that goes n times round a cylinder of
+   length L and diameter D leaves V(L) = pi D^2 L / 4 with D^2 = (b^2 - L^2) / (n pi)^2; virtual work,
+   f dL = -p dV, gives
+
+       f = p (3 L^2 - b^2) / (4 pi n^2)
+
+   Chou & Hannaford 1996, IEEE Trans. Robotics Autom. 12. The pressure p, above that of the air, follows
+   its set point u with a time constant.                                                               */
+#include "law.h"
+
+#include <math.h>
+#include <stddef.h>
+
+enum { MCKIBBEN_PARAMETERS(AT) PARAMETERS };
+enum { THREAD2 = LAW_OWN, FOUR_PI_TURNS2, CORD, TIME_CONSTANT, CONSTANTS };
+
+static const double PI = 3.14159265358979323846;
+
+static const char *refusal(const double *p)
+{
+    if (!(p[AT_thread_length] > 0)) return "thread_length must be positive";
+    if (!(p[AT_turns] > 0)) return "turns must be positive";
+    if (p[AT_cord_length] < 0) return "cord_length must not be negative";
+    if (!(p[AT_max_pressure] > 0)) return "max_pressure must be positive";
+    return p[AT_pressure_time_constant] < 0 ? "pressure_time_constant must not be negative" : NULL;
+}
+
+static void prepare(const double *p, double *k)
+{
+    k[LAW_LOW] = 0, k[LAW_HIGH] = p[AT_max_pressure];
+    k[THREAD2] = p[AT_thread_length] * p[AT_thread_length];
+    k[FOUR_PI_TURNS2] = 4 * PI * p[AT_turns] * p[AT_turns];
+    k[CORD] = p[AT_cord_length], k[TIME_CONSTANT] = p[AT_pressure_time_constant];
+}
+
+static int states(const double *p)
+{
+    (void)p;
+    return 1;
+}
+
+/* A path shorter than the cord leaves a bladder of no length, not a negative one. */
+static double tension(const double *k, const double *x, double l, double v, double u)
+{
+    (void)v, (void)u;
+    const double L = fmax(l - k[CORD], 0);
+    return x[0] * (3 * L * L - k[THREAD2]) / k[FOUR_PI_TURNS2];
+}
+
+static void rates(const double *k, const double *x, double l, double v, double u, double *xd)
+{
+    (void)l, (void)v;
+    xd[0] = k[TIME_CONSTANT] > 0 ? (u - x[0]) / k[TIME_CONSTANT] : 0;
+}
+
+static void start(const double *k, double l, double u, double *x)
+{
+    (void)k, (void)l;
+    x[0] = u;
+}
+
+static void advance(const double *k, double *x, double l, double v, double u, double h)
+{
+    (void)l, (void)v;
+    x[0] = k[TIME_CONSTANT] > 0 ? u + (x[0] - u) * exp(-h / k[TIME_CONSTANT]) : u;
+}
+
+const tension_law LAW_MCKIBBEN = {
+    .parameters = PARAMETERS,
+    .constants = CONSTANTS,
+    .driven = 1,
+    .refusal = refusal,
+    .prepare = prepare,
+    .tension = tension,
+    .states = states,
+    .rates = rates,
+    .start = start,
+    .advance = advance,
+};

@@ -1,0 +1,33 @@
+/* passive_spring: f = K (l - l0), which pushes when it is too short, as CASPR has it. */
+#include "law.h"
+
+#include <stddef.h>
+
+enum { SPRING_PARAMETERS(AT) PARAMETERS };
+enum { STIFFNESS = LAW_OWN, REST_LENGTH, CONSTANTS };
+
+static const char *refusal(const double *p)
+{
+    return p[AT_K] < 0 ? "K must not be negative" : NULL;
+}
+
+static void prepare(const double *p, double *k)
+{
+    k[LAW_LOW] = k[LAW_HIGH] = 0;
+    k[STIFFNESS] = p[AT_K], k[REST_LENGTH] = p[AT_l0];
+}
+
+static double tension(const double *k, const double *x, double l, double v, double u)
+{
+    (void)x, (void)v, (void)u;
+    return k[STIFFNESS] * (l - k[REST_LENGTH]);
+}
+
+const tension_law LAW_SPRING = {
+    .parameters = PARAMETERS,
+    .constants = CONSTANTS,
+    .pushes = 1,
+    .refusal = refusal,
+    .prepare = prepare,
+    .tension = tension,
+};

@@ -1,0 +1,251 @@
+/* The tension laws of a robot: the calls that a step makes. */
+#include "law.h"
+#include "state.h"
+
+#include <math.h>
+#include <string.h>
+
+#define LAW_POINTER(kind, law, parameters) &LAW_##law,
+static const tension_law *const LAW_TABLE[] = {LAWS(LAW_POINTER)};
+#undef LAW_POINTER
+
+#define LAW_NAME(kind, law, parameters) #kind,
+static const char *const LAW_NAMES[] = {LAWS(LAW_NAME)};
+#undef LAW_NAME
+
+int laws_check(blob_view *view, char *message, size_t capacity)
+{
+    const double *p = view->law_parameter;
+    int64_t left = view->counts.law_parameters, states = 0, constants = 0;
+    for (int32_t m = 0; m < view->counts.muscles; m++) {
+        const int32_t kind = view->law_kind[m];
+        if (kind < 0 || kind >= LAW_KINDS)
+            return refuse(message, capacity, "muscle %d: unknown tension law %d", (int)m, (int)kind);
+        const tension_law *law = LAW_TABLE[kind];
+        left -= law->parameters;
+        if (left < 0) break;
+        for (int i = 0; i < law->parameters; i++)
+            if (!isfinite(p[i]))
+                return refuse(message, capacity, "muscle %d: %s: parameter %d is not finite", (int)m,
+                              LAW_NAMES[kind], i);
+        const char *wrong = law->refusal ? law->refusal(p) : NULL;
+        if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, LAW_NAMES[kind], wrong);
+        states += law->states ? law->states(p) : 0;
+        constants += law->constants;
+        p += law->parameters;
+    }
+    if (left) return refuse(message, capacity, "the laws' parameters do not add up");
+    view->law_states = (int32_t)states, view->law_constants = (int32_t)constants;
+    return 0;
+}
+
+/* A walk over the muscles, with where each one's numbers stand. */
+typedef struct {
+    const tension_law *law;
+    const double *p;
+    double *k, *x, *xd;
+    int32_t m, states;
+} muscle_law;
+
+static int found_muscle(const core *c, muscle_law *at)
+{
+    if (at->m >= c->blob.counts.muscles) return 0;
+    at->law = LAW_TABLE[c->blob.law_kind[at->m]];
+    at->states = (int32_t)at->k[LAW_STATES];
+    return 1;
+}
+
+static int first_muscle(const core *c, muscle_law *at)
+{
+    at->m = 0, at->p = c->blob.law_parameter;
+    at->k = c->law_constants, at->x = c->law_states, at->xd = c->law_rates;
+    return found_muscle(c, at);
+}
+
+static int next_muscle(const core *c, muscle_law *at)
+{
+    at->m++, at->p += at->law->parameters, at->k += at->law->constants;
+    at->x += at->states, at->xd += at->states;
+    return found_muscle(c, at);
+}
+
+#define EACH_MUSCLE(c, at) (int more = first_muscle(c, at); more; more = next_muscle(c, at))
+
+void laws_prepare(core *c)
+{
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        at.law->prepare(at.p, at.k);
+        at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
+    }
+}
+
+static double command(const muscle_law *at, const double *u)
+{
+    return at->law->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
+}
+
+/* 0, or 1 + the index of the first muscle whose command is not finite. */
+static int bad_command(const core *c, const double *u)
+{
+    double sum = 0; /* of zeros, or of what is not a number */
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++) sum += 0 * u[m];
+    if (sum == 0) return 0;
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++)
+        if (!isfinite(u[m]) && LAW_TABLE[c->blob.law_kind[m]]->driven) return 1 + m;
+    return 0;
+}
+
+static double tension(const muscle_law *at, const double *x, double l, double v, double u)
+{
+    const double f = at->law->tension(at->k, x, l, v, u);
+    return clamped(f, at->law->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
+}
+
+void core_rates(core *c, const double *qd)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
+        const double *row = c->jacobian + (size_t)m * (size_t)dofs;
+        double rate = 0;
+        for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
+        c->rates[m] = rate;
+    }
+}
+
+int core_start(core *c, const double *u)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        if (at.states) at.law->start(at.k, c->lengths[at.m], command(&at, u), at.x);
+    return 0;
+}
+
+static void pull(core *c)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    memset(c->torques, 0, (size_t)dofs * sizeof(double));
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
+        if (c->tensions[m] == 0) continue;
+        const double *row = c->jacobian + (size_t)m * (size_t)dofs;
+        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
+    }
+}
+
+int core_drive(core *c, const double *qd, const double *u)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    core_rates(c, qd);
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        c->tensions[at.m] = tension(&at, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u));
+    pull(c);
+    return 0;
+}
+
+int core_law_rates(core *c, const double *u)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        if (at.states)
+            at.law->rates(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), at.xd);
+    return 0;
+}
+
+int core_advance(core *c, const double *u, double h)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        if (at.states)
+            at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
+    return 0;
+}
+
+/* The tension after a time h with command u; of now for a law without states. */
+static double tension_after(const core *c, const muscle_law *at, double u, double h)
+{
+    const double l = c->lengths[at->m], v = c->rates[at->m];
+    if (!at->states) return tension(at, NULL, l, v, u);
+    double x[MOST_LAW_STATES];
+    memcpy(x, at->x, (size_t)at->states * sizeof(double));
+    at->law->advance(at->k, x, l, v, u, h);
+    return tension(at, x, l + v * h, v, u);
+}
+
+void core_reach(core *c, double h)
+{
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        double *low = c->force_low + at.m, *high = c->force_high + at.m;
+        if (c->blob.law_kind[at.m] == KIND_IDEAL) {
+            *low = 0, *high = INFINITY;
+            continue;
+        }
+        const double a = tension_after(c, &at, at.k[LAW_LOW], h);
+        const double b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h) : a;
+        *low = fmin(a, b), *high = fmax(a, b);
+    }
+}
+
+#define MOST_INVERSIONS 60
+
+/* Illinois: the secant rule on a bracket, with the value of an end that stays twice halved. */
+static double inverted(const core *c, const muscle_law *at, double f, double h)
+{
+    double low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
+    double below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
+    if (below == 0 || (below > 0) == (above > 0)) return fabs(below) <= fabs(above) ? low : high;
+    const double enough = 1e-14 * (fabs(f) + fabs(above - below));
+    double u = high;
+    for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
+        u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
+        u = clamped(u, fmin(low, high), fmax(low, high));
+        const double off = tension_after(c, at, u, h) - f;
+        if (fabs(off) <= enough) break;
+        if ((off > 0) == (above > 0)) {
+            high = u, above = off;
+            if (kept == 1) below /= 2;
+            kept = 1;
+        } else {
+            low = u, below = off;
+            if (kept == -1) above /= 2;
+            kept = -1;
+        }
+    }
+    return u;
+}
+
+int core_invert(core *c, const double *f, double h)
+{
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++)
+        if (!isfinite(f[m])) return 1 + m;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        if (!at.law->driven)
+            c->commands[at.m] = 0;
+        else if (c->blob.law_kind[at.m] == KIND_IDEAL)
+            c->commands[at.m] = fmax(f[at.m], 0);
+        else
+            c->commands[at.m] = inverted(c, &at, f[at.m], h);
+    }
+    return 0;
+}
+
+double core_curve(const core *c, int32_t muscle, const char *curve, double x, int slope)
+{
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        if (at.m != muscle) continue;
+        double dydx = NAN;
+        const double y = at.law->curve ? at.law->curve(at.k, curve, x, &dydx) : NAN;
+        return slope ? dydx : y;
+    }
+    return NAN;
+}

@@ -1,0 +1,77 @@
+/* A cable off a swivelling pulley.
+
+   The cable comes on at the fixed point F along v, and the pulley's plane swivels about v to hold the far
+   end b. In that plane, with x along v and y towards b, the pulley is a circle about (0, R) and the cable
+   leaves it along a tangent to b: l = R turn + tangent. Swivelling moves the pulley across its plane only,
+   where the cable does not pull; so dl/db is the tangent's direction.
+
+   CASPR takes the arc from a cosine, which is the same up to half a turn and the rest of a turn beyond.
+
+   A far end inside the circle is reached on the smaller one that touches v at F and passes through it.    */
+#include "wrap.h"
+
+#include "state.h"
+
+#include <math.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+static void leave_along(contact *out, const double v[3], const double e[3], double turn)
+{
+    const double c = cos(turn), s = sin(turn);
+    for (int k = 0; k < 3; k++) out->pull.leaving[k] = c * v[k] + s * e[k];
+}
+
+/* l = d b / sin b, with the chord d from F at the angle b to v: half of the arc's. */
+static void end_inside(const double v[3], const double e[3], double x, double y, contact *out)
+{
+    const double d = sqrt(x * x + y * y), chord = atan2(y, x), bb = chord * chord;
+    const int is_small = chord < 1e-4;
+    const double sine = sin(chord), ratio = is_small ? 1 + bb / 6 : chord / sine;
+    const double change = is_small ? chord / 3 : (sine - chord * cos(chord)) / (sine * sine);
+    const double radial[2] = {cos(chord), sine};
+    out->pull.length = ratio * d;
+    out->pull.angle = 2 * chord;
+    for (int k = 0; k < 3; k++)
+        out->pull.leaving[k] = (ratio * radial[0] - change * radial[1]) * v[k] +
+                          (ratio * radial[1] + change * radial[0]) * e[k];
+}
+
+/* exp(i turn) = i (x + i (y - R)) (R - i tangent) / |b - centre|^2 */
+static double turn_angle(double x, double y, double R, double tangent)
+{
+    const double turn = atan2(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
+    if (turn >= 0) return turn;
+    return x > 0 ? 0 : turn + 2 * PI; /* rounding where it runs straight on, or more than half a turn */
+}
+
+void pulley_off(const double F[3], const double v[3], double R, const double b[3], contact *out)
+{
+    double w[3], e[3];
+    for (int k = 0; k < 3; k++) w[k] = b[k] - F[k];
+    const double x = dot3(w, v);
+    for (int k = 0; k < 3; k++) e[k] = w[k] - x * v[k];
+    const double y = sqrt(dot3(e, e)), squared = x * x + y * y - 2 * y * R;
+    for (int k = 0; k < 3; k++) e[k] = y > 0 ? e[k] / y : 0;
+    if (y == 0) { /* straight on, or straight back: any plane will do */
+        const double helper[3] = {fabs(v[0]) < 0.5, fabs(v[0]) >= 0.5, 0};
+        cross3(e, v, helper);
+        const double norm = sqrt(dot3(e, e));
+        for (int k = 0; k < 3; k++) e[k] /= norm;
+    }
+    memcpy(out->pull.entering, v, sizeof out->pull.entering);
+    memcpy(out->touch, F, sizeof out->touch);
+    cross3(out->axis, v, e);
+    if (squared < 0) {
+        end_inside(v, e, x, y, out);
+        memcpy(out->lift, b, sizeof out->lift);
+        return;
+    }
+    const double tangent = sqrt(squared), turn = turn_angle(x, y, R, tangent);
+    out->pull.length = R * turn + tangent;
+    out->pull.angle = turn;
+    leave_along(out, v, e, turn);
+    for (int k = 0; k < 3; k++)
+        out->lift[k] = F[k] + R * (sin(turn) * v[k] + (1 - cos(turn)) * e[k]);
+}

@@ -1,0 +1,279 @@
+/* A taut cable over several surfaces in one segment, in their order.
+
+   Between two parts the cable runs free and passes a point X in the gap. For given points every part is in
+   closed form, and the cable is taut where the length l(X1, X2, ...) is least: where the directions left
+   and right of every X agree. Two kinds of step get there:
+
+     pull tight   X goes to the middle of the free span. The length never grows; it converges
+                  quadratically in the plane of two circles, only linearly across it;
+     Newton       in the plane across each span, with the gradient in closed form and its derivatives by
+                  differences; taken only if the length shrinks or the directions agree better.
+
+   At most ITERATIONS of both. The length is stationary, so its error is the square of the directions'.
+
+   On which side a cylinder is passed is decided before, and kept by following the turning angle, so that
+   the length is smooth along the way. For a chosen side the straight line between the via points decides,
+   as for a single surface. Without one, both sides are tried and the shortest cable of all combinations
+   counts, which is the one that does not jump. Spheres are passed the shorter way round, as nothing else
+   is taut; but there can be several taut ways past two spheres, so the search begins on both sides of them
+   as well. It need not find the shortest of those, and where it comes to another one the length jumps. All
+   this for the first FREE_SIDES of such surfaces; further ones are passed as the straight line does.
+
+   Surfaces that overlap have no gap. The point then lies inside one of them, whose circle shrinks to it:
+   the cable has a finite length, but not the shortest, and the directions may not agree.                  */
+#include "wrap.h"
+
+#include "state.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ITERATIONS 60
+#define PI 3.14159265358979323846
+#define FREE_SIDES 4
+#define AGREEMENT 1e-13 /* of directions, which are about 1 */
+#define DIFFERENCE 1e-7 /* of a span's length, for second derivatives */
+#define UNKNOWNS (2 * LARGEST_SEQUENCE)
+
+typedef struct {
+    const sequence_part *parts;
+    int count;
+    double points[LARGEST_SEQUENCE + 2][3];
+    contact contacts[LARGEST_SEQUENCE + 1];
+    double followed[LARGEST_SEQUENCE + 1]; /* turning angles about cylinders */
+    double length, disagreement;
+} cable;
+
+static int is_followed(const sequence_part *p)
+{
+    return p->surface && p->surface->kind == SURFACE_CYLINDER;
+}
+
+static void evaluate_part(const cable *c, int i, const double a[3], const double b[3], contact *out)
+{
+    const sequence_part *p = c->parts + i;
+    const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
+    const wrap_way shorter = {.turns = p->way.turns};
+    if (p->surface)
+        wrap_over(p->surface, is_followed(p) ? &followed : &shorter, a, b, out);
+    else
+        pulley_off(a, p->v, p->radius, b, out);
+}
+
+static void evaluate(cable *c)
+{
+    c->length = c->disagreement = 0;
+    for (int i = 0; i < c->count; i++) {
+        evaluate_part(c, i, c->points[i], c->points[i + 1], c->contacts + i);
+        c->length += c->contacts[i].pull.length;
+        if (is_followed(c->parts + i)) c->followed[i] = c->contacts[i].pull.turning;
+        for (int k = 0; i && k < 3; k++) {
+            const double r = fabs(c->contacts[i - 1].pull.leaving[k] - c->contacts[i].pull.entering[k]);
+            if (r > c->disagreement) c->disagreement = r;
+        }
+    }
+}
+
+static void pull_tight(cable *c)
+{
+    for (int i = 1; i < c->count; i++)
+        for (int k = 0; k < 3; k++)
+            c->points[i][k] = 0.5 * (c->contacts[i - 1].lift[k] + c->contacts[i].touch[k]);
+    evaluate(c);
+}
+
+/* Two unit vectors across the span at a point. */
+static void span_plane(const cable *c, int i, double plane[2][3])
+{
+    const double *left = c->contacts[i - 1].pull.leaving, *right = c->contacts[i].pull.entering;
+    double u[3], e[3] = {0, 0, 0};
+    for (int k = 0; k < 3; k++) u[k] = left[k] + right[k];
+    int least = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(u[k]) < fabs(u[least])) least = k;
+    e[least] = 1;
+    cross3(plane[0], u, e);
+    cross3(plane[1], u, plane[0]);
+    for (int j = 0; j < 2; j++) {
+        const double norm = sqrt(dot3(plane[j], plane[j]));
+        for (int k = 0; k < 3; k++) plane[j][k] = norm > 0 ? plane[j][k] / norm : 0;
+    }
+}
+
+/* Solve H x = r, r becoming x; 0 if H is singular. */
+static int eliminate(double H[UNKNOWNS][UNKNOWNS], double *r, int n)
+{
+    for (int i = 0; i < n; i++) {
+        int best = i;
+        for (int k = i + 1; k < n; k++)
+            if (fabs(H[k][i]) > fabs(H[best][i])) best = k;
+        if (!(fabs(H[best][i]) > 1e-12)) return 0;
+        for (int k = 0; k < n; k++) {
+            const double h = H[i][k];
+            H[i][k] = H[best][k], H[best][k] = h;
+        }
+        const double swapped = r[i];
+        r[i] = r[best], r[best] = swapped;
+        for (int k = i + 1; k < n; k++) {
+            const double factor = H[k][i] / H[i][i];
+            for (int j = i; j < n; j++) H[k][j] -= factor * H[i][j];
+            r[k] -= factor * r[i];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++) r[i] -= H[i][k] * r[k];
+        r[i] /= H[i][i];
+    }
+    return 1;
+}
+
+/* What moving point i by h along e changes in the gradient at the points i - 1, i and i + 1. */
+static void add_column(const cable *c, int i, const double e[3], double h, double (*planes)[2][3],
+                       double H[UNKNOWNS][UNKNOWNS], int column)
+{
+    contact before, after;
+    double moved[3];
+    for (int k = 0; k < 3; k++) moved[k] = c->points[i][k] + h * e[k];
+    evaluate_part(c, i - 1, c->points[i - 1], moved, &before);
+    evaluate_part(c, i, moved, c->points[i + 1], &after);
+    const pull *was_before = &c->contacts[i - 1].pull, *was_after = &c->contacts[i].pull;
+    for (int j = 0; j < 2; j++)
+        for (int k = 0; k < 3; k++) {
+            const double entering = (before.pull.entering[k] - was_before->entering[k]) / h;
+            const double leaving = (before.pull.leaving[k] - was_before->leaving[k]) / h;
+            const double next_entering = (after.pull.entering[k] - was_after->entering[k]) / h;
+            const double next_leaving = (after.pull.leaving[k] - was_after->leaving[k]) / h;
+            H[2 * (i - 1) + j][column] += planes[i][j][k] * (leaving - next_entering);
+            if (i > 1) H[2 * (i - 2) + j][column] -= planes[i - 1][j][k] * entering;
+            if (i < c->count - 1) H[2 * i + j][column] += planes[i + 1][j][k] * next_leaving;
+        }
+}
+
+/* Derivatives of the gradient across the spans, and the gradient downhill; 0 if a part has no length. */
+static int linearise(const cable *c, double (*planes)[2][3], double H[UNKNOWNS][UNKNOWNS], double *r)
+{
+    memset(H, 0, UNKNOWNS * sizeof *H);
+    for (int i = 1; i < c->count; i++) span_plane(c, i, planes[i]);
+    for (int i = 1; i < c->count; i++)
+        for (int j = 0; j < 2; j++) {
+            const double *e = planes[i][j];
+            const double h = DIFFERENCE * (c->contacts[i - 1].pull.length + c->contacts[i].pull.length);
+            if (!(h > 0)) return 0;
+            r[2 * (i - 1) + j] = dot3(c->contacts[i].pull.entering, e) - dot3(c->contacts[i - 1].pull.leaving, e);
+            add_column(c, i, e, h, planes, H, 2 * (i - 1) + j);
+        }
+    return 1;
+}
+
+/* Go on by a step if that is shorter, or as short with directions that agree better. */
+static int is_accepted(cable *c, const double *step, double (*planes)[2][3])
+{
+    cable next = *c;
+    for (int i = 1; i < c->count; i++)
+        for (int k = 0; k < 3; k++)
+            next.points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
+    evaluate(&next);
+    const int is_shorter = next.length < c->length * (1 - 1e-14);
+    const int is_as_short = next.length <= c->length * (1 + 1e-14);
+    if (!is_shorter && !(is_as_short && next.disagreement < c->disagreement)) return 0;
+    *c = next;
+    return 1;
+}
+
+/* Newton's step; where the length is not convex, bent downhill by growing the diagonal. */
+static int step_newton(cable *c)
+{
+    static const double GROWTH[] = {0, 0.3, 1, 3, 10, 100};
+    double H[UNKNOWNS][UNKNOWNS], r[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3], largest = 0;
+    const int n = 2 * (c->count - 1);
+    if (!linearise(c, planes, H, r)) return 0;
+    for (int i = 0; i < n; i++)
+        if (fabs(H[i][i]) > largest) largest = fabs(H[i][i]);
+    for (size_t g = 0; g < sizeof GROWTH / sizeof *GROWTH; g++) {
+        double grown[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
+        memcpy(grown, H, sizeof H);
+        memcpy(step, r, sizeof r);
+        for (int i = 0; i < n; i++) grown[i][i] += GROWTH[g] * largest;
+        if (eliminate(grown, step, n) && is_accepted(c, step, planes)) return 1;
+    }
+    return 0;
+}
+
+static void tighten(cable *c)
+{
+    evaluate(c);
+    for (int k = 0; k < ITERATIONS && c->disagreement > AGREEMENT; k++) {
+        const double was = c->disagreement;
+        if (k >= 2 && step_newton(c) && c->disagreement < 0.5 * was) continue;
+        const double now = c->disagreement;
+        if (now < 1e-11 && k > 4 && now >= 0.5 * was) return; /* as good as rounding lets it be */
+        pull_tight(c);
+    }
+}
+
+/* The turning angle about a cylinder from a to b; on side `sense` unless that is 0. */
+static double turning_angle(const sequence_part *p, int sense, const double a[3], const double b[3])
+{
+    const wrap_way natural = {.is_counted = 1, .remembered = NAN};
+    wrap_way stated = p->way;
+    contact k;
+    if (p->way.is_counted && !isnan(p->way.remembered)) return p->way.remembered;
+    stated.is_counted = 1, stated.remembered = NAN;
+    wrap_over(p->surface, sense ? &natural : &stated, a, b, &k);
+    if (!sense) return k.pull.turning;
+    const double angle = k.pull.turning * sense;
+    return sense * (2 * PI * p->way.turns + (angle >= 0 ? angle : 2 * PI + angle));
+}
+
+/* Whether it may be passed on either side. */
+static int is_open(const sequence_part *p)
+{
+    if (!p->surface || !is_followed(p)) return p->surface != NULL;
+    return !p->way.side && (!p->way.is_counted || isnan(p->way.remembered));
+}
+
+/* On the straight line from a to b. */
+static void begin(cable *c, const sequence_part *parts, int count, const double a[3], const double b[3])
+{
+    memset(c, 0, sizeof *c);
+    c->parts = parts, c->count = count;
+    for (int i = 0; i <= count; i++)
+        for (int k = 0; k < 3; k++) c->points[i][k] = i < count ? a[k] + (b[k] - a[k]) * i / count : b[k];
+    for (int i = 0; i < count; i++)
+        if (is_followed(parts + i)) c->followed[i] = turning_angle(parts + i, 0, a, b);
+}
+
+/* Have part i passed on a side: a cylinder in that sense, a sphere for -1 from across its centre. */
+static void pass_on(cable *c, int i, int side, const double a[3], const double b[3])
+{
+    const wrap_surface *s = c->parts[i].surface;
+    if (is_followed(c->parts + i)) {
+        c->followed[i] = turning_angle(c->parts + i, side, a, b);
+        return;
+    }
+    double d[3], r[3];
+    for (int k = 0; k < 3; k++) d[k] = b[k] - a[k], r[k] = a[k] - s->centre[k];
+    const double dd = dot3(d, d), t = dd > 0 ? -dot3(r, d) / dd : 0;
+    for (int k = 0; k < 3; k++) r[k] += t * d[k];
+    const double distance = sqrt(dot3(r, r)), across = distance > 0 ? 1 + s->radius / distance : 0;
+    for (int j = i; j <= i + 1 && side < 0; j++)
+        for (int k = 0; k < 3 && j > 0 && j < c->count; k++) c->points[j][k] -= across * r[k];
+}
+
+double sequence_solve(const sequence_part *parts, int count, double (*points)[3], contact *contacts)
+{
+    cable best, c;
+    int open[FREE_SIDES], opens = 0;
+    for (int i = 0; i < count && opens < FREE_SIDES; i++)
+        if (is_open(parts + i)) open[opens++] = i;
+    for (int combination = 0; combination < 1 << opens; combination++) {
+        begin(&c, parts, count, points[0], points[count]);
+        for (int k = 0; k < opens; k++)
+            pass_on(&c, open[k], combination >> k & 1 ? -1 : 1, points[0], points[count]);
+        tighten(&c);
+        if (!combination || c.length < best.length) best = c;
+    }
+    memcpy(points, best.points, (size_t)(count + 1) * sizeof *points);
+    memcpy(contacts, best.contacts, (size_t)count * sizeof *contacts);
+    return best.length;
+}

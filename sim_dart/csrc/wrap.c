@@ -1,0 +1,274 @@
+/* A cable over one sphere or cylinder, in closed form.
+
+   Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable is two
+   tangents and an arc on a circle. On a cylinder it climbs evenly along that planar way P, so that it is a
+   straight line once the surface is unrolled: l = sqrt(P^2 + h^2).
+
+   A cable whose straight line clears the circle is straight, whatever its side; touching down and lifting
+   off is smooth. Otherwise the side decides, and the shorter way changes sides where both are equal. A
+   cable that went the long way round a chosen side jumps where its straight line gets clear: there it slips
+   off. Continuous, too, are
+
+     an end inside the surface: the circle shrinks to pass through it;
+     the ends of a cylinder: beyond them, where the straight line passes the axis, the circle shrinks to
+     nothing within one radius, as if the surface were tapered.
+
+   In both cases the length depends on its ends through the radius R, too: dl/dR = angle * P / l.         */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("no-tree-vectorize") /* packing vectors of three into pairs costs more than it saves */
+#endif
+
+#include "wrap.h"
+
+#include "state.h"
+
+#include <math.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+#define MOST_TURNS 1e9 /* no more than an int holds; nothing remembered by us comes near */
+
+/* The ends as the axis sees them, and the circle that fits them. */
+typedef struct {
+    double a[3], b[3];     /* across the axis */
+    double za, zb;         /* along the axis */
+    double aa, bb, dd, ad; /* products of a, b and d = b - a */
+    double cross;          /* of a and b, about the normal */
+    double normal[3];      /* what the contact turns about: the axis, or at right angles to both ends */
+    double R, RR;          /* the circle's radius and its square */
+    double slope;          /* of the radius along a tapered axis */
+    int is_shrunk;         /* whether the circle passes through an end that would be inside */
+    int is_clear;          /* whether the straight line clears it */
+} view;
+
+/* Any unit vector at right angles to v. */
+static void unit_across(double out[3], const double v[3])
+{
+    int least = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(v[k]) < fabs(v[least])) least = k;
+    double e[3] = {0, 0, 0}, w[3];
+    e[least] = 1;
+    cross3(w, v, e);
+    const double norm = sqrt(dot3(w, w));
+    for (int k = 0; k < 3; k++) out[k] = norm > 0 ? w[k] / norm : e[k];
+}
+
+/* Where on the straight line, 0 to 1, it is nearest to the axis. */
+static double nearest(const view *v)
+{
+    return v->ad >= 0 ? 0 : -v->ad >= v->dd ? 1 : -v->ad / v->dd;
+}
+
+/* Radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
+static double tapered(const wrap_surface *s, const view *v, double *slope)
+{
+    const double z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
+    if (beyond <= 0) return s->radius;
+    if (beyond >= s->radius) return 0;
+    const double phase = PI * beyond / s->radius;
+    *slope = -0.5 * PI * sin(phase) * (z < 0 ? -1 : 1);
+    return 0.5 * s->radius * (1 + cos(phase));
+}
+
+/* The circle: no larger than the distance of either end, so that both lie on it or outside. */
+static inline void fit(const wrap_surface *s, view *v)
+{
+    v->slope = 0;
+    v->R = s->half > 0 ? tapered(s, v, &v->slope) : s->radius;
+    v->RR = v->R * v->R;
+    const double inner = v->aa < v->bb ? v->aa : v->bb;
+    v->is_shrunk = inner < v->RR;
+    if (v->is_shrunk) v->RR = inner, v->R = sqrt(inner);
+}
+
+/* Nearest between the ends, the line is cross / |d| away; at an end, no less than the radius. */
+static inline void look(const wrap_surface *s, const double A[3], const double B[3], view *v)
+{
+    const double *n = s->axis, *c = s->centre;
+    double *a = v->a, *b = v->b, x[3];
+    for (int k = 0; k < 3; k++) a[k] = A[k] - c[k], b[k] = B[k] - c[k];
+    v->za = v->zb = 0;
+    if (s->kind == SURFACE_CYLINDER) {
+        v->za = dot3(a, n), v->zb = dot3(b, n);
+        for (int k = 0; k < 3; k++) a[k] -= v->za * n[k], b[k] -= v->zb * n[k];
+    }
+    const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    v->aa = dot3(a, a), v->bb = dot3(b, b), v->dd = dot3(d, d), v->ad = dot3(a, d);
+    fit(s, v);
+    cross3(x, a, b);
+    if (s->kind == SURFACE_CYLINDER) {
+        v->cross = dot3(x, n);
+        memcpy(v->normal, n, sizeof v->normal);
+    } else {
+        v->cross = sqrt(dot3(x, x));
+        const double per = v->cross > 0 ? 1 / v->cross : 0;
+        for (int k = 0; k < 3; k++) v->normal[k] = per * x[k];
+        if (!(v->cross > 0)) unit_across(v->normal, v->aa > 0 ? a : n);
+    }
+    v->is_clear = v->ad >= 0 || -v->ad >= v->dd || v->cross * v->cross >= v->RR * v->dd;
+}
+
+int wrap_is_clear(const wrap_surface *s, const double a[3], const double b[3])
+{
+    view v;
+    look(s, a, b, &v);
+    return v.is_clear;
+}
+
+/* The sense of turning, whether that is the longer way, and the whole turns besides. */
+typedef struct {
+    int sense, is_long, turns;
+} course;
+
+static inline course choose(const wrap_surface *s, const wrap_way *way, const view *v)
+{
+    const int natural = v->cross >= 0 ? 1 : -1;
+    course c = {natural, 0, way->turns};
+    if (!way->side || (v->is_clear && !way->turns)) return c;
+    /* a sphere's normal has no side of its own: the sense is the one about its z axis */
+    const int facing = s->kind == SURFACE_SPHERE && dot3(v->normal, s->axis) < 0 ? -1 : 1;
+    c.sense = way->side * facing;
+    c.is_long = c.sense != natural;
+    if (c.is_long && v->is_clear) c.turns--; /* not yet come round to its side */
+    return c;
+}
+
+/* The angle from a to b by the shorter way, positive about the normal. */
+static double shorter_turn(const view *v)
+{
+    return atan2(v->cross, dot3(v->a, v->b));
+}
+
+/* The course that a remembered turning angle goes on with: less than half a turn has been made since. */
+static course go_on(const view *v, double remembered)
+{
+    const double whole = round((remembered - shorter_turn(v)) / (2 * PI));
+    course c = {v->cross >= 0 ? 1 : -1, 0, 0};
+    if (whole == 0 || !(fabs(whole) < MOST_TURNS)) return c;
+    c.turns = (int)fabs(whole);
+    c.is_long = (whole > 0) != (c.sense > 0);
+    c.sense = whole > 0 ? 1 : -1;
+    c.turns -= c.is_long;
+    return c;
+}
+
+static double turning(const view *v, const course *c)
+{
+    const double angle = fabs(shorter_turn(v));
+    return c->sense * ((c->is_long ? 2 * PI - angle : angle) + 2 * PI * c->turns);
+}
+
+/* Angle between the tangent points, from the product of three complex numbers:
+   exp(i angle) ~ (a.b + i sense cross) (R - i ta) (R - i tb), with ta and tb the tangents' lengths.
+   Of its multiples it is the one in an interval of 3/2 pi, which is all that a way can have.          */
+static inline double contact_angle(const view *v, const course *c, double ta, double tb)
+{
+    const double re = v->RR - ta * tb, im = -v->R * (ta + tb);
+    const double ab = v->aa + v->ad, turned = c->sense * v->cross;
+    const double angle = atan2(ab * im + turned * re, ab * re - turned * im);
+    const double middle = (c->is_long ? PI : 0) + (re > 0 ? PI / 4 : -PI / 4);
+    return angle < middle - PI ? angle + 2 * PI : angle > middle + PI ? angle - 2 * PI : angle;
+}
+
+/* What the taper adds to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d */
+static void add_taper(const wrap_surface *s, const view *v, double rate, pull *out)
+{
+    const double t = nearest(v), h = v->zb - v->za, scale = t > 0 && t < 1 ? rate * h / v->dd : 0;
+    for (int k = 0; k < 3; k++) {
+        const double d = v->b[k] - v->a[k];
+        out->entering[k] -= rate * (1 - t) * s->axis[k] + scale * (v->a[k] + (2 * t - 1) * d);
+        out->leaving[k] += rate * t * s->axis[k] - scale * (v->a[k] + 2 * t * d);
+    }
+}
+
+/* What the radius adds: dl/dR = rate, and R is the distance of an end, or depends on the taper. */
+static void add_radius(const wrap_surface *s, const view *v, double rate, pull *out)
+{
+    if (!v->is_shrunk)
+        add_taper(s, v, rate * v->slope, out);
+    else if (v->R > 0 && v->aa <= v->bb)
+        for (int k = 0; k < 3; k++) out->entering[k] -= rate / v->R * v->a[k];
+    else if (v->R > 0)
+        for (int k = 0; k < 3; k++) out->leaving[k] += rate / v->R * v->b[k];
+}
+
+/* Directions of the tangents in the plane, times their ends' squared distances:
+   -ta a + R n x a at the start, tb b + R n x b at the end. They turn with the climb.                   */
+static inline void pull_along(const view *v, int sense, double ta, double tb, pull *out)
+{
+    const double P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
+    double na[3], nb[3], ia = v->aa > 0 ? 1 / v->aa : 0, ib = v->bb > 0 ? 1 / v->bb : 0, climb = 0;
+    cross3(na, v->normal, v->a);
+    cross3(nb, v->normal, v->b);
+    out->length = P;
+    if (h != 0) {
+        out->length = sqrt(P * P + h * h);
+        const double per = 1 / out->length;
+        climb = per * h, ia *= per * P, ib *= per * P;
+    }
+    for (int k = 0; k < 3; k++) {
+        out->entering[k] = ia * (sR * na[k] - ta * v->a[k]) + climb * v->normal[k];
+        out->leaving[k] = ib * (sR * nb[k] + tb * v->b[k]) + climb * v->normal[k];
+    }
+}
+
+/* The turning sense where the cable touches, 0 where it runs straight; `plain`, the pull without what a
+   changing radius adds, only if asked for.                                                             */
+static inline int bend(const wrap_surface *s, const wrap_way *way, const double A[3], const double B[3],
+                       view *v, pull *out, pull *plain)
+{
+    look(s, A, B, v);
+    if (v->is_clear && !way->turns && !way->is_counted) return 0;
+    const int goes_on = way->is_counted && !isnan(way->remembered);
+    const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v);
+    if (way->is_counted) out->turning = turning(v, &c);
+    const double ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
+    out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
+    if (out->angle <= 0 || (v->is_clear && !c.turns && !c.is_long)) return 0;
+    pull_along(v, c.sense, ta, tb, out);
+    if (plain) *plain = *out;
+    if (v->is_shrunk || v->slope != 0)
+        add_radius(s, v, out->angle * (ta + tb + v->R * out->angle) / out->length, out);
+    return c.sense;
+}
+
+int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], pull *out)
+{
+    view v;
+    return bend(s, way, a, b, &v, out, NULL) != 0;
+}
+
+static void run_straight(const double A[3], const double B[3], double t, contact *out)
+{
+    const double d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    const double length = sqrt(dot3(d, d)), per = length > 0 ? 1 / length : 0;
+    out->pull.length = length;
+    out->pull.angle = 0;
+    for (int k = 0; k < 3; k++) {
+        out->pull.entering[k] = out->pull.leaving[k] = per * d[k];
+        out->touch[k] = out->lift[k] = A[k] + t * d[k];
+        out->axis[k] = 0;
+    }
+}
+
+/* The tangents' lengths along the climbing cable are those in the plane times length / P. */
+void wrap_over(const wrap_surface *s, const wrap_way *way, const double A[3], const double B[3],
+               contact *out)
+{
+    view v;
+    pull plain;
+    out->pull.turning = 0;
+    const int sense = bend(s, way, A, B, &v, &out->pull, &plain);
+    if (!sense) {
+        run_straight(A, B, nearest(&v), out);
+        return;
+    }
+    const double ta = sqrt(v.aa - v.RR), tb = sqrt(v.bb - v.RR), P = ta + tb + v.R * plain.angle;
+    const double stretch = P > 0 ? plain.length / P : 1;
+    for (int k = 0; k < 3; k++) {
+        out->touch[k] = A[k] + stretch * ta * plain.entering[k];
+        out->lift[k] = B[k] - stretch * tb * plain.leaving[k];
+        out->axis[k] = sense * v.normal[k];
+    }
+}

@@ -1,0 +1,109 @@
+"""Bookkeeping of a plant: its energies and momenta, and the work that was done on it.
+
+kinetic + potential - work of muscles - of what acts from outside - of damping is constant, but for
+what stops, friction and contacts take, and for the integrator's error.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Robot
+
+from .mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+
+
+class Energy(NamedTuple):
+    """Energies of a robot and the work done on it since the reset, in [J].
+
+    Attributes:
+        kinetic: 1/2 qd'M qd.
+        potential: Of its weight, zero at the world's origin, and of its joints' springs.
+        muscle_work: Of the muscles; what they store themselves is not told apart.
+        outer_work: Of motors of joints and of loads.
+        damping_work: Of the joints' damping; never positive.
+    """
+
+    kinetic: float
+    potential: float
+    muscle_work: float
+    outer_work: float
+    damping_work: float
+
+
+class Momentum(NamedTuple):
+    """Momentum of a robot in the world.
+
+    Attributes:
+        linear: Shape (3,), in [N·s].
+        angular: About the world's origin, shape (3,), in [N·m·s].
+    """
+
+    linear: FloatArray
+    angular: FloatArray
+
+
+class Ledger:
+    """The books of a robot.
+
+    Args:
+        robot: The robot.
+
+    Attributes:
+        work: Of muscles, of what acts from outside, of damping, shape (3,), in [J].
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.work = np.zeros(3)
+        self._gravity = np.array(robot.gravity)
+        self._damping = np.array([c.damping for c in robot.coordinates])
+        self._stiffness = np.array([c.stiffness for c in robot.coordinates])
+        self._rest = np.array([c.rest for c in robot.coordinates])
+
+    def book(self, h: float, mechanism: Mechanism, is_held: bool, later: FloatArray) -> None:
+        """Book a semi-implicit step: forces as at its beginning, at the mean of its velocities.
+
+        With a constant mass matrix that is what the step does to the kinetic energy, exactly.
+
+        Args:
+            h: Length of the step, in [s].
+            mechanism: The robot at the step's beginning, its forces evaluated.
+            is_held: Whether something acts from outside.
+            later: qd at the step's end, shape (n,).
+        """
+        mean = 0.5 * (mechanism.qd + later)
+        outer = mechanism.outer_torques @ mean if is_held else 0.0
+        powers = (mechanism.muscle_torques @ mean, outer, -(self._damping * later) @ mean)
+        self.work += h * np.array(powers)
+
+    def add(self, work: FloatArray) -> None:
+        """Book work that an integrator has summed up, shape (3,), in [J]."""
+        self.work += work
+
+    def energy(self, mechanism: Mechanism) -> Energy:
+        """The energies at the skeleton's present state."""
+        dart = mechanism.skeleton.dart
+        weight = -dart.getMass() * float(self._gravity @ dart.getCOM())
+        bent = mechanism.q - self._rest
+        springs = 0.5 * float(self._stiffness @ bent**2)
+        kinetic = float(dart.computeKineticEnergy())
+        muscles, outer, damping = self.work.tolist()
+        return Energy(kinetic, weight + springs, muscles, outer, damping)
+
+
+def momentum(skeleton: Any) -> Momentum:
+    """The momenta at a DART skeleton's present state."""
+    linear, angular = np.zeros(3), np.zeros(3)
+    for k in range(skeleton.getNumBodyNodes()):
+        body = skeleton.getBodyNode(k)
+        p = body.getMass() * body.getCOMLinearVelocity()
+        R = body.getWorldTransform().rotation()
+        inertia = R @ body.getInertia().getMoment() @ R.T
+        linear += p
+        angular += np.cross(body.getCOM(), p) + inertia @ body.getAngularVelocity()
+    return Momentum(linear, angular)

@@ -1,0 +1,109 @@
+"""Triangle meshes for collisions: read by trimesh, scaled, made convex."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import dartpy
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import read_file
+
+if TYPE_CHECKING:
+    import trimesh  # takes a second
+
+_MAX_BYTES = 256 * 2**20
+_MOST_FACES = 2000  # of a hull: more cost time at every contact, and nobody sees them
+_FLAT = 1e-9
+
+_BODY = """<robot name="hull"><link name="hull">
+<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><mesh filename="{file}"/></geometry></collision></link></robot>
+"""
+
+
+def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh:
+    """A triangle mesh, in metres.
+
+    Args:
+        file: Any file that trimesh reads.
+        scale: Factors along x, y, z that make metres of the file's units.
+
+    Raises:
+        InputError: It cannot be read, or holds no triangles.
+    """
+    import trimesh
+
+    data = read_file(file, _MAX_BYTES)
+    with _naming(file, "is no mesh that can be read"):
+        stream = trimesh.util.wrap_as_stream(data)
+        mesh = trimesh.load_mesh(stream, file_type=file.suffix.lstrip(".").lower())
+        if isinstance(mesh, trimesh.Scene):
+            mesh = mesh.to_mesh()
+        vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces)
+    if not len(faces):
+        raise InputError("holds no triangles", file=file)
+    if not np.isfinite(vertices).all():
+        raise InputError("holds a corner that is not finite", file=file)
+    return trimesh.Trimesh(vertices * np.asarray(scale, float), faces, process=True)
+
+
+def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh:
+    """The convex hull of a mesh.
+
+    Args:
+        file: Any file that trimesh reads.
+        scale: Factors along x, y, z that make metres of the file's units.
+
+    Raises:
+        InputError: It cannot be read, is flat, or its hull is too fine.
+    """
+    mesh = load_mesh(file, scale)
+    with _naming(file, "has no convex hull with a volume"):
+        hull: trimesh.Trimesh = mesh.convex_hull
+        flat = not hull.volume > _FLAT * float(np.max(hull.extents)) ** 3
+    if flat:
+        raise InputError("is flat: its convex hull has no volume", file=file)
+    if len(hull.faces) > _MOST_FACES:
+        what = f"its convex hull has {len(hull.faces)} triangles, more than {_MOST_FACES}"
+        raise InputError(f"{what}; simplify the mesh", file=file)
+    return hull
+
+
+def dart_mesh(hull: trimesh.Trimesh) -> Any:
+    """A mesh as a shape of DART.
+
+    DART takes meshes from files alone: one is written aside, and gone when this returns.
+
+    Args:
+        hull: A mesh in metres.
+    """
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "hull.obj"
+        file.write_text(_obj(hull))
+        body = Path(folder) / "hull.urdf"
+        body.write_text(_BODY.format(file=file))
+        skeleton = dartpy.utils.DartLoader().parseSkeleton(str(body))
+    return skeleton.getBodyNode(0).getShapeNode(0).getShape()
+
+
+def _obj(mesh: trimesh.Trimesh) -> str:
+    corners = (f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(mesh.vertices, float).tolist())
+    faces = (f"f {a} {b} {c}" for a, b, c in (np.asarray(mesh.faces) + 1).tolist())
+    return "\n".join([*corners, *faces, ""])
+
+
+@contextmanager
+def _naming(file: Path, problem: str) -> Iterator[None]:
+    """Tell errors of trimesh, which come in every type, as ours with the file's name."""
+    try:
+        yield
+    except Exception as error:
+        reason = next(iter(str(error).splitlines()), "") or type(error).__name__
+        raise InputError(f"{problem}: {reason}", file=file) from error

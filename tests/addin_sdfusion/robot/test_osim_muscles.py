@@ -1,0 +1,98 @@
+"""Muscles of Hill's type and ligaments that OpenSim reads pull there as they do here."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, Bench, slider
+
+from addin_sdfusion.robot import check
+from addin_sdfusion.robot.osim import osim_losses, write_osim
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper
+    opensim = pytest.importorskip("opensim", reason="needs the extra opensim, which is for tests")
+
+opensim.Logger.setLevelString("Error")
+
+SHAPE = {"pennation_at_optimal": 0.2, "max_contraction_velocity": 8.0, "tendon_strain": 0.04}
+ELASTIC = HILL | SHAPE | {"elastic_tendon": 1.0}
+
+
+def _opened(kind, parameters, folder):
+    (file,) = write_osim(slider((kind, parameters)), folder, "robot")
+    model = opensim.Model(str(file))
+    state = model.initSystem()
+    return model, state, model.getForceSet().get(0), model.getCoordinateSet().get(0)
+
+
+@pytest.mark.parametrize("kind", ["hill_degroote2016", "hill_millard2012", "hill_thelen2003"])
+@pytest.mark.parametrize("parameters", [HILL | SHAPE, ELASTIC])
+def test_muscles_of_hills_type(kind, parameters, tmp_path):
+    if kind == "hill_thelen2003":
+        parameters = ELASTIC
+    extra = {"hill_millard2012": {"isometric_slope": 4.0, "tendon_stiffness": 45.0}}
+    parameters = parameters | extra.get(kind, {"passive_fibre_strain": 0.5})
+    model, state, force, slide = _opened(kind, parameters, tmp_path)
+    theirs = opensim.Muscle.safeDownCast(force)
+    ours = Bench((kind, parameters))
+    assert [f.code for f in osim_losses(ours.robot) if "law" in f.code] == []
+    for length in (0.28, 0.3, 0.33):
+        for activation in (0.1, 0.8):
+            slide.setValue(state, length)
+            theirs.setActivation(state, activation)
+            if parameters.get("elastic_tendon"):
+                model.realizePosition(state)
+                theirs.computeEquilibrium(state)
+            model.realizeDynamics(state)
+            expected = theirs.getTendonForce(state)
+            assert ours.start(length, activation) == pytest.approx(expected, rel=1e-6)
+
+
+def test_ligaments(tmp_path):
+    parameters = {"linear_stiffness": 800.0, "slack_length": 0.25, "damping_coefficient": 0.5}
+    kind = "ligament_blankevoort1991"
+    model, state, force, slide = _opened(kind, parameters, tmp_path)
+    theirs = opensim.Blankevoort1991Ligament.safeDownCast(force)
+    ours = Bench((kind, parameters))
+    for length in (0.24, 0.251, 0.26, 0.3):
+        for speed in (-0.5, 0.5):
+            slide.setValue(state, length)
+            slide.setSpeedValue(state, speed)
+            model.realizeDynamics(state)
+            found = ours.tension(length, speed, 0.0)
+            assert found == pytest.approx(theirs.getTotalForce(state), rel=1e-9, abs=1e-12)
+
+
+def test_what_opensim_changes_is_said():
+    robot = slider(
+        ("hill_thelen2003", HILL | {"minimum_activation": 0.0}),
+        ("hill_millard2012", HILL | {"active_minimum": 0.2}),
+        ("mckibben", {"thread_length": 0.3, "turns": 2.0}),
+    )
+    assert not [finding for finding in check(robot) if finding.is_error]
+    told = {f.subject.name: f for f in osim_losses(robot) if f.subject.kind == "muscle"}
+    assert "elastic_tendon 1" in told["m0"].message
+    assert "minimum_activation 0.01" in told["m0"].message
+    assert "active_minimum 0" in told["m1"].message
+    assert told["m2"].code == "cable-model-left-out"
+
+
+def test_a_written_robot_is_simulated(tmp_path):
+    """What is written opens and can be integrated, all laws together."""
+    robot = slider(
+        ("hill_degroote2016", HILL),
+        ("hill_millard2012", ELASTIC),
+        ("hill_thelen2003", ELASTIC),
+        ("elastic_cable", {"stiffness": 100.0}),
+    )
+    (file,) = write_osim(robot, tmp_path, "robot")
+    model = opensim.Model(str(file))
+    state = model.initSystem()
+    model.getCoordinateSet().get(0).setValue(state, 0.31)
+    model.equilibrateMuscles(state)
+    manager = opensim.Manager(model, state)
+    state = manager.integrate(0.01)
+    assert np.isfinite(model.getCoordinateSet().get(0).getValue(state))

@@ -1,0 +1,170 @@
+"""Tension laws in the checks and in the files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, SOUND, slider
+
+from addin_sdfusion.muscles.muscle_attributes import muscles_text, read_muscles
+from addin_sdfusion.muscles.muscle_csv import csv_text
+from addin_sdfusion.muscles.muscle_csv_reader import read_csv
+from addin_sdfusion.muscles.muscle_rows import MuscleRow, MuscleTable
+from addin_sdfusion.robot import (
+    CableModel,
+    CableSet,
+    CardsflowError,
+    RobotError,
+    caspr_losses,
+    check,
+    read_robot,
+    write_caspr,
+    write_sdf,
+)
+from addin_sdfusion.robot.check import require_valid
+from addin_sdfusion.robot.tension_laws import TENSION_LAWS
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core
+
+KINDS = [kind for kind in SOUND if TENSION_LAWS[kind].parameters]
+NAMED = [(kind, p) for kind in KINDS for p in TENSION_LAWS[kind].parameters]
+
+
+def _passive(robot):
+    """CASPR's springs are no actuators: without force limits."""
+    muscles = [
+        replace(m, f_max=0.0) if m.model.kind == "passive_spring" else m for m in robot.muscles
+    ]
+    return robot.with_muscles(muscles)
+
+
+def _errors(kind, parameters):
+    robot = _passive(slider((kind, parameters)))
+    return [finding for finding in check(robot) if finding.is_error]
+
+
+@pytest.mark.parametrize("kind", SOUND)
+def test_sound_laws_are_told_nothing_of(kind):
+    assert not [f for f in check(_passive(slider((kind, SOUND[kind])))) if f.subject[1] == "m0"]
+
+
+@pytest.mark.parametrize(("kind", "parameter"), NAMED)
+def test_every_number_out_of_its_bounds_is_told_with_the_muscles_name(kind, parameter):
+    wrong = [parameter.low - 1.0] if parameter.low > -math.inf else []
+    wrong += [parameter.low] if parameter.open_low else []
+    wrong += [parameter.high + 1.0] if parameter.high < math.inf else []
+    for value in wrong:
+        (found,) = _errors(kind, SOUND[kind] | {parameter.name: value})
+        assert found.code == "bad-law-parameter"
+        assert found.subject == ("muscle", "m0")
+        assert parameter.name in found.message
+        assert repr(value) in found.message
+
+
+@pytest.mark.parametrize(("kind", "parameter"), NAMED)
+def test_what_has_no_default_must_be_given(kind, parameter):
+    left = {name: value for name, value in SOUND[kind].items() if name != parameter.name}
+    codes = [(f.code, parameter.name in f.message) for f in _errors(kind, left)]
+    assert codes == ([("missing-law-parameter", True)] if parameter.default is None else [])
+
+
+def test_unknown_names_are_told_with_the_nearest():
+    (found,) = _errors("elastic_cable", SOUND["elastic_cable"] | {"dampnig": 3.0})
+    assert found.code == "unknown-law-parameter"
+    assert "no parameter 'dampnig'" in found.message
+    assert "damping" in found.message
+
+
+def test_a_name_that_is_given_twice_is_told():
+    robot = slider(("elastic_cable", {}))
+    model = CableModel("elastic_cable", (("stiffness", 1.0), ("stiffness", 2.0)))
+    robot = robot.with_muscles([replace(robot.muscles[0], model=model)])
+    assert [f.code for f in check(robot) if f.is_error] == ["repeated-law-parameter"]
+
+
+TOGETHER = [
+    ("hill_degroote2016", {"elastic_tendon": 0.5}, "0 or 1"),
+    ("hill_thelen2003", {"elastic_tendon": 1.0, "tendon_slack_length": 0.0}, "slack_length"),
+    ("hill_thelen2003", {"linear_from": 0.7}, "linear_from"),
+    ("hill_millard2012", {"active_transition": 0.4}, "active_shortest < active_transition"),
+    ("hill_millard2012", {"active_shallow_slope": 5.0}, "the mean slope"),
+    ("hill_millard2012", {"eccentric_slope_at_vmax": 0.2}, "must not be above"),
+    ("hill_millard2012", {"eccentric_slope_near_vmax": 0.45}, "below eccentric_force - 1"),
+    ("hill_millard2012", {"passive_zero_strain": 0.7}, "above passive_zero_strain"),
+    ("hill_millard2012", {"passive_stiffness": 1.0}, "the mean slope"),
+    ("hill_millard2012", {"passive_stiffness_low": 3.0}, "the mean slope"),
+    ("hill_millard2012", {"tendon_stiffness": 10.0}, "one over the strain"),
+    ("hill_millard2012", {"pennation_at_optimal": 1.2, "maximum_pennation": 1.0}, "pennation"),
+    ("series_elastic_motor", {"inductance": 1e-9}, "a rate of"),
+]
+
+
+@pytest.mark.parametrize(("kind", "parameters", "what"), TOGETHER)
+def test_numbers_that_do_not_go_together_are_told(kind, parameters, what):
+    (found,) = _errors(kind, SOUND[kind] | parameters)
+    assert (found.code, found.subject.name) == ("bad-law-parameter", "m0")
+    assert what in found.message
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_the_check_lets_pass_the_core_takes(kind):
+    """Random numbers near the defaults and at the bounds; both refuse some of them."""
+    rng = np.random.default_rng(len(kind))
+    passed = 0
+    parameters = TENSION_LAWS[kind].parameters
+    for _ in range(400):
+        values = dict(SOUND[kind])
+        for k in rng.choice(len(parameters), 2):
+            p = parameters[k]
+            usual = values.get(p.name, p.default) or 1.0
+            ends = [end for end in (p.low, p.high) if math.isfinite(end)]
+            values[p.name] = float(rng.choice([usual * 10.0 ** rng.normal(0.0, 0.4), *ends]))
+        if _errors(kind, values):
+            continue
+        passed += 1
+        try:
+            Core(compile_blob(slider((kind, values))))
+        except CardsflowError as error:
+            raise AssertionError(values) from error
+    assert passed > 50
+
+
+def test_broken_laws_of_any_cable_set_are_told_and_none_is_simulated():
+    robot = slider(("elastic_cable", {"stiffness": -5.0}))
+    other = CableSet("other", robot.muscles)
+    sound = slider(("ideal", {}))
+    both = replace(sound, cable_sets=(*sound.cable_sets, other))
+    assert [f.subject.name for f in check(both) if f.is_error] == ["other/m0"]
+    with pytest.raises(RobotError, match=r"stiffness -5\.0 must be above 0"):
+        require_valid(robot)
+
+
+@pytest.mark.parametrize("kind", SOUND)
+def test_files_give_every_law_back_to_the_last_bit(kind, tmp_path):
+    odd = {name: value * (1.0 + 1e-15) for name, value in SOUND[kind].items()}
+    robot = _passive(slider((kind, odd)))
+    write_sdf(robot, tmp_path)
+    assert read_robot(tmp_path).muscles == robot.muscles
+
+
+@pytest.mark.parametrize("kind", SOUND)
+def test_the_designs_table_gives_every_law_back(kind):
+    model = CableModel(kind, tuple(SOUND[kind].items()))
+    rows = (MuscleRow("m", "#112233", 1.0, 20.0, model),)
+    assert read_muscles(muscles_text(rows)) == rows
+    table, findings = read_csv(csv_text(MuscleTable(rows)).encode())
+    assert not findings
+    assert table.rows == rows
+
+
+def test_caspr_gets_ideal_cables_and_says_so(tmp_path):
+    robot = slider(("hill_thelen2003", HILL), ("ideal", {}))
+    told = {f.subject.name: f.code for f in caspr_losses(robot) if f.subject.kind == "muscle"}
+    assert told == {"m0": "caspr-tension-law"}
+    write_caspr(robot, tmp_path)
+    back = read_robot(tmp_path / "slider_bodies.xml")
+    assert [muscle.model.kind for muscle in back.muscles] == ["ideal", "ideal"]

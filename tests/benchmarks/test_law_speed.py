@@ -1,0 +1,86 @@
+"""What tension laws add to the muscle kernel, as ratios measured in turn in one run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from interleaved import interleaved, record
+from robots import chain, planar_2r
+
+from addin_sdfusion.robot import CableModel, Robot
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core
+from sim_dart.muscle_laws import MuscleLaws
+
+RIGID, ELASTIC = 2.0, 25.0
+"""Largest times with a muscle of Hill's type over those of ideal cables; see `kernel`."""
+
+
+def _with_law(robot: Robot, kind: str, **parameters: float) -> Robot:
+    """All muscles with a law; fibres that are near their optimum at the start."""
+    lengths = dict(zip(robot.muscles, _lengths(robot), strict=True))
+    muscles = []
+    for muscle, length in lengths.items():
+        hill = {
+            "max_isometric_force": 100.0,
+            "optimal_fibre_length": 0.4 * length,
+            "tendon_slack_length": 0.6 * length,
+            "pennation_at_optimal": 0.1,
+        }
+        model = CableModel(kind, tuple((hill | parameters).items()))  # type: ignore[arg-type]
+        muscles.append(replace(muscle, model=model))
+    return robot.with_muscles(muscles)
+
+
+def _lengths(robot: Robot) -> list[float]:
+    core = Core(compile_blob(robot))
+    core.move(core.handle, np.zeros(len(robot.coordinates)).tobytes())
+    lengths: list[float] = core.array("lengths", len(robot.muscles)).tolist()
+    return lengths
+
+
+def kernel(robot: Robot) -> Callable[[], None]:
+    """What a step asks of the C core: q -> l, L; rates, tensions and torques; the laws' states."""
+    core = Core(compile_blob(robot))
+    laws = MuscleLaws(robot, core)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    rng = np.random.default_rng(0)
+    q, qd = rng.uniform(-0.1, 0.1, n).tobytes(), rng.uniform(-0.5, 0.5, n).tobytes()
+    u = rng.uniform(0.1, 0.9, m)
+    core.move(core.handle, q)
+    laws.start(u)
+    commands = rng.uniform(0.1, 0.9, m).tobytes()
+    start = laws.states.copy()
+
+    def step() -> None:
+        laws.states[:] = start
+        core.move(core.handle, q)
+        core.drive(core.handle, qd, commands)
+        core.advance(core.handle, commands, 1e-3)
+
+    return step
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"),
+    [("two-link arm", planar_2r()), ("20-joint chain", chain())],
+    ids=["arm", "chain"],
+)
+def test_muscles_of_hills_type(name: str, robot: Robot) -> None:
+    """With activation: at most doubled; an elastic tendon is a balance of forces to be found."""
+    alternatives = {
+        "ideal": kernel(robot),
+        "degroote": kernel(_with_law(robot, "hill_degroote2016")),
+        "thelen": kernel(_with_law(robot, "hill_thelen2003")),
+        "millard": kernel(_with_law(robot, "hill_millard2012")),
+        "degroote_elastic": kernel(_with_law(robot, "hill_degroote2016", elastic_tendon=1.0)),
+        "millard_elastic": kernel(_with_law(robot, "hill_millard2012", elastic_tendon=1.0)),
+    }
+    times = interleaved(alternatives, calls=200, rounds=60)
+    ratios = {key: seconds / times["ideal"] for key, seconds in times.items() if key != "ideal"}
+    record(f"muscle kernel with tension laws, {name}", us_ideal=times["ideal"] * 1e6, **ratios)
+    assert ratios["degroote"] <= RIGID
+    assert max(ratios.values()) <= ELASTIC

@@ -1,0 +1,72 @@
+"""What a wrap surface costs, as a ratio measured in turn in one run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from interleaved import interleaved, record
+from robots import chain
+
+from addin_sdfusion.robot import Pose, Robot, Wrap, WrapSurface
+from addin_sdfusion.robot.muscle import WrapShape
+from sim_dart import MusclePaths
+
+LIMITS = {"clear": 1.6, "some": 1.9, "all": 2.2}
+"""Of the kernel's time by how many muscles touch their surface: none, some of them, all."""
+RADII = {"clear": 0.002, "some": 0.0062, "all": 0.015}
+POSES = np.random.default_rng(0).uniform(-0.1, 0.1, (20, 20))
+
+
+def wrapped_chain(shape: WrapShape, radius: float) -> Robot:
+    """The chain of 60 muscles, each over a surface of its own in its middle segment."""
+    robot = chain()
+    muscles, surfaces = [], []
+    for muscle in robot.muscles:
+        here = muscle.via_points[1]
+        x, y, _ = here.position
+        centre = Pose((0.8 * x, 0.8 * y, -0.1), (math.pi / 2, 0.0, math.atan2(y, x)))
+        name = f"{muscle.name}_surface"
+        surfaces.append(WrapSurface(name, here.link, shape, radius, centre))
+        muscles.append(replace(muscle, wraps=(Wrap(name, 1),)))
+    return replace(robot.with_muscles(muscles), wrap_surfaces=tuple(surfaces))
+
+
+def kernel(paths: MusclePaths) -> Callable[[], None]:
+    """Q -> l, L, torques at twenty poses."""
+    core, poses = paths._core, [q.tobytes() for q in POSES]
+    move, pull, handle, forces = core.move, core.pull, core.handle, np.ones(60).tobytes()
+
+    def run() -> None:
+        for q in poses:
+            move(handle, q)
+            pull(handle, forces)
+
+    return run
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize("touching", LIMITS)
+def test_a_surface_a_muscle(shape: WrapShape, touching: str) -> None:
+    """60 muscles of 4 points on 20 joints, with one surface each against none."""
+    straight, wrapped = MusclePaths(chain()), MusclePaths(wrapped_chain(shape, RADII[touching]))
+    share = np.mean(
+        [wrapped.evaluate(q).lengths > straight.evaluate(q).lengths + 1e-12 for q in POSES]
+    )
+    low, high = {"clear": (0.0, 0.0), "some": (0.2, 0.8), "all": (1.0, 1.0)}[touching]
+    assert low <= share <= high
+    seconds = interleaved(
+        {"straight": kernel(straight), "wrapped": kernel(wrapped)}, calls=50, rounds=60
+    )
+    ratio = seconds["wrapped"] / seconds["straight"]
+    record(
+        f"muscle kernel with a {shape} a muscle, {touching} touched",
+        ratio_to_straight=ratio,
+        share_touched=float(share),
+        wrapped_us=seconds["wrapped"] / len(POSES) * 1e6,
+        straight_us=seconds["straight"] / len(POSES) * 1e6,
+    )
+    assert ratio <= LIMITS[touching]

@@ -1,0 +1,40 @@
+"""The studies of examples/design_study, in full or in part."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from small_studies import PLANAR, ROOT
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.studies import Study, run_study
+
+pytestmark = pytest.mark.skipif(
+    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
+)
+STUDIES = ROOT / "examples" / "design_study"
+
+
+def test_attachments_need_less_than_seven_tenths_of_the_papers_peak_force(tmp_path: Path) -> None:
+    """Each of three searches; the robot that is written, run on its own, at the paper's rate."""
+    published = simulate(Experiment.load(PLANAR), through="direct").summary["forces"]["max"]
+    result = run_study(Study.load(STUDIES / "attachments.toml"), jobs=2, output=tmp_path / "out")
+    ends = [history[-1] for history in result.summary["history"].values()]
+    assert len(ends) == 3
+    assert max(ends) <= 0.7 * published
+    settings = {"controller.period": 1e-3, "run.step": 1e-3, "plant.step": 1e-3}
+    written = Experiment.load(tmp_path / "out" / "best" / "experiment.json", settings)
+    summary = simulate(written).summary
+    assert summary["forces"]["max"] <= 0.7 * published
+    assert summary["infeasible_ticks"] == 0
+
+
+def test_the_flower_bears_what_is_not_known(tmp_path: Path) -> None:
+    study = replace(Study.load(STUDIES / "robustness.toml"), count=8)
+    result = run_study(study, jobs=2, output=tmp_path / "out")
+    assert result.summary["complete"] == 8
+    assert result.summary["metrics"]["tracking.max"]["max"] < 0.02

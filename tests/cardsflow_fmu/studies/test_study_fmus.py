@@ -1,0 +1,109 @@
+"""The same study through FMUs."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_studies import PLANAR, SHORT, one_thread, small_study
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.studies import fmu_store, run_study
+from cardsflow_fmu.studies.fmu_store import prepared_fmus
+
+pytestmark = pytest.mark.native
+
+PARAMETERS = """
+[[vary]]
+path = "controller.kp.joint_2"
+values = [500.0, 2000.0]
+[[vary]]
+path = "muscles.cable_1.f_max"
+values = [45.0, 35.0]
+[[vary]]
+path = "plant.step"
+values = [0.01, 0.002]
+"""
+ROBOTS = """
+[[vary]]
+path = "plant.mass_scale.link_2"
+values = [0.8, 1.1]
+[[vary]]
+path = "robot.muscles.cable_1.points[1].position[0]"
+values = [0.1, 0.15]
+"""
+TOP = "metrics = ['tracking.rms', 'tracking.max', 'force.peak.*', 'force.rms', 'energy']\n"
+
+
+def numbers(folder: Path) -> list[list[float]]:
+    with (folder / "table.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert {row["status"] for row in rows} == {"complete"}
+    names = [n for n in rows[0] if n not in ("run", "hash", "status", "error")]
+    return [[float(row[name]) for name in names] for row in rows]
+
+
+@pytest.mark.parametrize("text", [PARAMETERS, ROBOTS])
+def test_fmus_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
+    for engine in ("direct", "fmu"):
+        study = small_study(tmp_path, text, f"{TOP}engine = '{engine}'")
+        with one_thread() as executor:
+            run_study(study, executor, jobs=1, output=tmp_path / engine)
+    direct, fmu = (numbers(tmp_path / engine) for engine in ("direct", "fmu"))
+    assert len(direct) >= 4
+    for one, other in zip(direct, fmu, strict=True):
+        assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
+    assert len({tuple(row[-3:]) for row in direct}) > 1
+
+
+def test_parameters_need_no_other_fmus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[Any] = []
+    build = fmu_store.build
+
+    def counting(experiment: Experiment, folder: Path) -> Any:
+        built.append(experiment)
+        return build(experiment, folder)
+
+    monkeypatch.setattr(fmu_store, "build", counting)
+    base = Experiment.load(PLANAR, {"run.step": 0.01, "controller.period": 0.02})
+    settings = {"run.step": 0.01, "controller.period": 0.02, "start.q": [-0.4, 0.4]}
+    changed = {**settings, "controller.kd": 80.0, "muscles.cable_3.f_min": 5.0}
+    first = prepared_fmus(base, base, tmp_path / "nowhere")
+    second = prepared_fmus(base, Experiment.load(PLANAR, changed), tmp_path / "nowhere")
+    assert len(built) <= 1
+    assert [fmu.folder for fmu in first.values()] == [fmu.folder for fmu in second.values()]
+    assert not any(fmu.start_values for fmu in first.values())
+    assert second["plant"].start_values == {"q_start.joint_1": -0.4, "q_start.joint_2": 0.4}
+    assert second["controller"].start_values == {
+        "kd.joint_1": 80.0,
+        "kd.joint_2": 80.0,
+        "f_min.cable_3": 5.0,
+    }
+    heavier = Experiment.load(PLANAR, {**settings, "plant.mass_scale": 1.1})
+    third = prepared_fmus(base, heavier, tmp_path / "nowhere")
+    assert third["plant"].folder != first["plant"].folder
+
+
+def test_few_sets_of_fmus_are_kept(tmp_path: Path) -> None:
+    base = Experiment.load(PLANAR, {"run.step": 0.01, "controller.period": 0.02})
+    for scale in (1.1, 1.2, 1.3, 1.4, 1.5, 1.6):
+        settings = {"run.step": 0.01, "controller.period": 0.02, "plant.mass_scale": scale}
+        last = prepared_fmus(base, Experiment.load(PLANAR, settings), tmp_path)["plant"].file
+    kept = list(last.parents[1].iterdir())
+    assert len(kept) <= fmu_store.MOST_KEPT
+    assert last.is_file()
+
+
+def test_fmus_of_the_experiment_are_built_once_for_all(tmp_path: Path) -> None:
+    study = small_study(tmp_path, PARAMETERS, "engine = 'fmu'", SHORT)
+    with one_thread() as executor:
+        run_study(study, executor, jobs=1, output=tmp_path / "out")
+    assert {file.name for file in (tmp_path / "out" / "fmus").iterdir()} == {
+        "system.ssp",
+        "plant.fmu",
+        "hardware.fmu",
+        "controller.fmu",
+        "reference.fmu",
+    }

@@ -1,0 +1,134 @@
+"""Metrics of a run against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_studies import PLANAR
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu import Experiment, Result
+from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.studies.metrics import METRICS, metric_units, metric_values, spelled_out
+from cardsflow_fmu.studies.study import Box
+from controllers.gains import margins
+from sim_dart import DartDynamics
+
+SETTINGS = {"controller.period": 0.01, "run.step": 0.01, "run.duration": 0.3}
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return simulate(Experiment.load(PLANAR, SETTINGS), through="direct")
+
+
+def with_columns(result: Result, **columns: np.ndarray) -> Result:
+    """The result with other columns; `f_cable_1` stands for `f.cable_1`."""
+    rows = result.rows.copy()
+    for name, values in columns.items():
+        rows[:, result.names.index(f"{name[0]}.{name[2:]}")] = values
+    return replace(result, rows=rows)
+
+
+def test_forces_are_those_of_their_closed_forms(result: Result) -> None:
+    t = np.linspace(0.0, 2.0 * np.pi, len(result.rows), endpoint=False)
+    one = with_columns(result, f_cable_2=200.0 + 30.0 * np.sin(t))
+    names = ["force.peak", "force.peak.cable_2", "force.rms.cable_2", "force.low.cable_2"]
+    peak, own, rms, low = metric_values(names, one, None).values()
+    assert peak == own == pytest.approx(230.0, abs=0.2)
+    assert low == pytest.approx(170.0, abs=0.2)
+    assert rms == pytest.approx(np.sqrt(200.0**2 + 30.0**2 / 2.0), rel=1e-12)
+
+
+def test_energy_is_force_times_way(result: Result) -> None:
+    """A steady 50 N over 0.2 m in and 0.2 m out again is 20 J."""
+    count = len(result.rows)
+    way = 1.0 + 0.2 * (1.0 - np.abs(np.linspace(-1.0, 1.0, count)))
+    one = with_columns(result, f_cable_1=np.full(count, 50.0), l_cable_1=way)
+    assert metric_values(["energy.cable_1"], one, None)["energy.cable_1"] == pytest.approx(20.0)
+    each = metric_values(spelled_out(["energy.*"], one.experiment.robot), one, None)
+    assert sum(each.values()) == pytest.approx(metric_values(["energy"], one, None)["energy"])
+
+
+def test_margins_are_distances_to_the_bounds(result: Result) -> None:
+    forces = np.stack([result[f"f.cable_{k}"] for k in (1, 2, 3, 4)])
+    found = metric_values(["margin.upper", "margin.lower"], result, None)
+    assert found["margin.upper"] == 100.0 - forces.max()
+    assert found["margin.lower"] == forces.min() - 10.0
+
+
+def test_loop_margins_are_the_smallest_of_all_loops() -> None:
+    settings = {**SETTINGS, "controller.kp.joint_2": 400.0}
+    result = simulate(Experiment.load(PLANAR, settings), through="direct")
+    loops = [margins(kp, 90.0, 0.01) for kp in (2000.0, 400.0)]
+    found = metric_values(["margin.phase", "margin.gain", "margin.delay"], result, None)
+    assert list(found.values()) == [
+        min(getattr(loop, name) for loop in loops)
+        for name in ("phase_margin", "gain_margin", "delay_margin")
+    ]
+
+
+def test_stiffness_is_the_slope_of_the_held_forces_torque(result: Result) -> None:
+    """d/dq of G + L'f, by plain central differences, at every row."""
+    dynamics = DartDynamics(result.experiment.robot)
+    q = result.columns(["q.joint_1", "q.joint_2"])
+    f = result.columns([f"f.cable_{k}" for k in (1, 2, 3, 4)])
+    lowest = np.inf
+    for pose, forces in zip(q, f, strict=True):
+        columns = []
+        for axis in np.eye(2):
+            ends = [
+                dynamics.gravity(pose + h * axis).copy()
+                + dynamics.muscle_jacobian(pose + h * axis).T @ forces
+                for h in (1e-5, -1e-5)
+            ]
+            columns.append((ends[0] - ends[1]) / 2e-5)
+        K = np.stack(columns, axis=1)
+        lowest = min(lowest, float(np.linalg.eigvalsh(0.5 * (K + K.T))[0]))
+    found = metric_values(["stiffness.min"], result, None)["stiffness.min"]
+    assert found == pytest.approx(lowest, rel=1e-5)
+
+
+def test_wrench_closure_is_the_part_of_the_workspace() -> None:
+    """Two cables that pull link 1 the same way close nothing; the paper's four do."""
+    box = Box((-0.4, -0.4), (0.4, 0.4), 3)
+    good = simulate(Experiment.load(PLANAR, SETTINGS), through="direct")
+    assert metric_values(["wrench_closure"], good, box) == {"wrench_closure": 1.0}
+    changes = {
+        f"robot.muscles.cable_{k}.points[{p}].position[0]": x
+        for k in (3, 4)
+        for p, x in ((0, 0.5 * k), (1, 0.1))
+    }
+    one_sided = replace(good, experiment=Experiment.load(PLANAR, {**SETTINGS, **changes}))
+    assert metric_values(["wrench_closure"], one_sided, box) == {"wrench_closure": 0.0}
+
+
+def test_a_workspace_without_limits_says_what_to_give(result: Result) -> None:
+    if all(np.isfinite([c.lower, c.upper]).all() for c in result.experiment.robot.coordinates):
+        pytest.skip("the robot has limits")
+    with pytest.raises(InputError, match=r"\[workspace\]"):
+        metric_values(["wrench_closure"], result, None)
+
+
+def test_every_metric_has_a_value_and_a_unit(result: Result) -> None:
+    box = Box((-0.4, -0.4), (0.4, 0.4), 2)
+    values = metric_values(METRICS, result, box)
+    assert all(value is not None for value in values.values())
+    units = metric_units(METRICS, "rad")
+    assert units["tracking.rms"] == "rad"
+    assert units["energy"] == "J"
+
+
+def test_tracking_is_that_of_the_summary(result: Result) -> None:
+    found = metric_values(["tracking.rms", "tracking.max"], result, None)
+    tracking = result.summary["tracking"]
+    assert list(found.values()) == [tracking["rms"], tracking["max"]]
+
+
+@pytest.mark.parametrize("name", ["force", "force.peak.", "tracking.rms.cable_1", "force.peak.x.y"])
+def test_an_unknown_metric_is_refused(name: str) -> None:
+    with pytest.raises(UnknownNameError):
+        spelled_out([name], Experiment.load(Path(PLANAR)).robot)

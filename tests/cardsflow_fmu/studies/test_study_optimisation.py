@@ -1,0 +1,142 @@
+"""Optimisation: searches, constraints, and the robot that is found."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_studies import PLANAR, one_thread, small_study
+
+from addin_sdfusion.muscles.muscle_csv import read_csv
+from addin_sdfusion.robot import read_robot
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.studies import run_study
+from cardsflow_fmu.studies.best_robot import muscle_table, write_best
+from cardsflow_fmu.studies.optimisation import cost, optimise
+from cardsflow_fmu.studies.outcome import Outcome
+from cardsflow_fmu.studies.sampling import Run
+from cardsflow_fmu.studies.study import Constraint, Optimise
+
+BOX = """
+[[vary]]
+name = "end_1"
+path = "robot.muscles.cable_1.points[1].position"
+box = { from = [0.02, 0.0, 0.5], to = [0.25, 0.0, 0.95] }
+"""
+SEARCH = """
+[optimise]
+method = "%s"
+objective = "force.peak"
+population = 8
+generations = %d
+seeds = %s
+constraints = [{ metric = "infeasible_ticks", at_most = 0 }]
+"""
+BEST = (0.1, 0.8)
+
+
+def bowl(runs: Iterable[Run]) -> list[Outcome]:
+    """Stands for runs: the square of the distance to BEST; infeasible right of x = 0.2."""
+    outcomes = []
+    for run in runs:
+        x, y, z = run.values.values()
+        assert y == 0.0
+        square = (x - BEST[0]) ** 2 + (z - BEST[1]) ** 2
+        outcomes.append(Outcome({"force.peak": square, "infeasible_ticks": float(x > 0.2)}))
+    return outcomes
+
+
+@pytest.mark.parametrize("method", ["differential_evolution", "cma_es"])
+def test_searches_find_the_bottom_of_a_bowl(tmp_path: Path, method: str) -> None:
+    if method == "cma_es":
+        pytest.importorskip("cmaes")
+    study = small_study(tmp_path, BOX + SEARCH % (method, 40, "[1, 2]"))
+    found = optimise(study, "x", bowl)
+    again = optimise(study, "x", bowl)
+    assert [run.hash for run, _ in found.runs] == [run.hash for run, _ in again.runs]
+    assert found.best is not None
+    run, _ = found.runs[found.best]
+    assert (run.values["end_1[0]"], run.values["end_1[2]"]) == pytest.approx(BEST, abs=1e-3)
+    assert set(found.history) == {"seed 1", "seed 2"}
+    for history in found.history.values():
+        falling = [value for value in history if not math.isnan(value)]
+        assert falling == sorted(falling, reverse=True)
+    assert all(0.02 <= run.values["end_1[0]"] <= 0.25 for run, _ in found.runs)
+
+
+def test_what_misses_a_constraint_is_above_all_that_meets_it() -> None:
+    limits = (Constraint("a", 1.0, None), Constraint("b", None, 0.0))
+    settings = Optimise("cma_es", "f", False, 8, 1, (0,), limits)
+    good = cost(settings, Outcome({"f": 1e6, "a": 1.0, "b": 0.0}))
+    near = cost(settings, Outcome({"f": 0.0, "a": 0.9, "b": 0.0}))
+    far = cost(settings, Outcome({"f": 0.0, "a": 0.9, "b": 5.0}))
+    assert good == 1e6
+    assert good < near < far < cost(settings, Outcome({}, "broken"))
+    assert cost(settings, Outcome({"f": None, "a": 1.0, "b": 0.0})) == cost(
+        settings, Outcome({}, "broken")
+    )
+
+
+def test_maximising_turns_the_objective_round() -> None:
+    settings = Optimise("cma_es", "f", True, 8, 1, (0,), ())
+    assert cost(settings, Outcome({"f": 3.0})) == -3.0
+
+
+def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> None:
+    search = SEARCH % ("differential_evolution", 3, "[4]")
+    study = small_study(tmp_path, BOX + search, "metrics = ['tracking.rms']")
+    with one_thread() as executor:
+        result = run_study(study, executor, jobs=1, output=tmp_path / "out")
+        table = (tmp_path / "out" / "table.csv").read_bytes()
+        removed = sorted((tmp_path / "out" / "runs").iterdir())[::2]
+        for file in removed:
+            file.unlink()
+        run_study(study, executor, jobs=1, output=tmp_path / "out", resume=True)
+    assert removed
+    assert (tmp_path / "out" / "table.csv").read_bytes() == table
+    best = result.summary["best"]
+    rows = [outcome.metrics["force.peak"] for _, outcome in result.rows()]
+    assert best["objective"] == min(rows)
+    alone = simulate(Experiment.load(tmp_path / "out" / "best" / "experiment.json"))
+    assert alone.summary["forces"]["max"] == pytest.approx(best["objective"], rel=1e-9)
+    assert "force.peak" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_nothing_that_meets_the_constraints_is_said(tmp_path: Path) -> None:
+    search = (SEARCH % ("differential_evolution", 1, "[4]")).replace("at_most = 0", "at_most = -1")
+    with one_thread() as executor:
+        study = small_study(tmp_path, BOX + search)
+        result = run_study(study, executor, jobs=1, output=tmp_path / "out")
+    assert result.summary["best"] is None
+    assert "No run meets" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_the_best_robot_is_the_same_in_every_format(tmp_path: Path) -> None:
+    path = "robot.muscles.cable_1.points[1].position"
+    experiment = Experiment.load(PLANAR, {path: [0.123456789012345, 0.0, 0.7]})
+    write_best(experiment, tmp_path)
+    for format_ in ("sdf", "caspr"):
+        muscles = read_robot(tmp_path / format_, experiment.robot.cable_set).muscles
+        for written, own in zip(muscles, experiment.robot.muscles, strict=True):
+            assert written.name == own.name
+            for one, other in zip(written.via_points, own.via_points, strict=True):
+                assert one.position == pytest.approx(other.position, abs=1e-12)
+    table, findings = read_csv((tmp_path / "muscles.csv").read_bytes())
+    assert not findings
+    assert table == muscle_table(experiment.robot)
+    saved = json.loads((tmp_path / "experiment.json").read_text())
+    assert "muscles" not in saved["robot"]
+
+
+def test_via_points_are_in_the_root_frame(tmp_path: Path) -> None:
+    """Link 2 begins 1 m above the ground where both joints are at zero."""
+    robot = Experiment.load(PLANAR).robot
+    points = {(p.muscle, p.number): p for p in muscle_table(robot).points}
+    assert points["cable_2", 2].position == pytest.approx((0.1, 0.0, 1.8))
+    assert points["cable_1", 2].position == pytest.approx((0.1, 0.0, 0.8))
+    assert np.isfinite([p.position for p in points.values()]).all()

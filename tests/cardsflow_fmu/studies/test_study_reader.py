@@ -1,0 +1,151 @@
+"""Reading study.toml, and everything that may be wrong with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from small_studies import KP, ROOT, SHORT, small_study, write_study
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.studies import Study
+from cardsflow_fmu.studies.variations import Listed, Uniform
+
+
+def vary(path: str, values: str = "values = [1.0]") -> str:
+    return f"[[vary]]\npath = '{path}'\n{values}\n"
+
+
+@pytest.mark.parametrize("name", ["attachments", "robustness"])
+def test_the_examples_are_studies(name: str) -> None:
+    study = Study.load(ROOT / "examples" / "design_study" / f"{name}.toml")
+    assert study.variations
+    assert study.name == name
+
+
+def test_a_star_stands_for_every_name(tmp_path: Path) -> None:
+    study = small_study(tmp_path, vary("plant.mass_scale.*", "uniform = [0.8, 1.2]"), "count = 2")
+    assert [v.paths for v in study.variations] == [
+        ("plant.mass_scale.link_1",),
+        ("plant.mass_scale.link_2",),
+    ]
+
+
+def test_a_star_together_is_one_variation(tmp_path: Path) -> None:
+    text = "together = true\nuniform = [0.0, 5.0]"
+    (one,) = small_study(tmp_path, vary("muscles.*.f_min", text), "count = 2").variations
+    assert one.name == "muscles.*.f_min"
+    assert one.paths == tuple(f"muscles.cable_{k}.f_min" for k in (1, 2, 3, 4))
+
+
+def test_a_box_is_a_variation_an_axis(tmp_path: Path) -> None:
+    text = "name = 'end'\nbox = { from = [0.0, 0.5, 0.2], to = [0.1, 0.5, 0.4] }"
+    path = "robot.muscles.cable_1.points[1].position"
+    study = small_study(tmp_path, vary(path, text), "count = 2")
+    assert [v.name for v in study.variations] == ["end[0]", "end[1]", "end[2]"]
+    assert [v.range for v in study.variations] == [
+        Uniform(0.0, 0.1),
+        Listed((0.5,)),
+        Uniform(0.2, 0.4),
+    ]
+
+
+def test_settings_are_full_keys_or_tables(tmp_path: Path) -> None:
+    short = '[settings]\n"run.step" = 0.01\nrun.duration = 0.2\ncontroller = { period = 0.01 }'
+    study = small_study(tmp_path, short=short)
+    assert study.settings == {"run.step": 0.01, "run.duration": 0.2, "controller.period": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("path", "nearest"),
+    [
+        ("controller.kpp", "'kp'"),
+        ("contoller.kp", "'controller'"),
+        ("controller.kp.joint_3", "'joint_"),
+        ("muscles.cabel_1.f_max", "'cable_1'"),
+        ("plant.mass_scal.*", "'mass_scale'"),
+        ("robot.muscles.cable_1.point[0].position", "'points'"),
+        ("robot.links.link_1.inertia.masss", "'mass'"),
+        ("robot.links.*.inertia.masss", "'mass'"),
+    ],
+)
+def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: str) -> None:
+    with pytest.raises(InputError, match=f"did you mean {nearest}") as caught:
+        small_study(tmp_path, vary(path))
+    assert caught.value.key == "vary[0].path"
+    assert caught.value.file == tmp_path / "study.toml"
+
+
+@pytest.mark.parametrize(
+    ("text", "top", "message"),
+    [
+        (vary("controller.kp", "values = []"), "", "at least one value"),
+        (vary("controller.kp", "grid = { from = 1, to = 2, count = 0 }"), "", "grid is empty"),
+        (vary("controller.kp", ""), "", "needs one of"),
+        (vary("controller.kp", "values = [1.0]\nuniform = [1.0, 2.0]"), "", "found 2"),
+        (vary("controller.kp", "values = [1979-05-27]"), "", "date"),
+        (vary("controller.kp", "values = [inf]"), "", "finite"),
+        (vary("controller.kp", "uniform = [2.0, 1.0]"), "count = 2", "increase"),
+        (vary("controller.kp", "loguniform = [0.0, 1.0]"), "count = 2", "above 0"),
+        (vary("controller.kp", "normal = [1.0, 0.0]"), "count = 2", "standard deviation"),
+        (vary("controller.kp", "uniform = [1.0, 2.0]"), "", "must be 1 to"),
+        (vary("controller.kp", "uniform = [1.0, 2.0]"), "count = 0", "must be 1 to"),
+        (vary("controller.kp", "uniform = [1.0, 2.0]"), "sampler = 'grid'", "needs `values`"),
+        (vary("controller.kp", "uniform = [1, 2]"), "sampler = 'sobl'", "did you mean 'sobol'"),
+        (
+            vary("controller.kp", "uniform = [1.0, 2.0]"),
+            "sampler = 'sensitivity'\ncount = 6",
+            "power of 2",
+        ),
+        (KP + KP, "", "twice"),
+        (KP + vary("controller.kd", "values = [1.0]"), "sampler = 'list'", "equally many"),
+        (KP, "count = 3", "as many runs as its values"),
+        (KP, "engine = 'fum'", "did you mean 'fmu'"),
+        (KP, "metrics = ['tracking.rsm']", "did you mean 'tracking.rms'"),
+        (KP, "metrics = ['force.peak.cable_9']", "no muscle 'cable_9'"),
+        (KP, "metrics = []", "at least one name"),
+        (KP, "tables = ['xlsx']", "no kind of table"),
+        (KP, "seed = -1", "negative"),
+        (KP, "sede = 1", "did you mean 'seed'"),
+        ("", "vary = 3", "must be tables"),
+        (vary("controller..kp"), "", "names with dots"),
+        (vary("run.duration.x.y"), "", "no table"),
+        (KP + "[optimise]\nobjective = 'force.peek'\n", "", "did you mean 'force.peak'"),
+        (KP + "[optimise]\nobjective = 'force.peak'\npopulation = 2\n", "", "at least 5"),
+        (
+            KP + "[optimise]\nobjective = 'force.peak'\nconstraints = [{metric = 'energy'}]\n",
+            "",
+            "at_least or at_most",
+        ),
+    ],
+)
+def test_bad_input_says_what_is_wrong(tmp_path: Path, text: str, top: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        small_study(tmp_path, text, top)
+    assert caught.value.file == tmp_path / "study.toml"
+
+
+def test_a_study_of_no_experiment_says_so(tmp_path: Path) -> None:
+    file = write_study(tmp_path)
+    file.write_text('experiment = "nowhere"\n' + SHORT + KP)
+    with pytest.raises(InputError, match="nowhere"):
+        Study.load(file)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"a = ", b"[" * 5000])
+def test_what_is_no_toml_is_refused(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "study.toml"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"study\.toml"):
+        Study.load(file)
+
+
+def test_an_unknown_word_as_value_is_the_runs_own_trouble(tmp_path: Path) -> None:
+    study = small_study(tmp_path, vary("controller.solver", "values = ['daqp', 'nope']"))
+    assert len(study.variations) == 1
+
+
+def test_the_nearest_muscle_is_named(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError) as caught:
+        Study.load(write_study(tmp_path, top="engine = 'nothing'"))
+    assert caught.value.known == ("direct", "fmu")

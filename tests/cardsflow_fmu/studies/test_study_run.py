@@ -1,0 +1,284 @@
+"""Runs, their files, resuming, and the table."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import fcntl
+import json
+import os
+import random
+import shlex
+import tracemalloc
+from collections.abc import Mapping
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_studies import one_thread, small_study
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.studies import StudyError, StudyResult, run_study
+from cardsflow_fmu.studies.crew import GivenCrew
+from cardsflow_fmu.studies.execution import only_run
+from cardsflow_fmu.studies.outcome import Outcome
+from cardsflow_fmu.studies.study import Study
+from cardsflow_fmu.studies.worker import Job
+
+BOUNDS = """
+[[vary]]
+path = "muscles.cable_1.f_min"
+values = [10.0, 200.0, 20.0]
+"""
+
+
+def run_here(study: Study, output: Path, **options: Any) -> StudyResult:
+    with one_thread() as executor:
+        return run_study(study, executor, jobs=1, output=output, **options)
+
+
+def table(folder: Path) -> list[dict[str, str]]:
+    with (folder / "table.csv").open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def stamps(folder: Path) -> dict[str, int]:
+    return {file.name: file.stat().st_mtime_ns for file in (folder / "runs").iterdir()}
+
+
+class Counting(GivenCrew):
+    """Counts what it hands out, and stops after a number of runs."""
+
+    def __init__(self, executor: ThreadPoolExecutor, most: int = 10**9) -> None:
+        super().__init__(executor, 1)
+        self.window = 1
+        self.handed: list[str] = []
+        self.most = most
+
+    def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
+        if len(self.handed) == self.most:
+            raise KeyboardInterrupt
+        self.handed.append(json.dumps(settings))
+        return super().submit(job, settings)
+
+
+def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
+    result = run_here(small_study(tmp_path), tmp_path / "out")
+    rows = table(tmp_path / "out")
+    assert [int(row["run"]) for row in rows] == list(range(6))
+    assert [float(row["controller.kp"]) for row in rows] == [1000.0 + 200.0 * k for k in range(6)]
+    assert {row["status"] for row in rows} == {"complete"}
+    assert result.summary["runs"] == 6
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "runs",
+        "table.csv",
+        "table.units.json",
+        "summary.json",
+        "report.html",
+        ".lock",
+    }
+
+
+def test_numbers_are_those_of_the_run_alone(tmp_path: Path, capsys: Any) -> None:
+    """The command of the worst case gives the worst case, to the last bit."""
+    result = run_here(small_study(tmp_path), tmp_path / "out")
+    worst = result.summary["worst"]["tracking.rms"][0]
+    words = shlex.split(worst["command"])
+    assert words[0] == "cardsflow"
+    words[-1] = str(tmp_path / "again")
+    assert main([*words[1:], "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["tracking"]["rms"] == worst["value"]
+    assert float(table(tmp_path / "out")[worst["run"]]["tracking.rms"]) == worst["value"]
+
+
+def test_a_run_that_is_no_robot_is_a_row_with_the_finding(tmp_path: Path) -> None:
+    result = run_here(small_study(tmp_path, BOUNDS), tmp_path / "out")
+    first, second, third = table(tmp_path / "out")
+    assert (first["status"], second["status"], third["status"]) == (
+        "complete",
+        "failed",
+        "complete",
+    )
+    assert "f_min 200.0 N is above f_max 100.0 N" in second["error"]
+    assert second["force.peak"] == ""
+    assert result.summary["failed"] == 1
+    assert "is above f_max" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_resuming_does_what_is_missing_and_nothing_twice(tmp_path: Path) -> None:
+    study, output = small_study(tmp_path), tmp_path / "out"
+    with ThreadPoolExecutor(1) as executor:
+        first = Counting(executor, most=3)
+        with pytest.raises(StudyError, match="interrupted; 3 of 6 runs are done, --resume goes on"):
+            run_study(study, crew=first, output=output)
+        before = stamps(output)
+        second = Counting(executor)
+        run_study(study, crew=second, output=output, resume=True)
+    assert len(before) == 3
+    assert before.items() <= stamps(output).items()
+    assert len(second.handed) == 3
+    run_here(study, tmp_path / "whole")
+    assert (output / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
+
+
+def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
+    study, output = small_study(tmp_path), tmp_path / "out"
+    run_here(study, output)
+    good = (output / "table.csv").read_bytes()
+    one, two, three, *_ = sorted((output / "runs").iterdir())
+    one.write_text(one.read_text()[:50])
+    two.write_text(two.read_text().replace('"error": null', '"error": "none"'))
+    three.write_bytes(b"")
+    with ThreadPoolExecutor(1) as executor:
+        crew = Counting(executor)
+        run_study(study, crew=crew, output=output, resume=True)
+    assert len(crew.handed) == 3
+    assert (output / "table.csv").read_bytes() == good
+
+
+def test_equal_runs_are_done_once(tmp_path: Path) -> None:
+    text = '[[vary]]\npath = "controller.kp"\nvalues = [1000.0, 1000.0, 1500.0]\n'
+    with ThreadPoolExecutor(1) as executor:
+        crew = Counting(executor)
+        run_study(small_study(tmp_path, text), crew=crew, output=tmp_path / "out")
+    assert len(crew.handed) == 2
+    assert len(table(tmp_path / "out")) == 3
+
+
+def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    run_here(study, tmp_path / "out")
+    with pytest.raises(InputError, match="--resume"):
+        run_here(study, tmp_path / "out")
+
+
+def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    with (tmp_path / "out" / ".lock").open("w") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
+        with pytest.raises(InputError, match="another study"):
+            run_here(small_study(tmp_path), tmp_path / "out")
+
+
+def test_a_full_disk_stops_clearly_and_is_resumed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, output = small_study(tmp_path), tmp_path / "out"
+    write, left = Path.write_bytes, [3]
+
+    def full(path: Path, content: bytes) -> int:
+        left[0] -= 1
+        if left[0] < 0:
+            write(path, content[:20])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(StudyError, match=r"No space left on device.*3 of 6 runs.*--resume"):
+        run_here(study, output)
+    assert all(name.endswith(".json") and name[0] != "." for name in stamps(output))
+    monkeypatch.undo()
+    before = stamps(output)
+    run_here(study, output, resume=True)
+    assert len(before) == 3
+    assert before.items() <= stamps(output).items()
+    assert len(table(output)) == 6
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        run_here(small_study(tmp_path), tmp_path / "file" / "out")
+
+
+def test_an_experiment_that_changed_meanwhile_is_another_study(tmp_path: Path) -> None:
+    study, output = small_study(tmp_path), tmp_path / "out"
+    run_here(study, output)
+    more = small_study(tmp_path, short=study_text(duration=0.3))
+    with ThreadPoolExecutor(1) as executor:
+        crew = Counting(executor)
+        run_study(more, crew=crew, output=output, resume=True)
+    assert len(crew.handed) == 6
+
+
+def study_text(duration: float) -> str:
+    return f"[settings]\ncontroller.period = 0.01\nrun.step = 0.01\nrun.duration = {duration}\n"
+
+
+def test_one_run_again(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    result = run_here(study, tmp_path / "out")
+    run, outcome = list(result.rows())[2]
+    command, again = only_run(study, run.hash[:8], tmp_path / "out")
+    assert again.metrics == outcome.metrics
+    assert "controller.kp=1400.0" in command
+    with pytest.raises(UnknownNameError):
+        only_run(study, "zzz", tmp_path / "out")
+
+
+def test_progress_counts_up_to_all(tmp_path: Path) -> None:
+    seen: list[tuple[int, int, int]] = []
+    run_here(
+        small_study(tmp_path, BOUNDS), tmp_path / "out", progress=lambda *now: seen.append(now)
+    )
+    assert seen[-1] == (3, 3, 1)
+    assert [done for done, _, _ in seen] == [1, 2, 3]
+
+
+def test_parquet_holds_what_csv_holds(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    run_here(small_study(tmp_path, BOUNDS, "tables = ['csv', 'parquet']"), tmp_path / "out")
+    rows = parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
+    for row, text in zip(rows, table(tmp_path / "out"), strict=True):
+        assert list(row) == list(text)
+        for name, value in row.items():
+            if isinstance(value, float):
+                assert value == float(text[name])
+            else:
+                assert ("" if value is None else str(value)) == text[name]
+
+
+def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = small_study(tmp_path)
+    run_here(study, tmp_path / "out")
+    assert main(["study", str(study.file), "-o", str(tmp_path / "out")]) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert main(["study", str(tmp_path / "nothing.toml")]) == 2
+    assert main(["study", str(study.file), "-o", str(tmp_path / "new"), "-j", "0"]) == 2
+    assert main(["study", str(study.file), "-o", str(tmp_path / "out"), "--only", "zz"]) == 2
+    first = table(tmp_path / "out")[0]
+    capsys.readouterr()
+    only = ["--only", first["hash"][:10], "-o", str(tmp_path / "out")]
+    assert main(["study", str(study.file), *only]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["metrics"]["tracking.rms"] == float(first["tracking.rms"])
+
+
+class Instant(Executor):
+    """Ends every run at once, with some numbers."""
+
+    def submit(self, function: Any, /, *arguments: Any, **named: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        metrics = {f"force.peak.cable_{k}": random.random() for k in (1, 2, 3, 4)}
+        future.set_result(Outcome(metrics, None, 0.1, 0.1))
+        return future
+
+
+@pytest.mark.skipif(
+    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
+)
+def test_memory_does_not_grow_with_the_runs(tmp_path: Path) -> None:
+    """Ten thousand rows take less than 20 MB, of which 5 MB are their numbers and hashes."""
+    text = '[[vary]]\npath = "controller.kp"\nuniform = [1.0, 2.0]\n'
+    peaks = []
+    for count in (100, 10_000):
+        study = small_study(tmp_path, text, f"count = {count}\nmetrics = ['force.peak.*']")
+        tracemalloc.start()
+        run_study(study, Instant(), jobs=2, output=tmp_path / str(count))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert len(table(tmp_path / "10000")) == 10_000
+    assert peaks[1] - peaks[0] < 20e6

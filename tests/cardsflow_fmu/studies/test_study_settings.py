@@ -1,0 +1,120 @@
+"""Full keys of settings, and what an experiment changes of its robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_studies import PLANAR
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.setting_paths import PathError, join_path, set_value, split_path
+
+FILE = Path("experiment.toml")
+
+
+@pytest.mark.parametrize("parts", [["controller", "kp"], ["kp", "hand.x"], ["a", "p[0]", "b c"]])
+def test_paths_come_apart_as_they_were_joined(parts: list[str]) -> None:
+    assert split_path(join_path(parts)) == parts
+
+
+@pytest.mark.parametrize("path", ["", ".", "a..b", "a.", ".a", 'a."b', '"a"b'])
+def test_what_is_no_path_is_refused(path: str) -> None:
+    with pytest.raises(InputError):
+        split_path(path)
+
+
+def test_setting_below_one_number_for_all_leaves_the_others_at_it() -> None:
+    data: dict[str, Any] = {"controller": {"kp": 2000.0}}
+    set_value(data, "controller.kp.joint_1", 5.0, FILE)
+    assert data == {"controller": {"kp": {"*": 2000.0, "joint_1": 5.0}}}
+
+
+def test_an_element_of_a_list_is_set_by_its_index() -> None:
+    data: dict[str, Any] = {"start": {"y": [1.0, 2.0, 3.0]}}
+    set_value(data, "start.y[1]", 9.0, FILE)
+    assert data == {"start": {"y": [1.0, 9.0, 3.0]}}
+    with pytest.raises(PathError, match="3 elements"):
+        set_value(data, "start.y[3]", 9.0, FILE)
+
+
+def test_set_values_are_copies() -> None:
+    value = [1.0]
+    data: dict[str, Any] = {}
+    set_value(data, "a.b", value, FILE)
+    set_value(data, "a.b[0]", 2.0, FILE)
+    assert value == [1.0]
+
+
+def test_one_gain_among_equal_ones() -> None:
+    kp = Experiment.load(PLANAR, {"controller.kp.joint_2": 7.0}).controller.kp
+    assert kp == (2000.0, 7.0)
+
+
+CHANGES: dict[str, Any] = {
+    "robot.muscles.cable_1.points[0].position": [0.6, 0.0, 0.1],
+    "robot.muscles.cable_1.points[1].position[2]": 0.7,
+    "robot.muscles.cable_2.points[1].link": "link_1",
+    "robot.muscles.cable_3.f_max": 80.0,
+    "robot.links.link_1.inertia.mass": 2.5,
+    "robot.links.link_1.inertia.com[2]": 0.4,
+    "robot.coordinates.joint_1.damping": 0.3,
+    "robot.joints.joint_2.T_parent_joint.position[2]": 1.1,
+}
+
+
+def test_every_part_of_the_robot_can_be_changed() -> None:
+    robot = Experiment.load(PLANAR, CHANGES).robot
+    first, second, third, _ = robot.muscles
+    assert first.via_points[0].position == (0.6, 0.0, 0.1)
+    assert first.via_points[1].position[2] == 0.7
+    assert second.via_points[1].link == "link_1"
+    assert third.f_max == 80.0
+    inertia = robot.link("link_1").inertia
+    assert (inertia.mass, inertia.com[2]) == (2.5, 0.4)
+    assert robot.coordinates[0].damping == 0.3
+    assert robot.joints[1].T_parent_joint.position[2] == 1.1
+
+
+def test_a_changed_robot_travels_with_its_experiment(tmp_path: Path) -> None:
+    experiment = Experiment.load(PLANAR, CHANGES)
+    for name, content in experiment.resources().items():
+        target = tmp_path / name
+        target.parent.mkdir(exist_ok=True)
+        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    assert Experiment.from_resources(tmp_path).robot == experiment.robot
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("robot.muscles.cabel_1.f_max", 1.0, "did you mean 'cable_1'"),
+        ("robot.links.link_1.inertia.masss", 1.0, "did you mean 'mass'"),
+        ("robot.linkz.link_1.inertia.mass", 1.0, "did you mean 'links'"),
+        ("robot.muscles.cable_1.name", "x", "no field 'name'"),
+    ],
+)
+def test_a_change_of_nothing_names_the_nearest(key: str, value: Any, message: str) -> None:
+    with pytest.raises(UnknownNameError, match=message):
+        Experiment.load(PLANAR, {key: value})
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("robot.muscles.cable_1.points[7].position", [0.0] * 3, "2 elements"),
+        ("robot.muscles.cable_1.points[0].position", [0.0] * 2, "list of 3 numbers"),
+        ("robot.muscles.cable_1.points", 1.0, r"such as points\[0\]"),
+        ("robot.muscles.cable_1.points[0].link", "nowhere", "nowhere"),
+        ("robot.muscles.cable_1.points[0].link", 3, "must be a text"),
+        ("robot.links.link_1.inertia.mass", "heavy", "must be a number"),
+        ("robot.links.link_1.inertia.mass", -1.0, "mass"),
+        ("robot.links.link_1", 3.0, "must be a table"),
+        ("robot.muscles.cable_1.pulley", 3.0, "cannot be changed"),
+    ],
+)
+def test_a_wrong_value_is_refused(key: str, value: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Experiment.load(PLANAR, {key: value})

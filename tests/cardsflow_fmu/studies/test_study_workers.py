@@ -1,0 +1,187 @@
+"""Runs in processes of their own: equal tables, dead workers, killed parents, Dask."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+from deadly_runs import DEADLY, DeadlyCrew
+from small_studies import one_thread, small_study, write_study
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.studies import StudyError, run_study
+from cardsflow_fmu.studies.dask_crew import dask_crew
+from cardsflow_fmu.studies.outcome import Outcome
+from cardsflow_fmu.studies.perform import perform
+from cardsflow_fmu.studies.sampling import Run
+from cardsflow_fmu.studies.worker import Job
+
+LONG = pytest.mark.skipif(
+    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
+)
+
+MANY = """
+[[vary]]
+path = "controller.kp"
+uniform = [500.0, 2000.0]
+[[vary]]
+path = "plant.mass_scale.*"
+uniform = [0.8, 1.2]
+"""
+TWO_HUNDRED = "count = 200\nsampler = 'latin_hypercube'"
+SECOND = "[settings]\ncontroller.period = 0.01\nrun.step = 0.01\nrun.duration = 2.0\n"
+JOB = cast(Job, None)
+
+
+def deadly(gains: Iterable[float]) -> list[Run]:
+    return [Run(k, {}, {DEADLY: gain}, f"{k:024}") for k, gain in enumerate(gains)]
+
+
+def test_a_run_that_kills_its_worker_is_a_row_and_all_others_are_done() -> None:
+    kept: dict[int, Outcome] = {}
+    with closing(DeadlyCrew(2)) as crew:
+        runs = deadly([1.0, 2.0, -1.0, 3.0, 4.0, 5.0])
+        perform(runs, JOB, crew, lambda run, outcome: kept.update({run.index: outcome}))
+    assert sorted(kept) == list(range(6))
+    assert [k for k, outcome in kept.items() if not outcome.complete] == [2]
+    assert "its worker died 3 times" in str(kept[2].error)
+    assert kept[5].metrics == {"force.peak": 5.0}
+
+
+@LONG
+def test_workers_that_die_of_everything_stop_the_study() -> None:
+    with closing(DeadlyCrew(1)) as crew, pytest.raises(StudyError, match="die of every run"):
+        perform(deadly([-1.0] * 50), JOB, crew, lambda run, outcome: None)
+
+
+def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
+    study = small_study(tmp_path, MANY, "count = 12")
+    with one_thread() as executor:
+        run_study(study, executor, jobs=1, output=tmp_path / "one")
+    run_study(study, jobs=2, output=tmp_path / "two")
+    one, two = ((tmp_path / name / "table.csv").read_bytes() for name in ("one", "two"))
+    assert one == two
+
+
+def test_a_lost_scheduler_is_bad_input() -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match="no Dask scheduler at nonsense"), dask_crew("nonsense", 1):
+        pass
+
+
+@LONG
+def test_tables_are_equal_for_one_two_and_dask(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
+    tables = []
+    for jobs in (1, 2):
+        run_study(study, jobs=jobs, output=tmp_path / str(jobs))
+        tables.append((tmp_path / str(jobs) / "table.csv").read_bytes())
+    with dask_crew("local", 2) as crew:
+        run_study(study, crew=crew, output=tmp_path / "dask")
+    tables.append((tmp_path / "dask" / "table.csv").read_bytes())
+    assert tables[0] == tables[1] == tables[2]
+
+
+@LONG
+def test_a_study_killed_three_times_ends_with_the_same_table(tmp_path: Path) -> None:
+    file = write_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
+    study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
+    run_study(study, jobs=2, output=tmp_path / "whole")
+    output = tmp_path / "out"
+    stamps: dict[str, int] = {}
+    for kill in range(3):
+        process = started(file, output, resume=kill > 0)
+        wait_for_runs(output, 40 * (kill + 1))
+        workers = children(process.pid)
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        assert workers
+        wait_for_end_of(workers)
+        now = finished(output)
+        assert stamps.items() <= now.items()
+        assert len(now) > len(stamps)
+        stamps = now
+    assert started(file, output, resume=True).wait() == 0
+    assert stamps.items() <= finished(output).items()
+    assert len(finished(output)) == 200
+    assert (output / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
+
+
+@LONG
+def test_a_dask_worker_killed_in_mid_run_is_survived(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    study = small_study(tmp_path, MANY, "count = 40", SECOND)
+    killed: list[int] = []
+    with (
+        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
+        dask_crew(cluster.scheduler_address, 2) as crew,
+    ):
+
+        def kill(done: int, total: int, failed: int) -> None:
+            if done == 10 and not killed:
+                killed.append(cluster.workers[0].process.pid)
+                os.kill(killed[0], signal.SIGKILL)
+
+        run_study(study, crew=crew, output=tmp_path / "dask", progress=kill)
+    assert killed
+    run_study(study, jobs=2, output=tmp_path / "own")
+    own, dask = ((tmp_path / name / "table.csv").read_bytes() for name in ("own", "dask"))
+    assert own == dask
+
+
+def started(file: Path, output: Path, *, resume: bool) -> subprocess.Popen[Any]:
+    """The command line, on its own."""
+    words = ["study", str(file), "-j", "2", "-o", str(output)]
+    words += ["--resume"] if resume else []
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *words]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL)
+
+
+def finished(output: Path) -> dict[str, int]:
+    """When each run's file was written."""
+    return {file.name: file.stat().st_mtime_ns for file in (output / "runs").glob("*.json")}
+
+
+def wait_for_runs(output: Path, count: int) -> None:
+    end = time.monotonic() + 300.0
+    while len(finished(output) if output.exists() else {}) < count:
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def children(parent: int) -> list[int]:
+    """The processes that a process has started."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == parent:
+            found.append(int(folder.name))
+    return found
+
+
+def wait_for_end_of(processes: list[int]) -> None:
+    """No process is left behind."""
+    end = time.monotonic() + 30.0
+    while any(is_alive(process) for process in processes):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def is_alive(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"

@@ -1,0 +1,135 @@
+"""`cardsflow check --motion`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from robots import PLANAR_2R
+from worlds import two_link_arm
+
+from addin_sdfusion.robot import WORLD, CableSet, Muscle, ViaPoint, write_sdf
+from cardsflow_fmu.cli import main
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    """A hanging arm whose muscle swings into a cable across its way."""
+    arm = two_link_arm()
+    swinging = Muscle("swinging", (ViaPoint("link_1", (0, 0, 0)), ViaPoint("link_2", (0, 0, -0.3))))
+    standing = Muscle("standing", (ViaPoint(WORLD, (0.4, -1, 0.3)), ViaPoint(WORLD, (0.4, 1, 0.3))))
+    write_sdf(replace(arm, cable_sets=(CableSet("all", (swinging, standing)),)), tmp_path / "arm")
+    return tmp_path / "arm"
+
+
+def findings(capsys: pytest.CaptureFixture[str], *words: object) -> list[dict[str, str]]:
+    assert main(["check", *map(str, words), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    return [f for f in told if f["code"].startswith("muscle-meets")]
+
+
+def table(folder: Path, text: str) -> Path:
+    (folder / "motion.csv").write_text(text)
+    return folder / "motion.csv"
+
+
+def test_a_meeting_names_both_the_distance_and_the_time(
+    robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motion = table(
+        tmp_path, "time,q.joint_1,q.joint_2\n0,0,0\n0.5,-0.7853981633974483,0\n1,-1.2,0\n"
+    )
+    found = findings(capsys, robot, "--motion", motion, "--clearance", "1e-6")
+    (meeting,) = [f for f in found if f["code"] == "muscle-meets-muscle"]
+    assert meeting["severity"] == "warning"
+    assert meeting["kind"] == "muscle"
+    assert "'swinging'" in meeting["message"]
+    assert "'standing'" in meeting["message"]
+    assert "at t = 0.5 s" in meeting["message"]
+
+
+def test_without_a_motion_nothing_is_looked_for(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert findings(capsys, robot) == []
+
+
+def test_far_away_is_no_finding(
+    robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motion = table(tmp_path, "joint_1,joint_2\n0,0\n")
+    assert findings(capsys, robot, "--motion", motion) == []
+    near = findings(capsys, robot, "--motion", motion, "--clearance", "0.5")
+    assert "at joint_1 = 0 rad, joint_2 = 0 rad" in near[0]["message"]
+
+
+def test_links_as_capsules(robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    motion = table(tmp_path, "joint_1,joint_2\n-0.7853981633974483,0\n")
+    found = findings(capsys, robot, "--motion", motion, "--capsules", "0.05")
+    messages = [f["message"] for f in found if f["code"] == "muscle-meets-link"]
+    assert any("50 mm deep through link 'link_2'" in message for message in messages)
+
+
+def test_random_postures_are_the_same_every_time(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = findings(capsys, robot, "--motion", "random", "--clearance", "0.05")
+    assert first
+    assert findings(capsys, robot, "--motion", "random", "--clearance", "0.05") == first
+
+
+def test_a_trajectory_beside_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    """The planar arm's cables lie in one plane: 1 and 2 pull from both sides of it."""
+    found = findings(
+        capsys, PLANAR_2R / "robot", "--motion", "simple_joint_motion", "--clearance", "1"
+    )
+    assert found
+    assert all("at t = " in f["message"] for f in found)
+
+
+BAD = {
+    "name": ("nonsense", "neither 'random' nor a .csv"),
+    "missing": ("none.csv", "none.csv: cannot be read"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_motion_that_is_none_is_one_line(
+    case: str, robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motion, message = BAD[case]
+    assert main(["check", str(robot), "--motion", motion]) == 2
+    told = capsys.readouterr()
+    assert message in told.err
+    assert told.err.count("\n") == 1
+
+
+BAD_TABLES = {
+    "column": ("time,q.joint_1\n0,0\n", "no column 'q.joint_2'"),
+    "text": ("joint_1,joint_2\n0,x\n", "motion.csv:2: holds something that is no number"),
+    "short": ("joint_1,joint_2\n0\n", "motion.csv:2"),
+    "nan": ("joint_1,joint_2\n0,nan\n", "not finite"),
+    "empty": ("", "holds no rows"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TABLES)
+def test_a_bad_table_is_one_line(
+    case: str, robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, message = BAD_TABLES[case]
+    assert main(["check", str(robot), "--motion", str(table(tmp_path, text))]) == 2
+    told = capsys.readouterr()
+    assert message in told.err
+    assert told.err.count("\n") == 1
+
+
+def test_other_bad_input(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(robot), "--motion", "random", "--clearance", "-1"]) == 2
+    assert "--clearance: must be 0 or above" in capsys.readouterr().err
+    assert main(["check", str(robot), "--motion", "random", "--capsules", "0"]) == 2
+    assert "capsule_radius must be above 0" in capsys.readouterr().err
+    assert main(["check", str(PLANAR_2R / "robot"), "--motion", "simple_motion"]) == 2
+    assert "no trajectory 'simple_motion'" in capsys.readouterr().err

@@ -1,0 +1,131 @@
+"""The arm with muscles of Hill's type, from its files through FMUs to results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robots import EXAMPLES
+
+from addin_sdfusion.robot import read_robot
+from addin_sdfusion.robot.check import check
+from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.simulation import simulate
+from sim_dart import DartDynamics, MusclePaths
+
+HILL_ARM = EXAMPLES / "hill_arm"
+MUSCLES = (
+    "shoulder_flexor",
+    "shoulder_extensor",
+    "brachialis",
+    "triceps_lateral",
+    "biceps",
+    "triceps_long",
+)
+TARGETS = {0.2: (0.336, -0.43), 1.4: (0.5, -0.12), 2.5: (0.32, -0.15), 4.0: (0.336, -0.43)}
+
+pytestmark = pytest.mark.native
+
+
+@pytest.fixture(scope="module")
+def reached() -> Result:
+    return simulate(Experiment.load(HILL_ARM), through="direct")
+
+
+def test_the_robot_is_sound() -> None:
+    assert [f.message for f in check(read_robot(HILL_ARM / "robot")) if f.is_error] == []
+
+
+def test_the_hand_reaches_every_target(reached: Result) -> None:
+    summary = reached.summary
+    assert summary["status"] == "complete"
+    assert summary["infeasible_ticks"] == 0
+    assert summary["tracking"]["rms"] < 5e-4
+    assert summary["tracking"]["max"] < 1e-3
+    for t, (x, z) in TARGETS.items():
+        row = round(t / 1e-3)
+        assert reached["y.hand.x"][row] == pytest.approx(x, abs=1e-3)
+        assert reached["y.hand.z"][row] == pytest.approx(z, abs=1e-3)
+
+
+def test_every_excitation_and_activation_is_within_its_range(reached: Result) -> None:
+    for name in MUSCLES:
+        u, a = reached[f"u.{name}"], reached[f"activation.{name}"]
+        assert 0.0 <= u.min() <= u.max() <= 1.0
+        assert 0.0 <= a.min() <= a.max() <= 1.0
+        assert np.abs(np.diff(a)).max() < 0.05  # it takes its time
+    assert max(reached[f"u.{name}"].max() for name in MUSCLES) > 0.1
+
+
+def test_both_parts_of_the_triceps_bend_round_the_elbow() -> None:
+    """Their lever there is the trochlea's radius while they touch it, and never turns about."""
+    robot = read_robot(HILL_ARM / "robot")
+    paths, n = MusclePaths(robot), len(MUSCLES)
+    levers = np.array(
+        [paths.evaluate([0.2, q]).jacobian[:, 1].copy() for q in np.linspace(0.0, 2.4, 49)]
+    )
+    assert levers.shape == (49, n)
+    for name in ("triceps_lateral", "triceps_long"):
+        lever = levers[:, MUSCLES.index(name)]
+        assert lever.min() >= 0.02 - 1e-12
+        np.testing.assert_allclose(lever[20:], 0.02, atol=1e-12)
+    for name in ("brachialis", "biceps"):
+        assert levers[:, MUSCLES.index(name)].max() < -0.005
+
+
+def test_the_muscles_hold_the_arm_where_it_rests(reached: Result) -> None:
+    dynamics = DartDynamics(reached.experiment.robot)
+    for t in (0.2, 2.55, 4.0):
+        row = round(t / 1e-3)
+        q = np.array([reached[f"q.{name}"][row] for name in ("shoulder", "elbow")])
+        f = np.array([reached[f"tension.{name}"][row] for name in MUSCLES])
+        torque = -dynamics.muscle_jacobian(q).T @ f
+        np.testing.assert_allclose(torque, dynamics.gravity(q), rtol=0, atol=0.03)
+
+
+def test_energy_is_the_muscles_work_less_what_the_joints_take(reached: Result) -> None:
+    work = reached["work.muscles"] + reached["work.damping"]
+    energy = reached["energy.kinetic"] + reached["energy.potential"]
+    assert np.ptp(energy) > 3.0
+    np.testing.assert_allclose(energy - energy[0], work, atol=0.05)
+
+
+def test_weaker_muscles_work_harder_until_they_cannot() -> None:
+    def with_strength(part: float) -> Result:
+        robot = read_robot(HILL_ARM / "robot")
+        changes = {
+            f"muscles.{m.name}.model.max_isometric_force": part
+            * dict(m.model.parameters)["max_isometric_force"]
+            for m in robot.muscles
+        }
+        return simulate(Experiment.load(HILL_ARM, changes), through="direct")
+
+    half, faint = with_strength(0.5), with_strength(0.08)
+    assert half.summary["infeasible_ticks"] == 0
+    assert half["u.biceps"].max() > 0.2
+    assert faint.summary["infeasible_ticks"] > 100
+    assert faint.summary["tracking"]["max"] > 0.02
+
+
+def test_with_elastic_tendons_the_hand_comes_nearly_as_near() -> None:
+    changes: dict[str, object] = {f"muscles.{name}.model.elastic_tendon": 1.0 for name in MUSCLES}
+    result = simulate(Experiment.load(HILL_ARM, changes), through="direct")
+    assert result.complete
+    assert result.summary["tracking"]["max"] < 0.01
+    assert f"fibre_length.{MUSCLES[0]}" in result.names
+
+
+def test_both_integrators_agree(reached: Result) -> None:
+    exact = Experiment.load(HILL_ARM, {"plant.integrator": "rk4"})
+    other = simulate(exact, through="direct")
+    for name in ("y.hand.x", "y.hand.z"):
+        np.testing.assert_allclose(other[name], reached[name], rtol=0, atol=1e-3)
+
+
+def test_fmus_give_equal_columns_and_a_figure(tmp_path: Path) -> None:
+    experiment = Experiment.load(HILL_ARM, {"run.duration": 0.6})
+    fmu, direct = run(experiment, tmp_path), simulate(experiment, through="direct")
+    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
+    assert (tmp_path / "tracking.png").stat().st_size > 1000
+    assert b"excitation" in (tmp_path / "tracking.svg").read_bytes()

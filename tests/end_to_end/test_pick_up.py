@@ -1,0 +1,107 @@
+"""The arm that picks up a box: contact, friction and muscles from files through FMUs to results."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from robots import EXAMPLES
+
+from addin_sdfusion.robot.readers import read
+from cardsflow_fmu import Experiment, Result, build, run
+from cardsflow_fmu.simulation import simulate
+
+pytestmark = pytest.mark.native
+
+PICK_UP = EXAMPLES / "pick_up"
+WEIGHT = 0.2 * 9.81
+
+
+@cache
+def picked_up(**settings: object) -> Result:
+    changes = {key.replace("__", "."): value for key, value in settings.items()}
+    return simulate(Experiment.load(PICK_UP, changes), through="direct")
+
+
+def test_the_robot_is_sound() -> None:
+    assert read(PICK_UP / "robot").findings == ()
+
+
+def test_the_box_is_lifted_as_far_as_the_hand_goes() -> None:
+    result = picked_up()
+    assert result.summary["status"] == "complete"
+    assert result.summary["infeasible_ticks"] == 0
+    assert result["object.box.z"][-1] - result["object.box.z"][0] == pytest.approx(0.2, abs=5e-3)
+    hand = 1.0 + 0.4 * np.cos(np.pi + result["q.shoulder"])  # height of the elbow
+    since = result["time"] > 1.7
+    offset = (result["object.box.z"] - hand)[since]
+    assert np.ptp(offset) < 1e-3  # it does not slip
+    assert result["object.box.qw"][-1] > 0.9999  # it stays upright
+
+
+def test_the_table_carries_the_box_until_the_fingers_do() -> None:
+    result = picked_up()
+    time, force = result["time"], result["contact.box.fz"]
+    resting, held = (time > 0.2) & (time < 1.2), time > 3.5
+    np.testing.assert_allclose(force[resting], WEIGHT, rtol=1e-3)
+    np.testing.assert_allclose(force[held], WEIGHT, rtol=1e-3)
+    fingers = result["contact.left_finger.fz"] + result["contact.right_finger.fz"]
+    np.testing.assert_array_equal(fingers[resting], 0.0)
+    np.testing.assert_allclose(fingers[held], -WEIGHT, rtol=1e-3)
+
+
+def test_the_fingers_press_with_what_their_gains_make() -> None:
+    result = picked_up()
+    held = result["time"] > 3.5
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        np.testing.assert_allclose(
+            sign * result[f"contact.{side}_finger.fy"][held], 0.2 * 2500 * 0.01, rtol=5e-3
+        )
+
+
+def test_the_box_obeys_newton_while_it_moves() -> None:
+    """Contact forces on it, less its weight, are its mass times its acceleration."""
+    result = picked_up()
+    time, z = result["time"], result["object.box.z"]
+    step = time[1] - time[0]
+    acceleration = np.diff(z, 2) / step**2  # semi-implicit Euler: exact for the step it ends
+    lifted = (time[2:] > 1.8) & (time[2:] < 3.0)
+    force = result["contact.box.fz"][2:] - WEIGHT
+    np.testing.assert_allclose(force[lifted], 0.2 * acceleration[lifted], atol=2e-3)
+
+
+def test_without_friction_enough_the_box_stays_on_the_table() -> None:
+    result = picked_up(world__friction=0.15)
+    assert result["object.box.z"][-1] < 0.6
+
+
+def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
+    settings = {
+        "run.duration": 0.3,
+        "start.q": [-1.5708, 1.5708, -0.03, 0.03],
+        "reference.points": [
+            {"time": t, "q": [-1.5708 - 0.2 * t, 1.5708 + 0.2 * t, -0.04, 0.04]} for t in (0.0, 1.0)
+        ],
+    }
+    experiment = Experiment.load(PICK_UP, settings)
+    direct, fmu = simulate(experiment, through="direct"), simulate(experiment)
+    names = [n for n in direct.names if n != "solve_time"]
+    np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
+    assert direct["contact.left_finger.fy"].max() > 1.0
+    newer = simulate(experiment, fmi="3.0")
+    np.testing.assert_array_equal(newer.columns(names), direct.columns(names))
+    for fmi in ("2.0", "3.0"):
+        for file in build(experiment, tmp_path / fmi, fmi=fmi).values():  # type: ignore[arg-type]
+            assert validate_fmu(str(file)) == []
+
+
+def test_a_run_draws_ways_and_contacts(tmp_path: Path) -> None:
+    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, through="direct")
+    assert (tmp_path / "world.png").read_bytes().startswith(b"\x89PNG")
+    drawn = (tmp_path / "world.svg").read_text()
+    assert "contact.left_finger" in drawn
+    assert "object.box.z" in drawn
+    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, through="direct")  # again

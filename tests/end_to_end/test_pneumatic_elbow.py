@@ -1,0 +1,97 @@
+"""The elbow between two pneumatic muscles, from its files through FMUs to results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robots import EXAMPLES
+
+from addin_sdfusion.robot import read_robot
+from addin_sdfusion.robot.check import check
+from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.simulation import simulate
+from sim_dart import DartDynamics
+
+PNEUMATIC_ELBOW = EXAMPLES / "pneumatic_elbow"
+MUSCLES = ("flexor", "extensor")
+
+pytestmark = pytest.mark.native
+
+
+@pytest.fixture(scope="module")
+def followed() -> Result:
+    return simulate(Experiment.load(PNEUMATIC_ELBOW), through="direct")
+
+
+def test_the_robot_is_sound() -> None:
+    assert [f.message for f in check(read_robot(PNEUMATIC_ELBOW / "robot")) if f.is_error] == []
+
+
+def test_the_joint_follows(followed: Result) -> None:
+    summary = followed.summary
+    assert summary["status"] == "complete"
+    assert summary["infeasible_ticks"] == 0
+    assert summary["ticks"] == 1000
+    assert summary["tracking"]["rms"] < 1e-3
+    assert summary["tracking"]["max"] < 2e-3
+
+
+def test_tensions_are_those_of_the_pressures(followed: Result) -> None:
+    """F = p (3 L² - b²) / (4 pi n²), L = path length - cord, at every row."""
+    for name, cord in zip(MUSCLES, (0.07, 0.05), strict=True):
+        L = followed[f"l.{name}"] - cord
+        assert L.min() > 0.17
+        assert L.max() < 0.3
+        expected = followed[f"pressure.{name}"] * (3 * L**2 - 0.3**2) / (4 * np.pi * 2.0**2)
+        np.testing.assert_allclose(followed[f"tension.{name}"], expected, rtol=1e-9)
+
+
+def test_pressures_follow_their_set_points_with_their_time_constant(followed: Result) -> None:
+    """p+ = u + (p - u) exp(-h / tau) from row to row, with 0 <= u <= 6 bar."""
+    for name in MUSCLES:
+        p, u = followed[f"pressure.{name}"], followed[f"u.{name}"]
+        assert u.min() >= 0.0
+        assert u.max() <= 6e5
+        np.testing.assert_allclose(p[1:], (u + (p - u) * np.exp(-1e-3 / 0.08))[:-1], rtol=1e-9)
+
+
+def test_the_muscles_hold_the_weight_where_the_elbow_rests(followed: Result) -> None:
+    dynamics = DartDynamics(followed.experiment.robot)
+    for t in (1.9, 5.0):
+        row = round(t / 1e-3)
+        q = followed["q.elbow"][row : row + 1]
+        f = np.array([followed[f"tension.{name}"][row] for name in MUSCLES])
+        torque = -dynamics.muscle_jacobian(q).T @ f
+        np.testing.assert_allclose(torque, dynamics.gravity(q), rtol=2e-3)
+        assert torque[0] > 3.0
+
+
+def test_energy_is_the_muscles_work_less_what_the_joint_takes(followed: Result) -> None:
+    work = followed["work.muscles"] + followed["work.damping"]
+    energy = followed["energy.kinetic"] + followed["energy.potential"]
+    assert np.ptp(energy) > 1.0
+    np.testing.assert_allclose(energy - energy[0], work, atol=0.01)
+
+
+def test_air_that_comes_too_slowly_is_told() -> None:
+    slow = {f"muscles.{name}.model.pressure_time_constant": 4.0 for name in MUSCLES}
+    summary = simulate(Experiment.load(PNEUMATIC_ELBOW, slow), through="direct").summary
+    assert summary["status"] == "complete"
+    assert summary["infeasible_ticks"] > 50
+    assert summary["tracking"]["max"] > 0.01
+
+
+def test_both_integrators_agree(followed: Result) -> None:
+    exact = Experiment.load(PNEUMATIC_ELBOW, {"plant.integrator": "rk4"})
+    other = simulate(exact, through="direct")
+    np.testing.assert_allclose(other["q.elbow"], followed["q.elbow"], rtol=0, atol=1e-3)
+
+
+def test_fmus_give_equal_columns_and_a_figure(tmp_path: Path) -> None:
+    experiment = Experiment.load(PNEUMATIC_ELBOW, {"run.duration": 0.5})
+    fmu, direct = run(experiment, tmp_path), simulate(experiment, through="direct")
+    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
+    assert (tmp_path / "tracking.png").stat().st_size > 1000
+    assert b"pressure [Pa]" in (tmp_path / "tracking.svg").read_bytes()

@@ -1,0 +1,118 @@
+"""One muscle on a sliding link, so that its length and speed are what a test says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Muscle,
+    Robot,
+    ViaPoint,
+    prismatic,
+)
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core
+from sim_dart.muscle_laws import MuscleLaws
+
+FloatArray = NDArray[np.float64]
+
+HILL = {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1, "tendon_slack_length": 0.2}
+"""What has no default; OpenSim's own defaults."""
+
+SOUND: dict[str, dict[str, float]] = {
+    "ideal": {},
+    "elastic_cable": {"stiffness": 2e4, "damping": 30.0},
+    "passive_spring": {"K": 400.0, "l0": 0.3},
+    "series_elastic_motor": {},
+    "mckibben": {"thread_length": 0.35, "turns": 1.5, "cord_length": 0.05},
+    "hill_degroote2016": HILL,
+    "hill_millard2012": HILL,
+    "hill_thelen2003": HILL,
+    "ligament_blankevoort1991": {"linear_stiffness": 5000.0, "slack_length": 0.28},
+}
+"""A sound set of parameters for every law."""
+
+
+def slider(*models: tuple[str, Mapping[str, float]]) -> Robot:
+    """A link that slides along x; muscles `m0`, `m1`, ... from the world to it, of length |x|."""
+    muscles = tuple(
+        Muscle(
+            f"m{i}",
+            (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint("slider", (0.0, 0.0, 0.0))),
+            0.0,
+            1e4,
+            CableModel(kind, tuple(parameters.items())),  # type: ignore[arg-type]
+        )
+        for i, (kind, parameters) in enumerate(models)
+    )
+    slide = Coordinate("slide", unit="m", lower=-1e9, upper=1e9)
+    return Robot(
+        "slider",
+        (Link("slider", Inertia(1.0, (0.0, 0.0, 0.0), 1e-2, 1e-2, 1e-2)),),
+        (Joint("slide", WORLD, "slider", prismatic((1.0, 0.0, 0.0)), (slide,)),),
+        (CableSet("all", muscles),),
+        "all",
+    )
+
+
+class Bench:
+    """Muscles of given laws between the world and a slider.
+
+    Attributes:
+        robot: The robot.
+        kinds: Their kinds.
+        laws: Their laws.
+    """
+
+    def __init__(self, *models: tuple[str, Mapping[str, float]]) -> None:
+        robot = self.robot = slider(*models)
+        self.kinds = tuple(kind for kind, _ in models)
+        self._core = Core(compile_blob(robot))
+        self.laws = MuscleLaws(robot, self._core)
+        self._size = len(models)
+
+    def move(self, length: float, speed: float = 0.0) -> None:
+        """Go to a length and a speed."""
+        self._core.move(self._core.handle, np.array([float(length)]).tobytes())
+        self.laws.update_rates([speed])
+
+    def start(self, length: float, command: float) -> float:
+        """The first muscle's tension after a long rest."""
+        self.move(length)
+        self.laws.start(self._all(command))
+        return self.tension(length, 0.0, command)
+
+    def tension(
+        self, length: float, speed: float, command: float, states: ArrayLike | None = None
+    ) -> float:
+        """The first muscle's tension."""
+        self.move(length, speed)
+        if states is not None:
+            self.laws.set_states(states)
+        return float(self.laws.drive([speed], self._all(command))[0])
+
+    def state_rates(
+        self, length: float, speed: float, command: float, states: ArrayLike
+    ) -> FloatArray:
+        """Derivatives of the states."""
+        self.move(length, speed)
+        self.laws.set_states(states)
+        return self.laws.update_state_rates(self._all(command)).copy()
+
+    def advance(self, length: float, speed: float, command: float, h: float) -> None:
+        """Go on by a time from a length with a speed."""
+        self.move(length, speed)
+        self.laws.advance(self._all(command), h)
+
+    def _all(self, command: float) -> FloatArray:
+        return np.full(self._size, float(command))

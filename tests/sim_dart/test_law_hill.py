@@ -1,0 +1,288 @@
+"""Muscles of Hill's type: curves, balance of forces, transients, robustness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, Bench
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from sim_dart.muscle_laws import Curve
+
+pytestmark = pytest.mark.native
+
+FloatArray = NDArray[np.float64]
+
+KINDS = ("hill_degroote2016", "hill_millard2012", "hill_thelen2003")
+ELASTIC = HILL | {"elastic_tendon": 1.0}
+PENNATE = ELASTIC | {"pennation_at_optimal": 0.4}
+UNDAMPED = {"fibre_damping": 0.0}
+
+
+def _cases(**extra: float) -> list[tuple[str, dict[str, float]]]:
+    cases = [(kind, ELASTIC | extra) for kind in KINDS]
+    return [*cases, ("hill_millard2012", ELASTIC | UNDAMPED | extra)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("curve", get_args(Curve))
+def test_slopes_are_the_derivatives_of_the_curves(kind: str, curve: Any) -> None:
+    laws = Bench((kind, HILL)).laws
+    rng = np.random.default_rng(5)
+    low, high = (-1.3, 1.3) if curve == "force_velocity" else (0.35, 1.9)
+    if curve == "tendon_force_length":
+        low, high = 1.0001, 1.1
+    kinks = {"active_force_length": [], "force_velocity": [0.0, -1.0]}.get(curve, [1.0])
+    x = rng.uniform(low, high, 400)
+    h = 1e-6
+    x = x[[min((abs(p - k) for k in kinks), default=1.0) > 2 * h for p in x]]
+    centred = laws.curve("m0", curve, x + h) - laws.curve("m0", curve, x - h)
+    np.testing.assert_allclose(
+        laws.curve("m0", curve, x, slope=True), centred / (2 * h), rtol=2e-6, atol=2e-6
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_curves_go_through_their_anchors(kind: str) -> None:
+    """Force 1 at the optimum and at rest; passive and tendon force 1 at their strains."""
+    strains = {"tendon_strain": 0.04, "passive_fibre_strain": 0.55}
+    laws = Bench((kind, HILL | strains)).laws
+    for curve, x, y in (
+        ("active_force_length", 1.0, 1.0),
+        ("force_velocity", 0.0, 1.0),
+        ("force_velocity", -1.0, 0.0),
+        ("passive_force_length", 1.55, 1.0),
+        ("tendon_force_length", 1.04, 1.0),
+        ("tendon_force_length", 1.0, 0.0),
+    ):
+        found = laws.curve("m0", curve, x)  # type: ignore[arg-type]
+        assert found == pytest.approx(y, abs=1e-4 if kind == KINDS[0] and x == -1.0 else 1e-12)
+
+
+def _along(fibre: float, parameters: Mapping[str, float]) -> float:
+    """Fibre length along the tendon."""
+    height = parameters["optimal_fibre_length"] * math.sin(
+        parameters.get("pennation_at_optimal", 0.0)
+    )
+    return math.sqrt(fibre**2 - height**2)
+
+
+def _residual(
+    bench: Bench,
+    parameters: Mapping[str, float],
+    damping: float,
+    activation: float,
+    length: float,
+    fibre: float,
+    w: float,
+) -> float:
+    """Fibre force along the tendon less tendon force, over F0, from the curves alone."""
+    laws = bench.laws
+    along = _along(fibre, parameters)
+    z, stretch = fibre / 0.1, (length - along) / 0.2
+    speed = 0.25 + 0.75 * activation if bench_is_thelen(bench) else 1.0
+    force = (
+        activation
+        * float(laws.curve("m0", "active_force_length", z))
+        * float(laws.curve("m0", "force_velocity", w / speed))
+        + float(laws.curve("m0", "passive_force_length", z))
+        + damping * w
+    )
+    tendon = float(laws.curve("m0", "tendon_force_length", stretch)) if stretch > 1.0 else 0.0
+    return force * along / fibre - tendon
+
+
+def bench_is_thelen(bench: Bench) -> bool:
+    """Whether its muscle's velocity scales with activation: only Thelen's law has no damping."""
+    return bench.kinds[0] == "hill_thelen2003"
+
+
+def _damping(kind: str, parameters: Mapping[str, float]) -> float:
+    default = {"hill_millard2012": 0.1}.get(kind, 0.0)
+    return parameters.get("fibre_damping", default)
+
+
+@pytest.mark.parametrize("pennation", [0.0, 0.4])
+@pytest.mark.parametrize(("kind", "parameters"), _cases())
+def test_a_muscle_at_rest_is_in_balance(
+    kind: str, parameters: dict[str, float], pennation: float
+) -> None:
+    """To 1e-9 of F0 against a root found by Brent's method on the curves."""
+    parameters = parameters | {"pennation_at_optimal": pennation}
+    bench = Bench((kind, parameters))
+    for length in (0.27, 0.29, 0.3, 0.32, 0.36):
+        for activation in (0.02, 0.2, 1.0):
+            tension = bench.start(length, activation)
+            fibre = float(bench.laws.states[1])
+            args = (bench, parameters, 0.0, activation, length)
+            assert abs(_residual(*args, fibre, 0.0)) < 1e-11
+            shortest = max(0.0445, 0.1 * math.sin(pennation) * 1.01)
+            longest = math.hypot(length - 0.2, 0.1 * math.sin(pennation))
+            root = brentq(lambda z, a=args: _residual(*a, z, 0.0), shortest, longest, xtol=1e-15)
+            assert fibre == pytest.approx(root, rel=1e-10)
+            assert (
+                np.abs(bench.state_rates(length, 0.0, activation, bench.laws.states)).max() < 1e-8
+            )
+            assert tension >= 0.0
+
+
+@pytest.mark.parametrize("pennation", [0.0, 0.4])
+@pytest.mark.parametrize(("kind", "parameters"), _cases())
+def test_the_fibres_velocity_balances_the_forces(
+    kind: str, parameters: dict[str, float], pennation: float
+) -> None:
+    parameters = parameters | {"pennation_at_optimal": pennation}
+    bench = Bench((kind, parameters))
+    damping = _damping(kind, parameters)
+    for length in (0.28, 0.3, 0.33):
+        for fibre in (0.07, 0.09, 0.11):
+            for activation in (0.05, 0.5, 1.0):
+                w = bench.state_rates(length, 0.0, 0.5, [activation, fibre])[1]
+                if abs(w) > 100.0:
+                    continue  # a tendon at many times F0: the fibre would burst
+                left = _residual(bench, parameters, damping, activation, length, fibre, w)
+                assert abs(left) < 1e-9 * max(1.0, abs(w))
+
+
+def _moved(t: float) -> tuple[float, float]:
+    """A path that lengthens and shortens, and its rate."""
+    return 0.3 + 0.012 * math.sin(12.0 * t), 0.144 * math.cos(12.0 * t)
+
+
+def _reference(
+    bench: Bench, states: FloatArray, excitation: float, end: float, times: FloatArray
+) -> FloatArray:
+    """States at some times, by an implicit Runge-Kutta rule of order 5 with tight tolerances."""
+
+    def rates(t: float, x: FloatArray) -> FloatArray:
+        length, speed = _moved(t)
+        return bench.state_rates(length, speed, excitation, x)
+
+    found = solve_ivp(rates, (0.0, end), states, "Radau", times, rtol=1e-9, atol=1e-12)
+    assert found.success
+    y: FloatArray = found.y.T
+    return y
+
+
+def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h: float) -> float:
+    """Largest error in activation and in fibre length over the optimal one."""
+    length, _ = _moved(0.0)
+    bench.start(length, 0.1)
+    floor = 0.0 if bench.kinds[0] == "hill_degroote2016" else 0.01
+    worst = 0.0
+    for k in range(round(end / h)):
+        length, _ = _moved(k * h)
+        after, _ = _moved((k + 1) * h)
+        bench.advance(length, (after - length) / h, excitation, h)
+        if (k + 1) % round(0.01 / h) == 0:
+            expected = reference[round((k + 1) * h / 0.01) - 1]
+            expected = np.maximum(expected, [floor, 0.0])  # which the equation itself passes
+            off = np.abs(bench.laws.states - expected) / np.array([1.0, 0.1])
+            worst = max(worst, float(off.max()))
+    return worst
+
+
+@pytest.mark.parametrize(("kind", "parameters"), _cases())
+@pytest.mark.parametrize("excitation", [0.0, 0.9])
+def test_transients_are_of_order_two(
+    kind: str, parameters: dict[str, float], excitation: float
+) -> None:
+    """Excited and let go on a moving path: 5e-4 at 1 ms, far less at a quarter of the step."""
+    bench, end = Bench((kind, parameters)), 0.2
+    bench.start(_moved(0.0)[0], 0.1)
+    start = bench.laws.states.copy()
+    times = np.arange(1, round(end / 0.01) + 1) * 0.01
+    reference = _reference(bench, start, excitation, end, times)
+    coarse, fine = (_error(bench, reference, excitation, end, h) for h in (1e-3, 2.5e-4))
+    assert coarse < 5e-4
+    assert coarse / fine > 8.0 or fine < 2e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_stiff_tendons_stay_calm_at_any_step(kind: str) -> None:
+    """Hundred times as stiff as a real one, also without activation: no step oscillates."""
+    extra = {"tendon_strain": 0.0005, "minimum_activation": 0.0, "max_contraction_velocity": 2.0}
+    extra |= {} if kind == "hill_thelen2003" else {"fibre_damping": 0.0}
+    bench = Bench((kind, ELASTIC | extra))
+    for h in (1e-4, 1e-3, 1e-2, 1.0):
+        for excitation in (0.0, 0.3, 1.0):
+            expected = bench.start(0.301, excitation)
+            bench.start(0.301, 1.0 - excitation)
+            for _ in range(round(4.0 / h) if h >= 1e-2 else 1500):
+                bench.advance(0.301, 0.0, excitation, h)
+            tensions = []
+            for _ in range(5):
+                bench.advance(0.301, 0.0, excitation, h)
+                tensions.append(bench.tension(0.301, 0.0, excitation))
+            steps = np.diff(tensions)
+            assert steps.max() < 1e-6 or steps.min() > -1e-6
+            assert np.ptp(tensions) <= 2e-2 * max(tensions[0], 1.0)
+            if h >= 1e-2 and excitation > 0.0:
+                assert tensions[-1] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_limp_muscle_gives_way() -> None:
+    """Without activation, damping and passive force the tendon is let slack and stays so."""
+    bench = Bench(("hill_thelen2003", ELASTIC | {"minimum_activation": 0.0}))
+    assert bench.start(0.295, 1.0) > 500.0
+    for _ in range(3000):
+        bench.advance(0.295, 0.0, 0.0, 1e-3)
+    assert bench.tension(0.295, 0.0, 0.0) < 1e-9
+    bench.move(0.26)
+    bench.laws.set_states([0.0, 0.07])
+    for length in (0.26, 0.25, 0.24):
+        bench.advance(length, -0.1, 0.0, 0.1)
+        assert bench.tension(length - 0.01, 0.0, 0.0) == 0.0
+        assert bench.laws.states[1] == pytest.approx(0.07)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fibres_do_not_shorten_below_their_bound(kind: str) -> None:
+    bench = Bench((kind, PENNATE))
+    bench.start(0.3, 1.0)
+    for k in range(400):
+        bench.advance(0.3 - 5e-4 * k, -0.5, 1.0, 1e-3)
+    fibre = float(bench.laws.states[1])
+    assert fibre >= 0.1 * math.sin(0.4)
+    assert bench.tension(0.1, -0.5, 1.0) == 0.0
+    assert bench.state_rates(0.1, -0.5, 1.0, [1.0, 0.03])[1] >= 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_activation_rises_and_falls_as_its_equation_says(kind: str) -> None:
+    """Against DOP853 at 1e-12; it never passes its excitation nor falls below its floor."""
+    bench = Bench((kind, HILL))
+    for start, excitation in ((0.02, 1.0), (1.0, 0.0), (0.9, 0.3), (0.1, 0.5)):
+
+        def rate(_: float, a: FloatArray, u: float = excitation) -> FloatArray:
+            return bench.state_rates(0.3, 0.0, u, a)
+
+        times = np.arange(1, 11) * 5e-3
+        reference = solve_ivp(
+            rate, (0.0, 0.05), [start], "DOP853", times, rtol=1e-12, atol=1e-14, max_step=1e-3
+        ).y[0]
+        bench.move(0.3)
+        bench.laws.set_states([start])
+        for expected in reference:
+            for _ in range(5):
+                before = float(bench.laws.states[0])
+                bench.advance(0.3, 0.0, excitation, 1e-3)
+                after = float(bench.laws.states[0])
+                assert min(before, excitation) <= after <= max(before, excitation, 0.01)
+            floor = 0.0 if kind == "hill_degroote2016" else 0.01
+            assert after == pytest.approx(max(expected, floor), abs=2e-5)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_rigid_tendon_is_the_limit_of_the_elastic_one(kind: str) -> None:
+    stiff = {"tendon_strain": 1e-6, "pennation_at_optimal": 0.3}
+    rigid, elastic = Bench((kind, HILL | stiff)), Bench((kind, ELASTIC | stiff))
+    for length in (0.28, 0.3, 0.33):
+        expected = rigid.start(length, 0.6)
+        assert elastic.start(length, 0.6) == pytest.approx(expected, rel=1e-4)

@@ -1,0 +1,86 @@
+"""The tensions in reach, and the commands that give wanted ones."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, SOUND, Bench
+
+from addin_sdfusion.robot.tension_laws import TENSION_LAWS
+
+pytestmark = pytest.mark.native
+
+ELASTIC = HILL | {"elastic_tendon": 1.0}
+DRIVEN = [
+    *((kind, p) for kind, p in SOUND.items() if TENSION_LAWS[kind].command and kind != "ideal"),
+    *((kind, ELASTIC) for kind in SOUND if kind.startswith("hill")),
+]
+
+
+def _after(bench: Bench, length: float, speed: float, command: float, h: float) -> float:
+    """What `reach` foretells: the tension after a step, or now for a law without states."""
+    if not bench.laws.has_states:
+        return bench.tension(length, speed, command)
+    before = bench.laws.states.copy()
+    bench.advance(length, speed, command, h)
+    tension = bench.tension(length + speed * h, speed, command)
+    bench.laws.set_states(before)
+    bench.move(length, speed)
+    return tension
+
+
+@pytest.mark.parametrize(("kind", "parameters"), DRIVEN)
+@pytest.mark.parametrize("h", [1e-3, 0.02])
+def test_commands_give_the_wanted_tension(
+    kind: str, parameters: dict[str, float], h: float
+) -> None:
+    """Everywhere in reach, to 1e-9 of the range; beyond it, the nearest end."""
+    bench = Bench((kind, parameters))
+    for length, speed in ((0.3, 0.0), (0.32, -0.3), (0.28, 0.4), (0.31, 0.05)):
+        bench.start(length, 0.3 * min(bench.laws.command_high[0], 1.0))
+        bench.move(length, speed)
+        low, high = (float(side[0]) for side in bench.laws.reach(h))
+        ends = [_after(bench, length, speed, u, h) for u in bench_range(bench)]
+        assert (low, high) == pytest.approx((min(ends), max(ends)), rel=1e-12, abs=1e-12)
+        for part in (0.0, 0.01, 0.3, 0.7, 0.99, 1.0):
+            wanted = low + part * (high - low)
+            command = float(bench.laws.invert([wanted], h)[0])
+            assert bench.laws.command_low[0] <= command <= bench.laws.command_high[0]
+            found = _after(bench, length, speed, command, h)
+            assert found == pytest.approx(wanted, abs=1e-9 * max(high, 1e-3))
+        if low < high:
+            for wanted, end in ((high + 50.0, high), (low - 50.0, low)):
+                command = float(bench.laws.invert([wanted], h)[0])
+                assert _after(bench, length, speed, command, h) == pytest.approx(end, rel=1e-9)
+
+
+def bench_range(bench: Bench) -> tuple[float, float]:
+    """The smallest and the largest command."""
+    return float(bench.laws.command_low[0]), float(bench.laws.command_high[0])
+
+
+def test_ideal_and_passive_muscles() -> None:
+    spring = ("passive_spring", {"K": 100.0, "l0": 0.2})
+    bench = Bench(("ideal", {}), spring, ("ligament_blankevoort1991", SOUND[LIGAMENT]))
+    bench.move(0.3, 0.1)
+    low, high = bench.laws.reach(1e-3)
+    tensions = bench.laws.drive([0.1], [0.0, 0.0, 0.0])
+    assert (low[0], high[0]) == (0.0, math.inf)
+    assert low[1:].tolist() == high[1:].tolist() == tensions[1:].tolist()
+    assert bench.laws.invert([40.0, 3.0, 3.0], 1e-3).tolist() == [40.0, 0.0, 0.0]
+    assert bench.laws.invert([-40.0, 3.0, 3.0], 1e-3)[0] == 0.0
+
+
+LIGAMENT = "ligament_blankevoort1991"
+
+
+def test_reach_and_inversion_leave_the_states_alone() -> None:
+    bench = Bench(*SOUND.items())
+    bench.move(0.3, 0.05)
+    bench.laws.start(np.full(len(SOUND), 0.3))
+    before = bench.laws.states.copy()
+    bench.laws.reach(1e-3)
+    bench.laws.invert(np.full(len(SOUND), 20.0), 1e-3)
+    np.testing.assert_array_equal(bench.laws.states, before)

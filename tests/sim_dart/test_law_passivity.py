@@ -1,0 +1,166 @@
+"""No law gives away energy that it was not given, none pushes, all answers are numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, SOUND, Bench
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot.tension_laws import TENSION_LAWS, command_range, states_of
+from addin_sdfusion.robot.tension_laws import law_of as _law_of
+
+pytestmark = pytest.mark.native
+
+FloatArray = NDArray[np.float64]
+
+ELASTIC = HILL | {"elastic_tendon": 1.0}
+CASES = [*SOUND.items(), *((k, ELASTIC) for k in SOUND if k.startswith("hill"))]
+PULLING = [case for case in CASES if case[0] != "passive_spring"]
+ABSURD = (0.0, 1e-300, 1e-9, 0.1, 0.3, 1.0, 50.0, 1e6, 1e12, 1e150)
+
+
+def _ids(cases: list[tuple[str, dict[str, float]]]) -> list[str]:
+    return [kind + ("-elastic" if "elastic_tendon" in p else "") for kind, p in cases]
+
+
+@pytest.mark.parametrize(("kind", "parameters"), PULLING, ids=_ids(PULLING))
+def test_any_length_and_speed_give_a_finite_tension_that_does_not_push(
+    kind: str, parameters: dict[str, float]
+) -> None:
+    bench = Bench((kind, parameters))
+    low, high = bench.laws.command_low[0], min(bench.laws.command_high[0], 1e6)
+    for length in ABSURD:
+        for speed in (0.0, *ABSURD, *(-v for v in ABSURD)):
+            for command in (low, high, -1e300, 1e300):
+                before = bench.start(length, command)
+                bench.advance(length, speed, command, 1e-3)
+                after = bench.tension(length, speed, command)
+                assert 0.0 <= before <= 1e15
+                assert 0.0 <= after <= 1e15
+                assert np.isfinite(bench.laws.states).all()
+                rates = bench.state_rates(length, speed, command, bench.laws.states)
+                assert np.isfinite(rates).all()
+                reach = bench.laws.reach(1e-3)
+                assert reach[0][0] <= reach[1][0]
+
+
+@pytest.mark.parametrize("kind", [k for k in SOUND if TENSION_LAWS[k].states])
+def test_absurd_states_give_finite_tensions(kind: str) -> None:
+    for parameters in [SOUND[kind]] + ([ELASTIC] if kind.startswith("hill") else []):
+        bench = Bench((kind, parameters))
+        size = bench.laws.states.size
+        for value in (-1e9, -1.0, 0.0, 1e-9, 1.0, 1e9):
+            for command in (0.0, 1.0):
+                states = np.full(size, value)
+                assert math.isfinite(bench.tension(0.3, 0.1, command, states))
+                bench.advance(0.3, 0.1, command, 1e-3)
+                assert bench.tension(0.3, 0.1, command) >= 0.0
+                assert np.isfinite(bench.laws.states).all()
+
+
+def _cycle(
+    rng: np.random.Generator, mean: float, amplitude: float
+) -> tuple[FloatArray, FloatArray]:
+    """A closed path: length and rate over one period of 1 s, by random harmonics."""
+    t = np.arange(20000) / 20000
+    length, speed = np.full(t.size, mean), np.zeros(t.size)
+    for k in (1, 2, 3):
+        a, phase = amplitude / 2 * rng.random(), 2 * math.pi * rng.random()
+        length += a * np.sin(2 * math.pi * k * t + phase)
+        speed += a * 2 * math.pi * k * np.cos(2 * math.pi * k * t + phase)
+    return length, speed
+
+
+CABLES = [
+    ("elastic_cable", {"stiffness": 2e4}),
+    ("elastic_cable", {"stiffness": 2e4, "damping": 300.0}),
+    ("ligament_blankevoort1991", SOUND["ligament_blankevoort1991"]),
+    ("ligament_blankevoort1991", SOUND["ligament_blankevoort1991"] | {"damping_coefficient": 5.0}),
+    ("passive_spring", SOUND["passive_spring"]),
+]
+
+
+@pytest.mark.parametrize(("kind", "parameters"), CABLES)
+def test_a_passive_cable_gives_no_energy_over_a_closed_path(
+    kind: str, parameters: dict[str, float]
+) -> None:
+    """Slack and taut: the work done on it is not negative, and zero without damping."""
+    bench, rng = Bench((kind, parameters)), np.random.default_rng(9)
+    undamped = not (parameters.get("damping") or parameters.get("damping_coefficient"))
+    if kind == "ligament_blankevoort1991" and "damping_coefficient" not in parameters:
+        undamped = False
+    for _ in range(4):
+        length, speed = _cycle(rng, 0.29, 0.03)
+        tension = np.array([bench.tension(x, v, 0.29) for x, v in zip(length, speed, strict=True)])
+        work, turned = float(np.mean(tension * speed)), float(np.mean(np.abs(tension * speed)))
+        if undamped:
+            assert abs(work) < 1e-6 * max(turned, 1e-3)
+        else:
+            assert work >= -1e-9 * turned
+            assert work > 0.0
+        if kind != "passive_spring":
+            rest = 0.29 if kind == "elastic_cable" else 0.28
+            assert (tension[length < rest] == 0.0).all()
+            assert (tension >= 0.0).all()
+
+
+@pytest.mark.parametrize("kind", [k for k in SOUND if k.startswith("hill")])
+@pytest.mark.parametrize("elastic", [0.0, 1.0])
+def test_a_muscle_that_is_not_excited_takes_energy(kind: str, elastic: float) -> None:
+    """Fibres without activation are springs and dampers: nothing comes back beyond rounding."""
+    extra = {"elastic_tendon": elastic, "minimum_activation": 0.0}
+    bench, rng = Bench((kind, HILL | extra)), np.random.default_rng(4)
+    length, speed = _cycle(rng, 0.33, 0.02)
+    bench.start(length[0], 0.0)
+    h, work, turned = 1.0 / length.size, 0.0, 0.0
+    for lap in range(2):  # the first ends in the cycle that the second repeats
+        for x, v in zip(length, speed, strict=True):
+            force = bench.tension(x, v, 0.0)
+            bench.advance(x, v, 0.0, h)
+            if lap:
+                work, turned = work + force * v * h, turned + abs(force * v) * h
+    assert turned > 0.1
+    assert work >= -1e-3 * turned
+
+
+@pytest.mark.parametrize(("kind", "parameters"), CASES, ids=_ids(CASES))
+def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str, float]) -> None:
+    """Rising, but for the elastic cable, whose command is its rest length.
+
+    Muscles of Hill's type: up to the speed at which they shorten without force, a quarter of the
+    largest for Thelen's.
+    """
+    law = TENSION_LAWS[kind]
+    if law.command is None:
+        return
+    bench = Bench((kind, parameters))
+    low, high = bench.laws.command_low[0], min(bench.laws.command_high[0], 2e3)
+    commands = np.linspace(low, high if kind != "elastic_cable" else 0.6, 40)
+    fastest = 0.24 if kind == "hill_thelen2003" else 0.9
+    for length in (0.22, 0.29, 0.31, 0.36):
+        for speed in (-fastest, -0.2, 0.0, 0.2, 0.9):
+            bench.start(length, commands[10])
+            states, tensions = bench.laws.states.copy(), []
+            for command in commands:
+                bench.move(length, speed)
+                bench.laws.set_states(states)
+                bench.laws.advance([command], 1e-3)
+                after = length + 1e-3 * speed
+                tensions.append(bench.tension(after, speed, command))
+            steps = np.diff(tensions) * (-1.0 if kind == "elastic_cable" else 1.0)
+            assert steps.min() >= -1e-9 * max(1.0, max(tensions))
+
+
+def test_states_of_the_table_are_those_of_the_core() -> None:
+    for kind, parameters in CASES:
+        bench = Bench((kind, parameters))
+        muscle = bench.robot.muscles[0]
+        assert len(states_of(muscle.model)) == bench.laws.states.size
+        assert _law_of(muscle.model).kind == kind
+        assert command_range(muscle.model) == (
+            bench.laws.command_low[0],
+            bench.laws.command_high[0],
+        )

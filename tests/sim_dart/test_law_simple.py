@@ -1,0 +1,117 @@
+"""Cables, springs, the McKibben muscle: closed forms; and what all laws share on a robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from muscle_bench import SOUND, Bench
+from robots import random_robot
+
+from addin_sdfusion.robot import CableModel, Robot
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core
+from sim_dart.muscle_laws import MuscleLaws
+
+pytestmark = pytest.mark.native
+
+
+def test_an_elastic_cable_pulls_by_stretch_and_rate_and_goes_slack() -> None:
+    bench = Bench(("elastic_cable", {"stiffness": 2e4, "damping": 30.0}))
+    assert bench.tension(0.31, 0.0, 0.3) == pytest.approx(200.0, rel=1e-12)
+    assert bench.tension(0.31, 2.0, 0.3) == pytest.approx(260.0, rel=1e-12)
+    assert bench.tension(0.31, -100.0, 0.3) == 0.0
+    assert bench.tension(0.29, 2.0, 0.3) == 0.0
+    assert bench.tension(0.3, 0.0, -5.0) == pytest.approx(6000.0, rel=1e-12)  # no length below 0
+
+
+def test_casprs_spring_pulls_and_pushes() -> None:
+    bench = Bench(("passive_spring", {"K": 400.0, "l0": 0.3}))
+    assert bench.tension(0.35, 9.0, 0.0) == pytest.approx(20.0, rel=1e-12)
+    assert bench.tension(0.25, 9.0, 0.0) == pytest.approx(-20.0, rel=1e-12)
+    assert bench.laws.torques[0] == pytest.approx(20.0, rel=1e-12)  # away from the world
+
+
+def test_the_mckibben_muscle_is_the_virtual_work_of_its_volume() -> None:
+    """It pulls with f = -p dV/dL, V from the geometry of the sleeve, by central differences."""
+    b, n, cord = 0.35, 1.5, 0.05
+    bench = Bench(("mckibben", SOUND["mckibben"]))
+
+    def volume(length: float) -> float:
+        return (b**2 - length**2) * length / (4 * math.pi * n**2)
+
+    for length in (0.21, 0.25, 0.3, 0.34):
+        for pressure in (0.0, 1e5, 6e5):
+            slope = (volume(length + 1e-6) - volume(length - 1e-6)) / 2e-6
+            found = bench.tension(length + cord, 0.7, 0.0, [pressure])
+            assert found == pytest.approx(max(-pressure * slope, 0.0), rel=1e-8, abs=1e-8)
+    shortest = b / math.sqrt(3.0)
+    assert bench.tension(shortest - 1e-6 + cord, 0.0, 0.0, [6e5]) == 0.0
+    assert bench.tension(0.01, 0.0, 0.0, [6e5]) == 0.0  # the path is shorter than the cord
+
+
+@pytest.mark.parametrize("h", [1e-4, 1e-2, 10.0])
+def test_pressure_follows_its_set_point_exactly(h: float) -> None:
+    bench = Bench(("mckibben", SOUND["mckibben"]))
+    bench.start(0.3, 1e5)
+    for k in range(1, 6):
+        bench.advance(0.3, 0.0, 9e5, h)  # beyond the largest: 6e5
+        expected = 6e5 - 5e5 * math.exp(-k * h / 0.05)
+        assert bench.laws.states[0] == pytest.approx(expected, rel=1e-12)
+    assert bench.state_rates(0.3, 0.0, 2e5, [1e5])[0] == pytest.approx(1e5 / 0.05, rel=1e-12)
+
+
+def test_without_a_time_constant_pressure_is_what_is_asked_for() -> None:
+    bench = Bench(("mckibben", SOUND["mckibben"] | {"pressure_time_constant": 0.0}))
+    bench.start(0.3, 0.0)
+    bench.advance(0.3, 0.0, 2e5, 1e-3)
+    assert bench.laws.states[0] == 2e5
+
+
+def _with_laws(seed: int) -> Robot:
+    """A random robot whose muscles have one law after the other."""
+    robot = random_robot(seed, muscles=len(SOUND))
+    group = robot.cable_sets[0]
+    models = [CableModel(k, tuple(p.items())) for k, p in SOUND.items()]  # type: ignore[arg-type]
+    muscles = tuple(
+        replace(muscle, model=model) for muscle, model in zip(group.muscles, models, strict=True)
+    )
+    return replace(robot, cable_sets=(replace(group, muscles=muscles),))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rates_and_torques_are_those_of_the_jacobian(seed: int) -> None:
+    """Rates are L qd, torques = -L'f, so the muscles' power is f.l' on both sides."""
+    robot = _with_laws(seed)
+    core = Core(compile_blob(robot))
+    laws = MuscleLaws(robot, core)
+    m, n = len(robot.muscles), len(robot.coordinates)
+    rng = np.random.default_rng(seed)
+    q, qd, commands = rng.normal(size=n), rng.normal(size=n), rng.uniform(0.0, 1.0, m)
+    core.move(core.handle, q.tobytes())
+    L = core.array("jacobian", m, n)
+    laws.start(commands)
+    f = laws.drive(qd, commands)
+    np.testing.assert_allclose(laws.rates, L @ qd, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(laws.torques, -L.T @ f, rtol=1e-12, atol=1e-9)
+    assert float(laws.torques @ qd) == pytest.approx(-float(f @ laws.rates), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ideal_cables_are_driven_as_they_are_pulled(seed: int) -> None:
+    """Bit for bit, slack ones included."""
+    robot = random_robot(seed)
+    core = Core(compile_blob(robot))
+    laws = MuscleLaws(robot, core)
+    m, n = len(robot.muscles), len(robot.coordinates)
+    rng = np.random.default_rng(seed)
+    core.move(core.handle, rng.normal(size=n).tobytes())
+    f = rng.normal(scale=50.0, size=m)
+    core.pull(core.handle, f.tobytes())
+    pulled = core.array("torques", n).copy()
+    laws.drive(rng.normal(size=n), f)
+    np.testing.assert_array_equal(laws.torques, pulled)
+    np.testing.assert_array_equal(laws.tensions, np.maximum(f, 0.0))
+    assert not laws.has_states

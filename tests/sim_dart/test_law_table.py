@@ -1,0 +1,251 @@
+"""The table of tension laws and the C core say the same; the core trusts no parameter."""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, SOUND, Bench, slider
+
+from addin_sdfusion.robot import CableModel, CardsflowError, InputError, UnknownNameError
+from addin_sdfusion.robot.muscle import CableKind
+from addin_sdfusion.robot.tension_laws import (
+    PRESETS,
+    TENSION_LAWS,
+    command_range,
+    law_parameters,
+    model_from,
+    states_of,
+)
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core, library, pack_blob
+from sim_dart.core import law_parameters as core_parameters
+
+pytestmark = pytest.mark.native
+
+
+def test_the_core_takes_the_tables_parameters_in_the_tables_order() -> None:
+    table = {
+        kind: tuple(parameter.name for parameter in law.parameters)
+        for kind, law in TENSION_LAWS.items()
+    }
+    assert core_parameters() == table
+    assert list(core_parameters()) == list(table)
+    assert set(table) <= set(get_args(CableKind))
+
+
+@pytest.mark.parametrize("kind", SOUND)
+def test_defaults_are_within_bounds_and_the_core_takes_them(kind: str) -> None:
+    for parameter in TENSION_LAWS[kind].parameters:
+        if parameter.default is not None:
+            assert parameter.low <= parameter.default <= parameter.high
+            assert not (parameter.open_low and parameter.default == parameter.low)
+        assert parameter.meaning
+        assert parameter.unit
+    Bench((kind, SOUND[kind]))
+
+
+def test_every_law_names_its_source() -> None:
+    assert all(law.source and law.meaning for law in TENSION_LAWS.values())
+
+
+def _blob(**fields: object) -> bytes:
+    """The blob of a slider with one muscle of De Groote's law, with other numbers for some."""
+    robot = slider(("hill_degroote2016", HILL))
+    values = list(law_parameters(robot.muscles[0].model).values())
+    whole = {"law_kind": [list(TENSION_LAWS).index("hill_degroote2016")], "law_parameter": values}
+    changed = whole | fields
+    counts = dict.fromkeys(_counts(), 0)
+    counts |= {"dofs": 1, "muscles": 1, "points": 2}
+    counts["law_parameters"] = len(changed["law_parameter"])  # type: ignore[arg-type]
+    tree = {
+        "parent": [-1],
+        "motion": [1],
+        "coordinate": [0],
+        "offset_rotation": np.eye(3),
+        "offset_position": np.zeros(3),
+        "axis": [1, 0, 0],
+        "muscle_points": [2],
+        "point_frame": [-1, 0],
+        "point_position": np.zeros((2, 3)),
+    }
+    empty: dict[str, object] = {name: [] for name in _fields()}
+    return pack_blob(counts, empty | tree | changed)  # type: ignore[arg-type]
+
+
+def _counts() -> list[str]:
+    lines = library().core_layout().decode().splitlines()
+    return [line.split()[1] for line in lines if line.startswith("count")]
+
+
+def _fields() -> list[str]:
+    lines = library().core_layout().decode().splitlines()
+    return [line.split()[1] for line in lines if line.split()[0] in ("double", "int32_t")]
+
+
+def test_a_blob_with_a_wrong_law_is_refused() -> None:
+    Core(_blob())
+    for kind in (-1, len(TENSION_LAWS), 2**31 - 1):
+        with pytest.raises(CardsflowError, match=f"muscle 0: unknown tension law {kind}"):
+            Core(_blob(law_kind=[kind]))
+    sound = list(law_parameters(CableModel("hill_degroote2016", tuple(HILL.items()))).values())
+    for wrong in (sound[:-1], [*sound, 1.0], []):
+        with pytest.raises(CardsflowError, match="parameters do not add up"):
+            Core(_blob(law_parameter=wrong))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in SOUND if TENSION_LAWS[kind].parameters])
+def test_every_parameter_out_of_its_bounds_is_refused_by_the_core(kind: str) -> None:
+    for parameter in TENSION_LAWS[kind].parameters:
+        wrong = [math.nan, math.inf]
+        if parameter.low > -math.inf:
+            wrong.append(parameter.low - 1.0)
+        if parameter.open_low:
+            wrong.append(parameter.low)
+        if parameter.high < math.inf:
+            wrong.append(parameter.high + 1.0)
+        for value in wrong:
+            if kind == "passive_spring" and parameter.name == "l0" and math.isfinite(value):
+                continue  # harmless: only a file that says so is odd
+            with pytest.raises(CardsflowError, match=f"muscle 0: {kind}: "):
+                Core(compile_blob(slider((kind, SOUND[kind] | {parameter.name: value}))))
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "what"),
+    [
+        ("hill_millard2012", {"active_transition": 0.4}, "active force-length curve folds"),
+        ("hill_millard2012", {"active_shallow_slope": 5.0}, "active force-length curve folds"),
+        ("hill_millard2012", {"isometric_slope": 1.01}, "force-velocity curve folds"),
+        ("hill_millard2012", {"passive_stiffness": 0.5}, "passive force-length curve folds"),
+        ("hill_millard2012", {"tendon_stiffness": 10.0}, "tendon curve folds"),
+        ("hill_millard2012", {"maximum_pennation": 0.2, "pennation_at_optimal": 0.2}, "pennation"),
+        ("hill_thelen2003", {"linear_from": 0.7}, "linear_from"),
+        ("hill_degroote2016", {"elastic_tendon": 0.5}, "elastic_tendon must be 0 or 1"),
+        ("hill_thelen2003", {"elastic_tendon": 1.0, "tendon_slack_length": 0.0}, "elastic tendon"),
+        ("series_elastic_motor", {"inductance": 1e-9}, "faster than 1e6 a second"),
+    ],
+)
+def test_parameters_that_do_not_go_together_are_refused(
+    kind: str, parameters: dict[str, float], what: str
+) -> None:
+    with pytest.raises(CardsflowError, match=what):
+        Core(compile_blob(slider((kind, SOUND[kind] | parameters))))
+
+
+def test_random_parameters_are_refused_or_give_finite_tensions() -> None:
+    rng = np.random.default_rng(11)
+    refused = 0
+    for _ in range(1500):
+        kind = str(rng.choice([kind for kind in SOUND if TENSION_LAWS[kind].parameters]))
+        values = dict(SOUND[kind])
+        for parameter in rng.choice(TENSION_LAWS[kind].parameters, 2):
+            values[parameter[0]] = float(rng.normal() * 10.0 ** rng.integers(-6, 6))
+        try:
+            bench = Bench((kind, values))
+        except CardsflowError:
+            refused += 1
+            continue
+        tensions = [bench.start(0.3, 0.5), bench.tension(0.3, 0.2, 1.0)]
+        bench.advance(0.3, 0.2, 1.0, 1e-3)
+        assert np.isfinite([*tensions, *bench.laws.states]).all(), (kind, values)
+    assert 300 < refused < 1400
+
+
+def test_ports_follow_from_the_laws() -> None:
+    elastic = HILL | {"elastic_tendon": 1.0}
+    bench = Bench(*((kind, SOUND[kind]) for kind in SOUND), ("hill_thelen2003", elastic))
+    laws = bench.laws
+    kinds = [*SOUND, "hill_thelen2003"]
+    assert [kinds[i] for i in np.flatnonzero(laws.passive)] == [
+        "passive_spring",
+        "ligament_blankevoort1991",
+    ]
+    assert [kinds[i] for i in np.flatnonzero(~laws.modelled)] == ["ideal"]
+    assert laws.state_names == (
+        *(f"{name}.m3" for name in ("current", "spindle_speed", "spindle_angle")),
+        "pressure.m4",
+        *(f"activation.m{i}" for i in (5, 6, 7)),
+        "activation.m9",
+        "fibre_length.m9",
+    )
+    assert laws.state_units == ("A", "rad/s", "rad", "Pa", "1", "1", "1", "1", "m")
+    assert laws.command_units == ("N", "m", "", "V", "Pa", "1", "1", "1", "", "1")
+    assert laws.command_low.tolist() == [0, 0, 0, -24, 0, 0, 0, 0, 0, 0]
+    assert laws.command_high.tolist() == [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1]
+
+
+def test_models_are_made_by_kind_or_preset() -> None:
+    model = model_from(preset="roboy_test_bench", parameters={"max_voltage": 12.0})
+    assert model.kind == "series_elastic_motor"
+    assert law_parameters(model)["gear_ratio"] == 128.0
+    assert command_range(model) == (-12.0, 12.0)
+    assert [state.name for state in states_of(model)][-1] == "spindle_angle"
+    assert model_from("mckibben", {"turns": 2.0}) == CableModel("mckibben", (("turns", 2.0),))
+    with pytest.raises(UnknownNameError, match="roboy_myo_muscle"):
+        model_from(preset="roboy_myo_muscel")
+    with pytest.raises(UnknownNameError, match="mckibben"):
+        model_from("mckiben")
+    with pytest.raises(InputError, match="is a series_elastic_motor"):
+        model_from("mckibben", preset="roboy_test_bench")
+    with pytest.raises(InputError, match="'stiffness' is missing"):
+        law_parameters(CableModel("elastic_cable"))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_are_complete(name: str) -> None:
+    given = {key for key, _ in PRESETS[name].parameters}
+    law = TENSION_LAWS[PRESETS[name].kind]
+    assert given | {"rest_length", "max_voltage"} == {p.name for p in law.parameters}
+
+
+def test_wrong_input_is_named() -> None:
+    bench = Bench(("mckibben", SOUND["mckibben"]), ("hill_thelen2003", HILL))
+    bench.move(0.3)
+    laws = bench.laws
+    for call in (laws.start, laws.update_state_rates, lambda u: laws.drive([0.0], u)):
+        with pytest.raises(InputError, match="command nan of muscle 'm1' is not finite"):
+            call([0.0, math.nan])
+        with pytest.raises(InputError, match="shape"):
+            call([0.0])
+    with pytest.raises(InputError, match="command inf of muscle 'm0'"):
+        laws.advance([math.inf, 0.0], 1e-3)
+    with pytest.raises(InputError, match="force nan of muscle 'm1'"):
+        laws.invert([0.0, math.nan], 1e-3)
+    with pytest.raises(InputError, match=r"state 'activation.m1' is not finite"):
+        laws.set_states([0.0, math.nan])
+    with pytest.raises(InputError, match="'m0' has no curve 'force_velocity'"):
+        laws.curve("m0", "force_velocity", 0.0)
+
+
+def test_mutated_laws_are_refused_or_can_be_computed() -> None:
+    """Any byte may be another: nothing is read out of bounds, and every tension is a number."""
+    rng = np.random.default_rng(2)
+    elastic = HILL | {"elastic_tendon": 1.0}
+    models = [*SOUND.items(), *((kind, elastic) for kind in SOUND if kind.startswith("hill"))]
+    robot = slider(*models)
+    sound, m = compile_blob(robot), len(models)
+    refused = 0
+    for _ in range(3000):
+        blob = bytearray(sound)
+        for _ in range(rng.integers(1, 4)):
+            blob[rng.integers(len(blob) // 2, len(blob))] = rng.integers(256)
+        try:
+            core = Core(bytes(blob))
+        except CardsflowError:
+            refused += 1
+            continue
+        u, q, qd = np.full(m, 0.3).tobytes(), np.full(1, 0.3).tobytes(), np.ones(1).tobytes()
+        core.move(core.handle, q)
+        core.update_rates(core.handle, qd)
+        core.start(core.handle, u)
+        core.drive(core.handle, qd, u)
+        core.advance(core.handle, u, 1e-3)
+        core.update_law_rates(core.handle, u)
+        core.reach(core.handle, 1e-3)
+        core.invert(core.handle, u, 1e-3)
+        assert np.isfinite(core.array("tensions", m)).all()
+        assert np.isfinite(core.array("commands", m)).all()
+    assert 500 < refused < 2900

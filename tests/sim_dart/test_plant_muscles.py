@@ -1,0 +1,283 @@
+"""Plants whose muscles have laws: states, tensions, starts, what a controller can reach."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from robots import planar_2r, random_robot
+
+from addin_sdfusion.robot import InputError, Robot, SimulationError
+from addin_sdfusion.robot.muscle import CableKind, CableModel
+from sim_dart import DartDynamics, MuscleDrive, Plant
+
+pytestmark = pytest.mark.native
+
+HILL = {"max_isometric_force": 400.0, "fibre_damping": 0.1}
+LIGAMENT = {"linear_stiffness": 300.0}
+
+
+def modelled(robot: Robot, kind: CableKind, **parameters: float) -> Robot:
+    """The robot with muscles of a law, as long as they suit its start."""
+    lengths = DartDynamics(robot).muscle_lengths([c.initial for c in robot.coordinates])
+    muscles = []
+    for muscle, length in zip(robot.muscles, lengths.tolist(), strict=True):
+        own = dict(parameters)
+        if kind.startswith("hill"):
+            own |= {"optimal_fibre_length": 0.5 * length, "tendon_slack_length": 0.5 * length}
+        if kind.startswith("ligament"):
+            own |= {"slack_length": 0.98 * length}
+        if kind == "mckibben":
+            own |= {"thread_length": 1.2 * length, "turns": 2.0}
+        if kind == "series_elastic_motor":
+            own |= {"rest_length": length}
+        muscles.append(replace(muscle, model=CableModel(kind, tuple(own.items()))))
+    return robot.with_muscles(muscles)
+
+
+ROBOTS = {
+    "elastic_cable": lambda: modelled(planar_2r(), "elastic_cable", stiffness=1e3, damping=5.0),
+    "mckibben": lambda: modelled(planar_2r(), "mckibben"),
+    "hill_degroote2016": lambda: modelled(planar_2r(), "hill_degroote2016", **HILL),
+    "hill, elastic tendon": lambda: modelled(
+        planar_2r(), "hill_millard2012", **HILL, elastic_tendon=1.0
+    ),
+    "series_elastic_motor": lambda: modelled(planar_2r(), "series_elastic_motor"),
+    "ligament": lambda: modelled(planar_2r(), "ligament_blankevoort1991", **LIGAMENT),
+}
+
+
+def some_commands(plant: Plant) -> np.ndarray:
+    """Other than those of the start, within the laws' ranges."""
+    rng = np.random.default_rng(3)
+    kinds = {muscle.model.kind for muscle in plant.robot.muscles}
+    scale = {"elastic_cable": 1.0, "mckibben": 1e3, "series_elastic_motor": 6.0}
+    high = min(scale.get(kind, 1.0) for kind in kinds)
+    if "elastic_cable" in kinds:
+        return plant.commands * rng.uniform(0.97, 1.0, 4)
+    return high * rng.uniform(0.1, 0.6, 4)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_step_is_made_with_the_tensions_that_the_plant_tells(name: str) -> None:
+    """qd+ = qd + h M^-1 (-L'f - C - G), f at the beginning, with the command of the step."""
+    robot, h = ROBOTS[name](), 1e-3
+    plant, terms = Plant(robot, h), DartDynamics(robot)
+    rng = np.random.default_rng(0)
+    plant.reset(rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.5, 0.5, 2))
+    for _ in range(20):
+        u = some_commands(plant)
+        plant.hold(u)
+        q, qd, f = plant.q, plant.qd, plant.tensions
+        plant.step(u)
+        tau = -terms.muscle_jacobian(q).T @ f - terms.coriolis(q, qd) - terms.gravity(q)
+        expected = qd + h * np.linalg.solve(terms.mass_matrix(q), tau)
+        np.testing.assert_allclose(plant.qd, expected, rtol=1e-9, atol=1e-10)
+
+
+def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_robot_moves() -> None:
+    """It is u + (p0 - u) exp(-t / tau), whatever the step."""
+    robot = modelled(planar_2r(), "mckibben", pressure_time_constant=0.03)
+    for integrator, h, close in (
+        ("euler", 1e-3, 1e-12),
+        ("euler", 7e-3, 1e-12),
+        ("rk4", 1e-3, 1e-7),
+    ):
+        plant = Plant(robot, h, integrator=integrator)  # type: ignore[arg-type]
+        p0, u = plant.muscle_states, np.array([1e5, 2e5, 3e5, 1e5])
+        for _ in range(40):
+            plant.step(u)
+        expected = u + (p0 - u) * np.exp(-40 * h / 0.03)
+        np.testing.assert_allclose(plant.muscle_states, expected, rtol=close)
+        assert np.abs(plant.q).max() > 1e-3
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_state_goes_back_bit_by_bit(name: str, integrator: Any) -> None:
+    plant = Plant(ROBOTS[name](), 2e-4, integrator=integrator, energy=True)
+    u = some_commands(plant)
+    for _ in range(20):
+        plant.step(u)
+    saved, tensions = plant.get_state(), plant.tensions
+    for _ in range(20):
+        plant.step(u)
+    first, energy = plant.get_state(), plant.energy
+    plant.set_state(saved)
+    np.testing.assert_array_equal(plant.tensions, tensions)
+    for _ in range(20):
+        plant.step(u)
+    np.testing.assert_array_equal(plant.get_state(), first)
+    assert plant.energy == energy
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_both_integrators_go_the_same_way(name: str) -> None:
+    """The one with laws' own rules, the other with their time derivatives: the same equations."""
+    ends = []
+    for integrator, h in (("euler", 1e-4), ("rk4", 1e-4)):
+        plant = Plant(ROBOTS[name](), h, integrator=integrator)  # type: ignore[arg-type]
+        u = some_commands(plant)
+        for _ in range(1000):
+            plant.step(u)
+        ends.append(plant)
+    euler, rk4 = ends
+    moved = max(np.abs(rk4.q).max(), 1e-3)
+    np.testing.assert_allclose(euler.q, rk4.q, rtol=0, atol=0.02 * moved)
+    np.testing.assert_allclose(euler.tensions, rk4.tensions, rtol=0.02, atol=0.05)
+
+
+@pytest.mark.parametrize("name", [name for name in ROBOTS if name != "ligament"])
+def test_muscles_begin_at_rest_with_their_smallest_forces(name: str) -> None:
+    robot = ROBOTS[name]()
+    robot = robot.with_muscles([replace(muscle, f_min=12.5) for muscle in robot.muscles])
+    plant = Plant(robot)
+    np.testing.assert_allclose(plant.tensions, 12.5, rtol=1e-6)
+    still = plant.muscle_states
+    laws = plant._laws
+    assert laws is not None
+    laws.drive(np.zeros(2), plant.commands)
+    laws.advance(plant.commands, 0.01)
+    np.testing.assert_allclose(plant.muscle_states, still, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("elastic", [0.0, 1.0])
+def test_what_cannot_be_held_is_held_as_nearly_as_it_can(elastic: float) -> None:
+    drive = MuscleDrive(modelled(planar_2r(), "hill_millard2012", **HILL, elastic_tendon=elastic))
+    reach = drive.resting_reach(np.zeros(2))
+    assert (reach.low > 0.0).all()
+    assert (reach.low < reach.high).all()
+    strong = drive.resting_commands(np.zeros(2), np.full(4, 1e6))
+    np.testing.assert_allclose(strong, 1.0, rtol=1e-9)
+    np.testing.assert_allclose(drive.resting_commands(np.zeros(2), np.zeros(4)), 0.0, atol=1e-9)
+
+
+def test_passive_muscles_take_no_command() -> None:
+    robot = ROBOTS["ligament"]()
+    plant, same = Plant(robot), Plant(robot)
+    for _ in range(50):
+        plant.step(np.zeros(4))
+        same.step([1.0, 1e9, -5.0, 3.0])
+    np.testing.assert_array_equal(plant.get_state(), same.get_state())
+    assert plant.tensions.max() > 0.0
+
+
+def test_ideal_cables_beside_others_pull_as_they_are_told() -> None:
+    robot = ROBOTS["elastic_cable"]()
+    first, *others = robot.muscles
+    plant = Plant(robot.with_muscles([replace(first, model=CableModel()), *others]))
+    u = plant.commands
+    for force in (30.0, -4.0):
+        u[0] = force
+        plant.step(u)
+        assert plant.tensions[0] == max(force, 0.0)
+    assert plant.muscle_state_names == ()
+
+
+def test_ideal_cables_alone_make_the_same_steps_as_among_laws() -> None:
+    """The way of the C core without laws against the one with them."""
+    robot = random_robot(4, joints=4, muscles=5)
+    law = CableModel("ligament_blankevoort1991", (("linear_stiffness", 0.0), ("slack_length", 1.0)))
+    slack = replace(robot.muscles[0], name="slack", model=law)
+    alone, among = Plant(robot), Plant(robot.with_muscles([*robot.muscles, slack]))
+    f = np.random.default_rng(0).uniform(-5.0, 30.0, 5)
+    for _ in range(100):
+        alone.step(f)
+        among.step([*f, 0.0])
+    np.testing.assert_array_equal(alone.q, among.q)
+    np.testing.assert_array_equal(alone.tensions, np.maximum(f, 0.0))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_commands_that_are_no_numbers_are_refused_and_the_plant_stays(bad: float) -> None:
+    plant = Plant(ROBOTS["mckibben"]())
+    before = plant.get_state()
+    for integrator_plant in (plant, Plant(plant.robot, integrator="rk4")):
+        with pytest.raises(InputError, match=r"cable_2.*not finite"):
+            integrator_plant.step([0.0, bad, 0.0, 0.0])
+    np.testing.assert_array_equal(plant.get_state(), before)
+    with pytest.raises(InputError, match="finite"):
+        plant.reset(commands=[0.0, bad, 0.0, 0.0])
+
+
+def test_a_state_of_muscles_that_is_no_number_is_refused() -> None:
+    plant = Plant(ROBOTS["mckibben"]())
+    state = plant.get_state()
+    state[-1] = np.nan
+    with pytest.raises(InputError, match="states must be finite"):
+        plant.set_state(state)
+
+
+def test_an_explicit_rule_on_a_fast_motor_ends_with_time_robot_and_state() -> None:
+    """The current's time constant is 0.2 ms: a step of 10 ms explodes, that of euler does not."""
+    robot = ROBOTS["series_elastic_motor"]()
+    plant = Plant(robot, 1e-2, integrator="rk4")
+    with pytest.raises(SimulationError, match=r"robot .* diverged at t = .* s: .* is "):
+        for _ in range(2000):
+            plant.step(np.full(4, 3.0))
+    steady = Plant(robot, 1e-2)
+    for _ in range(100):
+        steady.step(np.full(4, 0.1))
+    assert np.isfinite(steady.get_state()).all()
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_elastic_cables_give_back_no_more_than_they_took(damping: float) -> None:
+    """Kinetic + potential + what the cables store never grows, and stays without damping."""
+    robot = modelled(planar_2r(), "elastic_cable", stiffness=300.0, damping=damping)
+    free = [
+        replace(j, coordinates=tuple(replace(c, lower=-9.0, upper=9.0) for c in j.coordinates))
+        for j in robot.joints
+    ]
+    robot = replace(robot, joints=tuple(free))
+    plant = Plant(robot, 2e-4, integrator="rk4", energy=True)
+    plant.reset([2.6, 0.3])
+    u = plant.muscle_lengths - 0.02
+
+    def stored() -> float:
+        stretch = np.maximum(plant.muscle_lengths - u, 0.0)
+        return float(plant.energy.kinetic + plant.energy.potential + 150.0 * stretch @ stretch)
+
+    levels = [stored()]
+    for _ in range(2000):
+        plant.step(u)
+        levels.append(stored())
+    assert np.diff(levels).max() < 1e-7
+    if damping:
+        assert levels[-1] < levels[0] - 0.01
+    else:
+        assert levels[-1] == pytest.approx(levels[0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name", ["mckibben", "hill_degroote2016", "hill, elastic tendon", "series_elastic_motor"]
+)
+def test_the_commands_of_a_drive_bring_the_plant_to_the_tensions_in_reach(name: str) -> None:
+    """Forces a part of the way between the ends of the reach are there after the time.
+
+    The links are heavy: a path goes on at its old speed in the drive, at the new one in the plant.
+    """
+    robot, h = ROBOTS[name](), 1e-3
+    robot = robot.with_muscles([replace(muscle, f_min=15.0) for muscle in robot.muscles])
+    heavy = [replace(link, inertia=link.inertia.scaled(1e5)) for link in robot.links]
+    robot = replace(robot, links=tuple(heavy), gravity=(0.0, 0.0, 0.0))
+    plant, drive = Plant(robot, h), MuscleDrive(robot)
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        drive.see(plant.q, plant.qd, plant.muscle_states)
+        low, high = drive.reach(h)
+        assert (low <= high).all()
+        wanted = low + rng.uniform(0.2, 0.8, 4) * (high - low)
+        u = drive.commands(wanted, h)
+        plant.step(u)
+        np.testing.assert_allclose(plant.tensions, wanted, rtol=1e-5, atol=1e-3)
+
+
+def test_a_drive_refuses_states_that_do_not_fit() -> None:
+    drive = MuscleDrive(ROBOTS["mckibben"]())
+    with pytest.raises(InputError, match="states must have shape"):
+        drive.see(np.zeros(2), np.zeros(2), np.zeros(3))
+    with pytest.raises(InputError, match=r"pressure.cable_2.*not finite"):
+        drive.see(np.zeros(2), np.zeros(2), [0.0, np.nan, 0.0, 0.0])

@@ -1,0 +1,114 @@
+"""The C core trusts no surface, wrap or pulley of a blob."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from wrapped import base_pulley, carriage
+
+from addin_sdfusion.robot import WORLD, CardsflowError, Muscle, ViaPoint, Wrap, WrapSurface
+from sim_dart.blob import compile_blob
+from sim_dart.core import Core, library, pack_blob
+
+pytestmark = pytest.mark.native
+
+
+def good() -> tuple[dict[str, int], dict[str, object]]:
+    """Two muscles of two points, the first off a pulley and over a sphere, both over a cylinder."""
+    names = [line.split() for line in library().core_layout().decode().splitlines()]
+    counts = {words[1]: 0 for words in names if words[0] == "count"}
+    counts |= {"muscles": 2, "points": 4, "surfaces": 2, "wraps": 3, "pulleys": 1}
+    fields: dict[str, object] = {
+        words[1]: [] for words in names if words[0] in ("double", "int32_t")
+    }
+    fields |= {
+        "muscle_points": [2, 2],
+        "point_frame": [-1] * 4,
+        "point_position": np.eye(4, 3),
+        "law_kind": [0, 0],
+        "surface_kind": [0, 1],
+        "surface_frame": [-1, -1],
+        "surface_centre": np.zeros((2, 3)),
+        "surface_axis": [[0, 0, 1], [0, 1, 0]],
+        "surface_radius": [0.1, 0.2],
+        "surface_half": [0.0, 0.3],
+        "wrap_point": [0, 0, 2],
+        "wrap_surface": [0, 1, 1],
+        "wrap_side": [0, 1, -1],
+        "wrap_turns": [0, 1, 2],
+        "pulley_point": [0],
+        "pulley_direction": [[1, 0, 0]],
+        "pulley_radius": [0.05],
+    }
+    return counts, fields
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("surface_kind", [0, 2], "surface 1: unknown kind 2"),
+        ("surface_kind", [0, 0], "surface 1: only a cylinder has ends"),
+        ("surface_frame", [-1, 0], "surface 1: there is no frame 0"),
+        ("surface_centre", [[0, 0, 0], [0, np.nan, 0]], "surface 1: its position is not finite"),
+        ("surface_axis", [[0, 0, 1], [0, 1, 1]], "surface 1: its axis is no unit vector"),
+        ("surface_axis", [[0, 0, np.nan], [0, 1, 0]], "surface 0: its axis is no unit vector"),
+        ("surface_radius", [0.0, 0.2], "surface 0: its size"),
+        ("surface_radius", [0.1, np.inf], "surface 1: its size"),
+        ("surface_half", [0.0, -1.0], "surface 1: its size"),
+        ("surface_half", [0.0, np.nan], "surface 1: its size"),
+        ("wrap_point", [0, 0, 3], "wrap 2: no segment begins at via point 3"),
+        ("wrap_point", [-1, 0, 2], "wrap 0: no segment begins at via point -1"),
+        ("wrap_point", [0, 1, 2], "wrap 1: via point 1 is its muscle's last"),
+        ("wrap_point", [0, 2, 0], "wrap 2 is out of order"),
+        ("wrap_surface", [0, 1, 2], "wrap 2: there is no surface 2"),
+        ("wrap_surface", [0, -1, 1], "wrap 1: there is no surface -1"),
+        ("wrap_side", [0, 2, 1], "wrap 1: unknown side 2"),
+        ("wrap_turns", [0, -1, 0], "wrap 1: turns -1"),
+        ("pulley_point", [1], "pulley 0: no muscle begins at via point 1"),
+        ("pulley_point", [4], "pulley 0: no muscle begins at via point 4"),
+        ("pulley_point", [-1], "pulley 0: no muscle begins at via point -1"),
+        ("pulley_direction", [[1, 1, 0]], "pulley 0: its direction is no unit vector"),
+        ("pulley_radius", [0.0], "pulley 0: its radius"),
+    ],
+)
+def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
+    counts, fields = good()
+    Core(pack_blob(counts, fields))  # type: ignore[arg-type]
+    with pytest.raises(CardsflowError, match=message):
+        Core(pack_blob(counts, fields | {field: value}))  # type: ignore[arg-type]
+
+
+def test_more_surfaces_in_a_segment_than_can_be_solved_for_are_refused() -> None:
+    counts, fields = good()
+    counts |= {"wraps": 9}
+    fields |= {"wrap_point": [0] * 9, "wrap_surface": [0] * 9}
+    fields |= {"wrap_side": [0] * 9, "wrap_turns": [0] * 9}
+    with pytest.raises(CardsflowError, match="wrap 8: more than 8 in one segment"):
+        Core(pack_blob(counts, fields))  # type: ignore[arg-type]
+
+
+def test_the_most_surfaces_in_a_segment_are_solved_for() -> None:
+    """Behind a pulley, and all at the same place."""
+    ends = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("link_2", (-1.0, 0.01, 0.2)))
+    for shape in ("sphere", "cylinder"):
+        wraps = tuple(Wrap("round", 0) for _ in range(8))
+        muscle = Muscle("m", ends, pulley=base_pulley(0.1, (0, 1, 0)), wraps=wraps)
+        robot = carriage([muscle], [WrapSurface("round", WORLD, shape, 0.3)])  # type: ignore[arg-type]
+        core = Core(compile_blob(robot))
+        core.move(core.handle, np.zeros(3).tobytes())
+        core.trace(core.handle)
+        assert np.isfinite(core.array("lengths", 1)).all()
+        assert np.isfinite(core.array("jacobian", 1, 3)).all()
+
+
+@pytest.mark.parametrize("size", [1e300, 1e-300])
+def test_places_far_out_or_tiny_do_not_hang(size: float) -> None:
+    """Numbers may overflow; nothing is read out of bounds, and it ends."""
+    counts, fields = good()
+    fields["point_position"] = size * np.arange(12.0).reshape(4, 3)
+    core = Core(pack_blob(counts, fields))  # type: ignore[arg-type]
+    for counting in (0, 1):
+        core.count_turns(core.handle, counting)
+        for _ in range(3):
+            core.move(core.handle, b"")
+            core.trace(core.handle)
