@@ -27,6 +27,7 @@ from .cli_parts import (  # noqa: E402
     add_experiment,
     experiment_of,
 )
+from .cli_results import add_results  # noqa: E402
 from .cli_run import add_run  # noqa: E402
 from .cli_study import add_study  # noqa: E402
 from .cli_view import add_view  # noqa: E402
@@ -85,6 +86,7 @@ def _parser() -> argparse.ArgumentParser:
     add_hardware(commands, common)
     add_addin(commands, common)
     add_view(commands, common)
+    add_results(commands, common)
     add_study(commands, common)
     return parser
 

@@ -16,6 +16,7 @@ from .coupling import Coupling
 from .experiment_resources import EXPERIMENT_FILE
 from .foreign_fmu import ForeignFmu
 from .hardware.settings import HardwareSettings
+from .table_forms import TableForm
 
 if TYPE_CHECKING:
     from sim_dart.scene import Scene
@@ -220,12 +221,14 @@ class RunSettings:
         step: Communication step, in [s].
         output: Folder for the results.
         coupling: In what order plant, controller and reference are stepped.
+        format: Of the table of results: `csv` or `parquet`.
     """
 
     duration: float
     step: float
     output: Path
     coupling: Coupling = field(default_factory=Coupling)
+    format: TableForm = "csv"
 
     @property
     def steps(self) -> int:

@@ -32,6 +32,7 @@ from .reference_reader import read_reference
 from .robot_changes import changed_robot, read_changes
 from .robots_reader import RobotPart, combined, read_parts
 from .setting_paths import set_value
+from .table_forms import TABLE_FORMS, TableForm
 from .tables import Table
 from .world_ports import wrench_signals
 
@@ -173,9 +174,10 @@ def _run(table: Table, reference: ReferenceSettings) -> RunSettings:
     duration = table.positive("duration", reference.duration)
     output = table.file.parent / table.text("output", "results")
     coupling = _coupling(table)
+    form = cast(TableForm, table.choice("format", "format", TABLE_FORMS, "csv"))
     table.close()
     table.multiple("duration", duration, step, "run.step")
-    return RunSettings(duration, step, output, coupling)
+    return RunSettings(duration, step, output, coupling, form)
 
 
 def _coupling(table: Table) -> Coupling:

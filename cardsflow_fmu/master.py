@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from .participants import FloatArray, Participant
 from .ports import SOLVE_TIME
 from .units import Conversion
 from .wiring import Copy, Indices, Wiring, connect, indices
+
+if TYPE_CHECKING:
+    from .journal import Journal
 
 Progress = Callable[[int], None]
 Watch = Callable[[tuple[str, ...], FloatArray], None]
@@ -55,6 +59,14 @@ class Recording:
     failure: CardsflowError | None
     lateness: list[float] = field(default_factory=list)
 
+    def times_of_ticks(self) -> FloatArray:
+        """Time of each tick and how long it took to compute, in [s], shape (ticks, 2).
+
+        Without rows where the controller does not tell.
+        """
+        known = [k for k in self.ticks if k < len(self.rows)][: len(self.solve_times)]
+        return np.column_stack([self.rows[known, 0], self.solve_times[: len(known)]])
+
 
 class Master:
     """Steps participants that feed each other.
@@ -73,6 +85,10 @@ class Master:
             otherwise they stay at their start values.
         changes: What is done to the value of an input on its way, by its full name, where that is
             not what the units of both ends ask for.
+
+    Attributes:
+        names: Name of every column; the first is `time`.
+        units: Unit of every column that has one, by its name.
 
     Raises:
         InputError: An input has no output to take its value from, a size or a unit does not fit, or
@@ -103,7 +119,7 @@ class Master:
             for group in groups
         ]
         self._before, self._after = stages[:before], stages[before:]
-        self.names, self._units, self._columns = _columns(participants)
+        self.names, self.units, self._columns = _columns(participants)
         self._ticking = by_its_name.get("controller")
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
@@ -117,6 +133,7 @@ class Master:
         progress: Progress | None = None,
         pacer: Pacer | None = None,
         watch: Watch | None = None,
+        journal: Journal | None = None,
     ) -> Recording:
         """Run to the end, to the first failure, or until Ctrl-C.
 
@@ -124,8 +141,9 @@ class Master:
             progress: Called now and then with the number of steps done.
             pacer: Makes steps wait for their time; none when None, as fast as can be.
             watch: Called as often as `progress` with what has been recorded.
+            journal: Begun; holds the rows, and takes note of them at every step.
         """
-        rows = np.empty((self._steps + 1, len(self.names)))
+        rows = np.empty((self.count, len(self.names))) if journal is None else journal.rows
         self._ticks, self._solve_times, self._lateness = [], [], []
         self._pacer = pacer
         failure: CardsflowError | None = None
@@ -133,6 +151,8 @@ class Master:
         with interruptible() as interrupted:
             try:
                 for done in self._loop(rows):
+                    if journal is not None:
+                        journal.update(self._recorded)
                     if interrupted:
                         raise SimulationError("interrupted")
                     if progress and done % 128 == 0:
@@ -143,13 +163,15 @@ class Master:
                 failure = error
             except KeyboardInterrupt:
                 failure = SimulationError("interrupted")
+            if journal is not None:
+                failure = self._end(journal) or failure
         if progress:
             progress(done)
         recorded = rows[: self._recorded]
         return Recording(
             self.names,
             recorded,
-            self._units,
+            self.units,
             self._ticks,
             self._solve_times,
             failure,
@@ -168,6 +190,20 @@ class Master:
             yield k + 1
         self._wait(self._steps)
         self._record(rows[self._steps], self._steps * self._step)
+
+    @property
+    def count(self) -> int:
+        """Number of rows that a complete run gives."""
+        return self._steps + 1
+
+    def _end(self, journal: Journal) -> CardsflowError | None:
+        """Let the journal take the last rows; what is in its way, None if nothing."""
+        try:
+            journal.update(self._recorded)
+            journal.close()
+        except CardsflowError as error:
+            return error
+        return None
 
     def _wait(self, k: int) -> None:
         """Wait for the time of step k, where steps are paced."""

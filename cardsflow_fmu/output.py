@@ -18,6 +18,8 @@ from .hardware.recording import RECORDING_FILE, is_recording
 _SUMMARY = "summary.json"
 _OWN = (
     "results.csv",
+    "results.parquet",
+    "solve_times.csv",
     "results.units.json",
     _SUMMARY,
     "tracking.png",

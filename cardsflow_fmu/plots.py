@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from addin_sdfusion.robot.tension_laws import law_of
 
+from .envelope import envelope, every_few
 from .muscle_ports import command_signals, driven_muscles, modelled_muscles, tension_signals
 from .ports import Followed, followed_signals, muscle_signals
 from .results import Result
@@ -97,8 +98,9 @@ def path_figure(result: Result) -> Figure:
         axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
         followed = _point(result)
         assert followed is not None
-        axes.plot(*result.columns(followed.actual).T, label="way", linewidth=1.2)
-        axes.plot(*result.columns(followed.desired).T, ":", color="black", label="reference")
+        rows = every_few(len(result.rows))
+        axes.plot(*result.columns(followed.actual)[rows].T, label="way", linewidth=1.2)
+        axes.plot(*result.columns(followed.desired)[rows].T, ":", color="black", label="reference")
         for axis, name in zip("xyz", followed.actual, strict=True):
             getattr(axes, f"set_{axis}label")(f"{name} [m]")
         axes.set_aspect("equal", adjustable="datalim")
@@ -157,9 +159,11 @@ def _draw_forces(axes: Axes, result: Result) -> None:
     if len(names) > 10:
         axes.set_prop_cycle(color=mpl.colormaps["tab20"].colors)  # type: ignore[attr-defined]
     for name in names:
-        (line,) = axes.plot(time, result[name], label=name, linewidth=1.2)
+        (line,) = axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
         if wanted[name] != name and wanted[name] in result.names:
-            axes.plot(time, result[wanted[name]], ":", color=line.get_color(), linewidth=1.0)
+            axes.plot(
+                *envelope(time, result[wanted[name]]), ":", color=line.get_color(), linewidth=1.0
+            )
     modelled = bool(modelled_muscles(robot))
     if modelled:
         axes.plot([], [], ":", color="black", label="wanted")
@@ -181,7 +185,7 @@ def _commands(result: Result) -> dict[str, list[str]]:
 
 def _draw_commands(axes: Axes, result: Result, label: str, names: list[str]) -> None:
     for name in names:
-        axes.plot(result["time"], result[name], label=name, linewidth=1.2)
+        axes.plot(*envelope(result["time"], result[name]), label=name, linewidth=1.2)
     axes.set_ylabel(label)
     _legend(axes)
 
@@ -189,8 +193,8 @@ def _draw_commands(axes: Axes, result: Result, label: str, names: list[str]) -> 
 def _draw_positions(axes: Axes, result: Result) -> None:
     time, followed = result["time"], _followed(result)
     for name, desired in zip(followed.actual, followed.desired, strict=True):
-        (line,) = axes.plot(time, result[name], label=name, linewidth=1.2)
-        axes.plot(time, result[desired], ":", color="black", linewidth=1.4)
+        (line,) = axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
+        axes.plot(*envelope(time, result[desired]), ":", color="black", linewidth=1.4)
         line.set_zorder(1)
     axes.plot([], [], ":", color="black", label="reference")
     units = "/".join(dict.fromkeys(followed.units)) or "-"

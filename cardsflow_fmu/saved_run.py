@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import shutil
 import tempfile
 import warnings
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +18,26 @@ from addin_sdfusion.robot import InputError
 
 from .archive import unpack_archive, write_archive
 from .experiment import Experiment
+from .journal import STARTED
+from .master import Recording
 from .mesh_files import mesh_files, own_name
-from .results import SUMMARY, TABLE, UNITS, Result, SystemResult
+from .parquet import read_parquet
+from .results import (
+    PARQUET,
+    SOLVE_TIMES,
+    SUMMARY,
+    TABLE,
+    UNITS,
+    FloatArray,
+    Result,
+    SystemResult,
+)
+from .summary import Speed, summarize
 
 EXPERIMENT = "experiment.zip"
 """The experiment as its FMUs carry it, with the robot's files, and its meshes besides."""
+
+_TABLES = (TABLE, PARQUET)
 
 
 def experiment_archive(experiment: Experiment) -> bytes:
@@ -43,12 +60,38 @@ def experiment_archive(experiment: Experiment) -> bytes:
 
 def is_run(path: Path) -> bool:
     """Whether a path is a folder that a run has written, or the table in it."""
-    return (_folder(path) / TABLE).is_file()
+    return any((_folder(path) / name).is_file() for name in _TABLES)
 
 
 @contextlib.contextmanager
 def opened_run(path: str | Path) -> Iterator[Result]:
     """The result that a run has written, with its experiment; the robot's files are there inside.
+
+    Args:
+        path: The folder of the run, or the table in it.
+
+    Raises:
+        InputError: Something is missing or damaged.
+    """
+    result = load_run(path)
+    try:
+        yield result
+    finally:
+        result.release()
+
+
+@contextlib.contextmanager
+def read_any(path: str | Path) -> Iterator[SystemResult]:
+    """A result, with its experiment where that is known; otherwise as `read_results`."""
+    if not (_folder(Path(path)) / EXPERIMENT).is_file() or not is_run(Path(path)):
+        yield read_results(Path(path))
+        return
+    with opened_run(path) as result:
+        yield result
+
+
+def load_run(path: str | Path) -> Result:
+    """The result that a run has written, with its experiment; the robot's files last as long.
 
     Args:
         path: The folder of the run, or the table in it.
@@ -62,45 +105,104 @@ def opened_run(path: str | Path) -> Iterator[Result]:
     if not archive.is_file():
         what = f"holds no {EXPERIMENT}, so its robot is not known; run the experiment again"
         raise InputError(what, file=folder)
-    with tempfile.TemporaryDirectory() as aside:
-        unpack_archive(archive, Path(aside), "archive of an experiment", "an experiment")
-        yield Result(
+    aside = Path(tempfile.mkdtemp())
+    try:
+        unpack_archive(archive, aside, "archive of an experiment", "an experiment")
+        loaded = Result(
             result.names,
             result.rows,
             result.units,
             result.summary,
             result.files,
-            experiment=Experiment.from_resources(Path(aside)),
+            result.solve_times,
+            experiment=Experiment.from_resources(aside),
         )
+    except BaseException:
+        shutil.rmtree(aside, ignore_errors=True)
+        raise
+    if loaded.summary.get("error") == str(STARTED) and len(loaded.rows):
+        loaded.summary |= _findings(loaded)
+    loaded.release = weakref.finalize(loaded, shutil.rmtree, aside, ignore_errors=True)
+    return loaded
 
 
-def read_results(folder: Path) -> SystemResult:
+def _findings(result: Result) -> dict[str, Any]:
+    """What a run that was killed could not say of its rows: errors, forces, infeasible ticks."""
+    experiment, rows = result.experiment, len(result.rows)
+    every = round(experiment.controller.period / experiment.run.step)
+    ticks = list(range(0, rows, every))
+    recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
+    summary = summarize(experiment, recording, Speed(0.0, 0.0))
+    return {
+        key: summary[key] for key in ("tracking", "forces", "infeasible_ticks", "ticks", "slack")
+    }
+
+
+def read_results(path: Path) -> SystemResult:
     """The table, units and summary that a run has written.
 
     Args:
-        folder: The folder of the run.
+        path: The folder of the run; or a .csv or .parquet, which may stand alone.
 
     Raises:
         InputError: A file is missing or damaged.
     """
-    table = folder / TABLE
+    if path.name not in _TABLES and (path.suffix in (".csv", ".parquet") or path.is_file()):
+        return _read_alone(path)
+    if not is_run(path):
+        raise InputError("holds no results of a run", file=path)
+    folder = _folder(path)
+    units, summary = _json(folder / UNITS), _json(folder / SUMMARY)
+    complete = summary.get("status") == "complete"
+    if (folder / PARQUET).is_file() and not (folder / TABLE).is_file():
+        table = folder / PARQUET
+        names, rows = (kept := read_parquet(table)).names, kept.rows
+    else:
+        table = folder / TABLE
+        names, rows = read_csv(table, complete=complete)
+    if not complete and len(rows):
+        summary["duration"] = float(rows[-1, 0])  # which a run that was killed could not tell
+    times = np.empty((0, 2))
+    if (folder / SOLVE_TIMES).is_file():
+        times = read_csv(folder / SOLVE_TIMES)[1]
+    there = (table, folder / UNITS, folder / SUMMARY)
+    return SystemResult(names, rows, units, summary, {f.name: f for f in there}, times)
+
+
+def read_csv(file: Path, *, complete: bool = True) -> tuple[tuple[str, ...], FloatArray]:
+    """The names and the rows of a table, shape (rows, len(names)).
+
+    Args:
+        file: The table.
+        complete: Whether the last line has been written whole; otherwise it counts only if it ends.
+
+    Raises:
+        InputError: It is no table of numbers.
+    """
     try:
-        with table.open(encoding="utf-8") as stream:
+        with file.open(encoding="utf-8") as stream:
             names = tuple(stream.readline().rstrip("\n").split(","))
+            lines = stream if complete else (line for line in stream if line.endswith("\n"))
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # about a table without rows
-                rows = np.loadtxt(stream, delimiter=",", ndmin=2).reshape(-1, len(names))
+                rows = np.loadtxt(lines, delimiter=",", ndmin=2).reshape(-1, len(names))
     except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=table) from None
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
     except ValueError as error:
-        raise InputError(f"is no table of results: {error}", file=table) from None
-    units, summary = _json(folder / UNITS), _json(folder / SUMMARY)
-    files = {file.name: file for file in (table, folder / UNITS, folder / SUMMARY)}
-    return SystemResult(names, rows, units, summary, files)
+        raise InputError(f"is no table of results: {error}", file=file) from None
+    return names, rows
+
+
+def _read_alone(file: Path) -> SystemResult:
+    """A table that nothing stands beside."""
+    if file.suffix == ".parquet":
+        return read_parquet(file)
+    names, rows = read_csv(file)
+    return SystemResult(names, rows, {}, {}, {file.name: file})
 
 
 def _folder(path: Path) -> Path:
-    return path.parent if path.name == TABLE else path
+    return path.parent if path.name in _TABLES else path
 
 
 def _json(file: Path) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from .hardware.opening import environment
 from .hardware.recording import RECORDING_FILE
 from .hardware_run import Pace, with_approach
 from .interruption import ignoring_interrupts
+from .journal import STARTED, Journal, no_rows
 from .master import Master, Progress, Recording, Watch
 from .model_description import FmiVersion
 from .models.controller import ControllerModel
@@ -32,8 +33,9 @@ from .models.reference import ReferenceModel
 from .muscle_ports import modelled_muscles
 from .native import NATIVE_MODELS, native_file
 from .output import OutputFolder
+from .parquet import require_parquet
 from .participants import DirectParticipant, Participant
-from .results import Result
+from .results import TABLE, Result
 from .runtime.library import find_platform
 from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
@@ -218,6 +220,8 @@ def run(
         RunError: The run ended early; what it gave so far is written and marked incomplete.
     """
     started = time.perf_counter() if started is None else started
+    if experiment.run.format == "parquet":
+        require_parquet()
     with OutputFolder(Path(output or experiment.run.output)) as folder:
         streamed = folder.path / RECORDING_FILE if experiment.hardware.use else None
         with tempfile.TemporaryDirectory() as aside:
@@ -226,11 +230,13 @@ def run(
                 path.name: path.read_bytes() for path in fmus.values()
             }
             contents[EXPERIMENT] = experiment_archive(experiment)
-            result, recording = _simulate(
-                driven, fmus, progress, started, realtime, streamed, watch
-            )
+            there = [] if streamed is None else [streamed.name]
+            with Journal(folder, contents, there) as journal:
+                result, recording = _simulate(
+                    driven, fmus, progress, started, realtime, streamed, watch, journal
+                )
         with ignoring_interrupts():
-            _write(result, contents, folder, streamed)
+            _write(result, [*contents, *there], folder)
     return _finished(result, recording)
 
 
@@ -256,18 +262,21 @@ def _performer(role: str, experiment: Experiment) -> str:
     return HARDWARE if role == "plant" and experiment.hardware.use else role
 
 
-def _write(
-    result: Result, contents: dict[str, str | bytes], folder: OutputFolder, streamed: Path | None
-) -> None:
-    """Write table, summary, figure and FMUs: all of them, or none."""
+def _write(result: Result, written: list[str], folder: OutputFolder) -> None:
+    """Write summary and figures: all of them, or none; the rest is written already."""
+    contents: dict[str, str | bytes] = {}
+    if result.experiment.run.format == "csv":
+        written = [TABLE, *written]
+    else:
+        contents |= result.table_file(result.experiment.run.format)
     if len(result.rows):
         from .plots import run_images  # matplotlib takes a second to import
 
         contents |= run_images(result)
-    there = [streamed.name] if streamed is not None and streamed.exists() else []
-    names = [*result.contents(), *contents, *there]
+    there = [name for name in written if (folder.path / name).exists()]
+    names = [*result.notes(), *contents, *there]
     result.summary["files"] = {name: name for name in names}
-    result.files = folder.write(contents | result.contents(), there)
+    result.files = folder.write(result.notes() | contents, there)
 
 
 def simulate(
@@ -313,6 +322,7 @@ def _simulate(
     realtime: bool = False,
     streamed: Path | None = None,
     watch: Watch | None = None,
+    journal: Journal | None = None,
 ) -> tuple[Result, Recording]:
     settings = experiment.run
     pace = Pace(settings.step, realtime, experiment.hardware if experiment.hardware.use else None)
@@ -330,18 +340,27 @@ def _simulate(
             coupling=settings.coupling,
             every={"controller": round(experiment.controller.period / settings.step)},
         )
+        if journal is not None:
+            nothing = Recording(master.names, no_rows(master.names), master.units, [], [], STARTED)
+            summary = summarize(experiment, nothing, Speed(0.0, time.perf_counter() - started))
+            journal.begin(master.names, _units(nothing), master.count, summary)
         with pace:
             begin = time.perf_counter()
-            recording = master.run(progress, pace.pacer, watch)
+            recording = master.run(progress, pace.pacer, watch, journal)
             speed = Speed(time.perf_counter() - begin, begin - started)
     result = Result(
         recording.names,
         recording.rows,
-        {name: recording.units.get(name, "") for name in recording.names},
+        _units(recording),
         summarize(experiment, recording, speed) | pace.report(recording),
+        solve_times=recording.times_of_ticks(),
         experiment=experiment,
     )
     return result, recording
+
+
+def _units(recording: Recording) -> dict[str, str]:
+    return {name: recording.units.get(name, "") for name in recording.names}
 
 
 @contextlib.contextmanager

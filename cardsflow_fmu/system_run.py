@@ -7,6 +7,7 @@ import json
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,10 +17,11 @@ from .coupling import SCHEMES, Coupling, Scheme
 from .fmu_instance import FmuInstance
 from .hardware_run import Pace
 from .interruption import ignoring_interrupts
-from .master import Master, Progress
+from .journal import STARTED, Journal, no_rows
+from .master import Master, Progress, Recording
 from .output import OutputFolder
 from .participants import Participant
-from .results import SystemResult
+from .results import TABLE, SystemResult
 from .ssp_reader import read_system, unpack_ssp
 from .ssp_system import Component, System
 from .summary import Speed, summarize_system
@@ -67,11 +69,11 @@ def run_system(
     started = time.perf_counter() if started is None else started
     path = Path(path)
     with OutputFolder(Path(output or path.parent / "results")) as folder:
-        result = _simulate(path, settings or {}, realtime, progress, started)
+        with Journal(folder, {}) as journal:
+            result = _simulate(path, settings or {}, realtime, progress, started, journal)
         with ignoring_interrupts():
-            names = result.contents()
-            result.summary["files"] = {name: name for name in names}
-            result.files = folder.write(result.contents())
+            result.summary["files"] = {name: name for name in (TABLE, *result.notes())}
+            result.files = folder.write(result.notes(), [TABLE])
     if not result.complete:
         raise SystemRunError(result.summary["error"], result)
     return result
@@ -97,6 +99,7 @@ def _simulate(
     realtime: bool,
     progress: Progress | None,
     started: float,
+    journal: Journal | None = None,
 ) -> SystemResult:
     runs = {k.removeprefix("run."): v for k, v in settings.items() if k.startswith("run.")}
     values = {k: v for k, v in settings.items() if not k.startswith("run.") and k != "variant"}
@@ -115,14 +118,21 @@ def _simulate(
                 by_name=False,
                 changes={".".join(c.target): c.change for c in system.connections},
             )
+            about = partial(summarize_system, system.name, coupling=coupling.scheme, step=step)
+            units = {name: master.units.get(name, "") for name in master.names}
+            if journal is not None:
+                nothing = Recording(
+                    master.names, no_rows(master.names), master.units, [], [], STARTED
+                )
+                summary = about(nothing, Speed(0.0, time.perf_counter() - started))
+                journal.begin(master.names, units, master.count, summary)
             with Pace(step, realtime) as pace:
                 begin = time.perf_counter()
-                recording = master.run(progress, pace.pacer)
+                recording = master.run(progress, pace.pacer, journal=journal)
                 speed = Speed(time.perf_counter() - begin, begin - started)
-    summary = summarize_system(system.name, recording, speed, coupling=coupling.scheme, step=step)
-    summary |= pace.report(recording)
-    units = {name: recording.units.get(name, "") for name in recording.names}
-    return SystemResult(recording.names, recording.rows, units, summary)
+    summary = about(recording, speed) | pace.report(recording)
+    times = recording.times_of_ticks()
+    return SystemResult(recording.names, recording.rows, units, summary, solve_times=times)
 
 
 @contextlib.contextmanager

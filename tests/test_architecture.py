@@ -28,7 +28,7 @@ def test_import_contracts_hold() -> None:
         ("adsk", "addin_sdfusion/"),
         ("fmpy", "cardsflow_fmu/"),
         ("qpsolvers", "controllers/"),
-        ("matplotlib", ("cardsflow_fmu/plots.py", "cardsflow_fmu/studies/plots.py")),
+        ("matplotlib", ("cardsflow_fmu/plots", "cardsflow_fmu/studies/plots.py")),
         ("tqdm", ("cardsflow_fmu/cli_run.py", "cardsflow_fmu/cli_study.py")),
         ("distributed", "cardsflow_fmu/studies/dask_crew.py"),
         ("cmaes", "cardsflow_fmu/studies/searches.py"),

@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.readers import read
 
-from ..results import SystemResult
+from ..results import Result, SystemResult
 from ..saved_run import is_run, opened_run
 from .live import Ended, address, pose, replay, server
 from .meshes import link_meshes
@@ -35,11 +35,24 @@ def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
         InputError: The folder does not hold what is needed.
     """
     with opened_run(path) as result:
-        experiment = result.experiment
-        meshes = link_meshes(experiment.robot, experiment.robot_path.parent)
-        motion = motion_of(experiment.robot, result)
-        stage = Stage(experiment.robot, motion, meshes, full_scale=full_scale)
-        return Act(stage, str(result.summary.get("experiment", path)), notes(result))
+        return act_of(result, full_scale=full_scale)
+
+
+def act_of(result: Result, *, full_scale: bool = False) -> Act:
+    """What is shown of a run.
+
+    Args:
+        result: The run, with its robot's files there.
+        full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
+
+    Raises:
+        InputError: The run gave no rows, or lacks a joint position.
+    """
+    experiment = result.experiment
+    meshes = link_meshes(experiment.robot, experiment.robot_path.parent)
+    motion = motion_of(experiment.robot, result)
+    stage = Stage(experiment.robot, motion, meshes, full_scale=full_scale)
+    return Act(stage, str(result.summary.get("experiment", experiment.name)), notes(result))
 
 
 def robot_act(path: str | Path, cable_set: str | None = None) -> Act:

@@ -1,0 +1,41 @@
+"""Parts of pages: sections and tables, with everything escaped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+
+def section(title: str, *parts: str) -> str:
+    """A part of a page under its title.
+
+    Args:
+        title: Plain text.
+        parts: HTML.
+    """
+    return "\n".join(("<section>", f"<h2>{escape(title)}</h2>", *parts, "</section>"))
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table; numbers stand right, None is a dash; empty without rows.
+
+    Args:
+        heads: Of the columns.
+        rows: Texts, numbers or None.
+    """
+    body = ["<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows]
+    if not body:
+        return ""
+    head = "".join(f"<th>{escape(text)}</th>" for text in heads)
+    return "\n".join((f"<table><thead><tr>{head}</tr></thead><tbody>", *body, "</tbody></table>"))
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "<td>-</td>"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        text = f"{value:.6g}" if math.isfinite(value) else "unlimited"
+        return f'<td class="number">{text}</td>'
+    return f"<td>{escape(str(value))}</td>"

@@ -1,0 +1,81 @@
+"""Where the rows of a run stand while it goes on: in memory, or in a file where they are many."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import mmap
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+
+FloatArray = NDArray[np.float64]
+
+IN_MEMORY = 2**25
+"""A table of up to so many bytes stands in memory."""
+
+_DROPPED = 2**22
+
+
+class RowStore:
+    """A table to be filled row by row.
+
+    A large one is a file without a name in the folder of the results: it takes no memory that the
+    system could not have back, and is gone with the process.
+
+    Args:
+        count: Number of rows.
+        columns: Number of columns.
+        folder: Where there is room.
+
+    Attributes:
+        rows: The table, shape (count, columns).
+
+    Raises:
+        InputError: The folder has no room for it.
+    """
+
+    def __init__(self, count: int, columns: int, folder: Path) -> None:
+        size = 8 * count * columns
+        self._width, self._dropped = 8 * columns, 0
+        self._memory: mmap.mmap | None = None
+        if size <= IN_MEMORY:
+            self.rows: FloatArray = np.empty((count, columns))
+            return
+        try:
+            with tempfile.TemporaryFile(dir=folder) as file:
+                _reserve(file.fileno(), size)
+                self._memory = mmap.mmap(file.fileno(), size)
+        except OSError as error:
+            what = f"has no room for a run of {count} rows, {size >> 20} MiB: {error.strerror}"
+            raise InputError(what, file=folder) from None
+        self.rows = np.frombuffer(self._memory).reshape(count, columns)
+
+    def release(self, filled: int) -> None:
+        """Take filled rows out of memory; they are read from the file when someone looks.
+
+        Args:
+            filled: Number of rows that are filled.
+        """
+        end = filled * self._width // _DROPPED * _DROPPED
+        if self._memory is None or end <= self._dropped or not hasattr(mmap, "MADV_DONTNEED"):
+            return
+        self._memory.madvise(mmap.MADV_DONTNEED, self._dropped, end - self._dropped)
+        self._dropped = end
+
+
+def _reserve(descriptor: int, size: int) -> None:
+    """Make a file of a size that is surely there: a full disk would end the process later."""
+    with contextlib.suppress(AttributeError):  # not everywhere
+        try:
+            os.posix_fallocate(descriptor, 0, size)
+            return
+        except OSError as error:
+            if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL):
+                raise
+    os.truncate(descriptor, size)

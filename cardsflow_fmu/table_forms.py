@@ -1,0 +1,6 @@
+"""The forms that a table of results is kept in."""
+
+from typing import Literal
+
+TableForm = Literal["csv", "parquet"]
+TABLE_FORMS: tuple[TableForm, ...] = ("csv", "parquet")

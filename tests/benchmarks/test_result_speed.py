@@ -1,0 +1,103 @@
+"""How long tables and figures take, and what streaming costs a run."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from interleaved import interleaved, record
+from robots import PLANAR_2R
+
+from cardsflow_fmu import Experiment, row_store
+from cardsflow_fmu.journal import Journal
+from cardsflow_fmu.output import OutputFolder
+from cardsflow_fmu.plots_by_name import plot
+from cardsflow_fmu.results import SystemResult
+from cardsflow_fmu.simulation import _simulate
+
+ROWS, COLUMNS = 30_000, 60
+
+
+@pytest.fixture(scope="module")
+def large() -> SystemResult:
+    """Half a minute at 1 kHz of a robot with 20 muscles; noise, the worst case for all."""
+    kinds = ("f", "l", "q", "q_d", "slack")
+    names = ("time", *(f"{kinds[k % 5]}.s{k // 5}" for k in range(COLUMNS - 1)))
+    rows = np.random.default_rng(0).normal(size=(ROWS, COLUMNS)).cumsum(axis=0)
+    rows[:, 0] = 1e-3 * np.arange(ROWS)
+    return SystemResult(names, rows, dict.fromkeys(names, "N"), {"status": "complete"})
+
+
+def timed(call: object) -> float:
+    begin = time.perf_counter()
+    call()  # type: ignore[operator]
+    return time.perf_counter() - begin
+
+
+def test_parquet_takes_less_than_half_a_second(large: SystemResult) -> None:
+    pytest.importorskip("pyarrow")
+    first = timed(lambda: large.table_file("parquet"))
+    best = interleaved(
+        {
+            "parquet": lambda: large.table_file("parquet"),
+            "csv": lambda: large.table_file("csv"),
+        },
+        calls=1,
+        rounds=3,
+    )
+    size = len(large.table_file("parquet")["results.parquet"]) / 2**20
+    record("30,000 x 60 as parquet", first_s=first, s=best["parquet"], csv_s=best["csv"], MiB=size)
+    assert best["parquet"] < 0.5
+
+
+def test_a_figure_takes_less_than_five_seconds(large: SystemResult, tmp_path: Path) -> None:
+    seconds = {
+        form: timed(lambda form=form: plot(large, tmp_path / f"all.{form}", columns=["*"]))
+        for form in ("png", "svg", "pdf")
+    }
+    usual = timed(lambda: plot(large, tmp_path / "usual.png"))
+    record("figures of 30,000 x 60", usual_png=usual, **seconds)
+    assert max(usual, *seconds.values()) < 5.0
+
+
+def test_streaming_costs_a_run_what_writing_at_its_end_would(tmp_path: Path) -> None:
+    """The quickest loop there is, with every row written as it comes, or all of them behind."""
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 2.0})
+    loop = {"streamed": float("inf"), "kept": float("inf")}
+
+    def streamed() -> None:
+        with OutputFolder(tmp_path) as folder, Journal(folder, {}) as journal:
+            result, _ = _simulate(experiment, {}, None, time.perf_counter(), journal=journal)
+        loop["streamed"] = min(loop["streamed"], 1.0 / result.summary["real_time_factor"])
+
+    def kept() -> None:
+        result, _ = _simulate(experiment, {}, None, time.perf_counter())
+        loop["kept"] = min(loop["kept"], 1.0 / result.summary["real_time_factor"])
+        (tmp_path / "kept.csv").write_text(result.table_file()["results.csv"])  # type: ignore[arg-type]
+
+    best = interleaved({"streamed": streamed, "kept": kept}, calls=1, rounds=8)
+    total, ratio = best["streamed"] / best["kept"], loop["streamed"] / loop["kept"]
+    record("streaming a run", total_ratio=total, loop_ratio=ratio, step_us=1e3 * loop["kept"])
+    assert total < 1.25  # on a machine that does other things besides
+
+
+def test_a_large_table_is_filled_as_quickly(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows in a file without a name, over rows in memory."""
+    row = np.ones(COLUMNS)
+
+    def fill(limit: int) -> None:
+        monkeypatch.setattr(row_store, "IN_MEMORY", limit)
+        store = row_store.RowStore(ROWS, COLUMNS, tmp_path)
+        for k in range(ROWS):
+            store.rows[k] = row
+            if k % 512 == 0:
+                store.release(k)
+
+    best = interleaved({"file": lambda: fill(0), "memory": lambda: fill(2**40)}, calls=1, rounds=5)
+    extra = 1e6 * (best["file"] - best["memory"]) / ROWS
+    record("rows in a file", extra_us_a_row=extra)
+    assert extra < 10.0

@@ -1,0 +1,219 @@
+"""Results are on disk while a run goes on, and readable whenever it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from io import FileIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from robots import PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment, row_store, run
+from cardsflow_fmu.journal import STARTED, Journal
+from cardsflow_fmu.output import OutputFolder
+from cardsflow_fmu.results import SystemResult
+from cardsflow_fmu.row_store import RowStore
+from cardsflow_fmu.saved_run import opened_run, read_results
+from cardsflow_fmu.simulation import RunError
+
+NAMES = ("time", "q.a", "q.b")
+SUMMARY = {"status": "incomplete", "error": str(STARTED), "versions": {"cardsflow": "1"}}
+
+
+def begun(folder: OutputFolder, count: int = 5000) -> Journal:
+    journal = Journal(folder, {"plant.fmu": b"new"})
+    journal.begin(NAMES, dict.fromkeys(NAMES, "rad"), count, dict(SUMMARY))
+    return journal
+
+
+def awkward(count: int) -> np.ndarray:
+    """Numbers of every size, and those that are none."""
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(count, 3)) * 10.0 ** rng.integers(-300, 300, size=(count, 3))
+    rows[::7, 1], rows[::11, 2], rows[::13, 1] = np.nan, np.inf, -0.0
+    return rows
+
+
+def test_what_streams_reads_back_exactly(tmp_path: Path) -> None:
+    rows = awkward(5000)
+    with OutputFolder(tmp_path) as folder, begun(folder) as journal:
+        for k, row in enumerate(rows):
+            journal.rows[k] = row
+            journal.update(k + 1)
+    back = read_results(tmp_path)
+    np.testing.assert_array_equal(back.rows, rows)
+    np.testing.assert_array_equal(np.signbit(back.rows), np.signbit(rows))
+    assert back.names == NAMES
+    assert not back.complete
+    whole = SystemResult(NAMES, rows, {}, {}).contents()["results.csv"]
+    assert (tmp_path / "results.csv").read_text() == whole
+
+
+def test_rows_are_in_the_file_while_the_run_goes_on(tmp_path: Path) -> None:
+    with OutputFolder(tmp_path) as folder, begun(folder) as journal:
+        for k in range(3):
+            journal.rows[k] = k
+            time.sleep(0.06)
+            journal.update(k + 1)
+            assert len(read_results(tmp_path).rows) == k + 1
+
+
+def test_a_line_that_was_cut_off_does_not_count(tmp_path: Path) -> None:
+    with OutputFolder(tmp_path) as folder, begun(folder) as journal:
+        journal.rows[:2] = 0.125
+        journal.update(2)
+    table = tmp_path / "results.csv"
+    whole = table.read_bytes()
+    for cut in range(1, len("0.125,0.125,0.125\n")):
+        table.write_bytes(whole[:-cut])
+        assert len(read_results(tmp_path).rows) == 1
+    summary = json.loads((tmp_path / "summary.json").read_text()) | {"status": "complete"}
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(InputError, match="is no table of results"):
+        read_results(tmp_path)
+
+
+def test_old_results_stay_until_a_run_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.02})
+    run(experiment, tmp_path, through="direct")
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+
+    def broken(self: Any, *_: Any) -> None:
+        raise InputError("does not start")
+
+    monkeypatch.setattr("cardsflow_fmu.simulation.PlantModel.__init__", broken)
+    with pytest.raises(InputError, match="does not start"):
+        run(experiment, tmp_path, through="direct")
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+def test_a_full_disk_ends_the_run_with_whole_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The disk takes half of a block, then nothing, as a full one does."""
+    write, room = FileIO.write, [20_000]
+
+    class Full(FileIO):
+        def write(self, data: Any) -> int:
+            if room[0] == 0:
+                raise OSError(28, "No space left on device")
+            taken = min(len(data), room[0])
+            room[0] -= taken
+            return write(self, data[:taken])
+
+    monkeypatch.setattr("cardsflow_fmu.journal.FileIO", Full)
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 2.0})
+    with pytest.raises(RunError, match="cannot be written: No space left") as error:
+        run(experiment, tmp_path, through="direct")
+    assert (tmp_path / "results.csv").stat().st_size <= 22_000
+    assert (tmp_path / "results.csv").read_text().endswith("\n")
+    kept = read_results(tmp_path)
+    np.testing.assert_array_equal(kept.rows, error.value.result.rows[: len(kept.rows)])
+
+
+def test_a_disk_without_room_is_refused_before_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "results.csv").write_text("time\n")
+    (tmp_path / "summary.json").write_text(json.dumps(SUMMARY))
+    with (
+        OutputFolder(tmp_path) as folder,
+        pytest.raises(InputError, match=r"no room for a run of \d+ rows, \d+ MiB"),
+    ):
+        begun(folder, 2**52)
+    assert (tmp_path / "results.csv").read_text() == "time\n"
+
+
+def test_a_large_table_is_a_file_without_a_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(row_store, "IN_MEMORY", 0)
+    store, rows = RowStore(400_000, 3, tmp_path), np.arange(1_200_000.0).reshape(-1, 3)
+    for first in range(0, len(rows), 1000):
+        store.rows[first : first + 1000] = rows[first : first + 1000]
+        store.release(first + 1000)
+    assert list(tmp_path.iterdir()) == []
+    np.testing.assert_array_equal(store.rows, rows)
+
+
+# Rows of a large table leave memory as they are written: 250 MB of them, most of which would be
+# resident otherwise.
+_GROWTH = """
+import sys
+from pathlib import Path
+from cardsflow_fmu.row_store import RowStore
+
+def resident():
+    line = next(l for l in open("/proc/self/status") if l.startswith("VmRSS"))
+    return int(line.split()[1]) // 1024
+
+store, most, begin = RowStore(520_000, 60, Path(sys.argv[1])), 0, resident()
+for k in range(520_000):
+    store.rows[k] = k
+    if k % 512 == 511:
+        store.release(k + 1)
+        most = max(most, resident() - begin)
+print(most)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux")
+def test_memory_is_bounded_while_rows_come(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _GROWTH, tmp_path], capture_output=True, text=True, check=True
+    )
+    assert int(done.stdout) < 16  # MiB, of 238
+
+
+@pytest.mark.native
+def test_what_a_killed_run_could_not_say_is_told_when_it_is_read(tmp_path: Path) -> None:
+    """The same rows under the summary of a run that has just begun, and of one that has ended."""
+    settings = {"run.duration": 0.3, "plant.mass_scale": 1.2, "controller.period": 0.005}
+    result = run(Experiment.load(PLANAR_2R, settings), tmp_path, through="direct")
+    assert result.summary["tracking"]["rms"] > 1e-5
+    unknown = {"rms": None, "max": None, "unit": None, "per_signal": {}}
+    begun = result.summary | {"status": "incomplete", "error": str(STARTED), "tracking": unknown}
+    (tmp_path / "summary.json").write_text(json.dumps(begun | {"ticks": 0, "forces": None}))
+    with opened_run(tmp_path) as back:
+        for key in ("tracking", "forces", "slack", "infeasible_ticks", "duration"):
+            assert back.summary[key] == result.summary[key]
+        assert back.summary["ticks"] == result.summary["ticks"] + 1  # at the last row, none is due
+        assert not back.complete
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("after", [0.0, 0.3, 0.7])
+def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, after: float) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), "-o", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        begin = time.monotonic()
+        while not (out / "results.csv").exists():
+            assert process.poll() is None
+            assert time.monotonic() - begin < 60.0
+            time.sleep(0.005)
+        time.sleep(after)
+        seen = len((out / "results.csv").read_bytes().splitlines()) - 2  # a header, a part
+        os.kill(process.pid, signal.SIGKILL)
+    summary = json.loads((out / "summary.json").read_text())
+    assert (summary["status"], summary["error"]) == ("incomplete", str(STARTED))
+    with opened_run(out) as killed:
+        assert len(killed.rows) >= seen
+        assert len(killed.rows) > 0 or after < 0.5
+        np.testing.assert_allclose(killed["time"], 1e-3 * np.arange(len(killed.rows)), atol=1e-12)
+        assert killed.experiment.robot == Experiment.load(PLANAR_2R).robot
+        assert killed.describe().startswith(f"planar_2r: {killed['time'].max(initial=0):.6g} s")
+    settings = {"run.duration": max(len(killed.rows), 1) * 1e-3}  # its last row has no tick
+    again = run(Experiment.load(PLANAR_2R, settings), out, through="direct")
+    np.testing.assert_allclose(killed.rows, again.rows[: len(killed.rows)], rtol=0, atol=1e-12)

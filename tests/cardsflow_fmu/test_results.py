@@ -1,0 +1,337 @@
+"""Results as tables of other tools, in notebooks, compared, drawn and reported."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import opened_browser
+from robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.compare import compare, compare_results
+from cardsflow_fmu.curves import KINDS, all_panels, panels_of
+from cardsflow_fmu.plots_by_name import figure_of, plot
+from cardsflow_fmu.report import report, report_page
+from cardsflow_fmu.results import SystemResult
+from cardsflow_fmu.saved_run import is_run, read_results
+
+pytestmark = pytest.mark.native
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    folder = tmp_path_factory.mktemp("run")
+    return folder, run(Experiment.load(PLANAR_2R, {"run.duration": 0.3}), folder, through="direct")
+
+
+def table(rows: Any, *names: str) -> SystemResult:
+    return SystemResult(("time", *names), np.array(rows, float), {}, {})
+
+
+# Parquet, pandas, notebooks
+
+
+def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path) -> None:
+    pq = pytest.importorskip("pyarrow.parquet")
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.3, "run.format": "parquet"})
+    result = run(experiment, tmp_path / "out", through="direct")
+    assert not (tmp_path / "out/results.csv").exists()
+    assert set(result.summary["files"]) == {p.name for p in (tmp_path / "out").iterdir()}
+    assert is_run(tmp_path / "out")
+    for path in (tmp_path / "out", tmp_path / "out/results.parquet"):
+        back = Result.load(path)
+        np.testing.assert_array_equal(back.rows, finished[1].rows)
+        assert back.names == result.names
+        assert back.experiment.robot == experiment.robot
+    alone = (tmp_path / "out/results.parquet").rename(tmp_path / "alone.parquet")
+    back = SystemResult.load(alone)
+    np.testing.assert_array_equal(back.rows, result.rows)
+    assert dict(back.units) == dict(result.units)
+    metadata = json.loads(pq.read_schema(alone).metadata[b"cardsflow"])
+    assert metadata["versions"] == result.summary["versions"]
+    assert metadata["experiment"] == json.loads(json.dumps(experiment.data))
+    assert pq.read_schema(alone).field("f.cable_1").metadata == {b"unit": b"N"}
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", through="direct")
+    assert not (tmp_path / "out/results.parquet").exists()
+
+
+def test_parquet_keeps_every_float(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    result = table([[0.0, np.nan], [1.0, np.inf], [2.0, -0.0], [3.0, 5e-324]], "x")
+    (name, data), *_ = result.table_file("parquet").items()
+    (tmp_path / name).write_bytes(data)
+    (tmp_path / "x.parquet").write_bytes(data)
+    back = SystemResult.load(tmp_path / "x.parquet")
+    np.testing.assert_array_equal(back.rows.view(np.int64), result.rows.view(np.int64))
+
+
+def test_without_pyarrow_a_run_in_parquet_is_refused_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    experiment = Experiment.load(PLANAR_2R, {"run.format": "parquet"})
+    with pytest.raises(InputError, match=r"pip install 'cardsflow\[parquet\]'"):
+        run(experiment, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_form_names_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match=r"run\.format: no format 'parket'; did you mean"):
+        Experiment.load(PLANAR_2R, {"run.format": "parket"})
+
+
+@pytest.mark.parametrize("content", [b"", b"no parquet", b"PAR1" + bytes(40) + b"PAR1"])
+def test_a_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> None:
+    pytest.importorskip("pyarrow")
+    file = tmp_path / "x.parquet"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"x\.parquet"):
+        SystemResult.load(file)
+    with pytest.raises(InputError, match="No such file"):
+        SystemResult.load(tmp_path / "none.parquet")
+
+
+def test_a_frame_of_pandas(finished: tuple[Path, Result], monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pandas")
+    result = finished[1]
+    frame = result.to_pandas()
+    assert frame.index.name == "time"
+    np.testing.assert_array_equal(frame.index, result["time"])
+    np.testing.assert_array_equal(frame["q.joint_1"], result["q.joint_1"])
+    assert frame.attrs["units"]["f.cable_1"] == "N"
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match=r"pip install 'cardsflow\[pandas\]'"):
+        result.to_pandas()
+
+
+def test_a_notebook_shows_summary_and_figure(finished: tuple[Path, Result]) -> None:
+    html = finished[1]._repr_html_()
+    assert html.count("<svg") == 1
+    for words in ("planar_2r", "q.joint_1", "f.cable_4", "301 rows"):
+        assert words in html
+    assert "<p>" in table(np.empty((0, 2)), "x")._repr_html_()
+
+
+def test_loaded_files_of_a_robot_last_as_long_as_the_result(finished: tuple[Path, Result]) -> None:
+    loaded = Result.load(finished[0])
+    path = loaded.experiment.robot_path
+    assert path.is_file()
+    np.testing.assert_array_equal(loaded.solve_times, finished[1].solve_times)
+    assert len(loaded.solve_times) == loaded.summary["ticks"]
+    del loaded
+    assert not path.parent.exists()
+
+
+# compare
+
+
+def test_equal_results_are_equal(finished: tuple[Path, Result]) -> None:
+    comparison = compare(finished[0], finished[0] / "results.csv")
+    assert comparison["equal"]
+    assert set(comparison["columns"]) == set(finished[1].names) - {"time"}
+    assert all(c["largest"] == 0.0 for c in comparison["columns"].values())
+
+
+@pytest.mark.parametrize(
+    ("tol", "rtol", "equal"),
+    [
+        (0.0, 0.0, False),
+        (0.25, 0.0, True),
+        (0.2, 0.0, False),
+        (0.0, 0.03, True),
+        (0.1, 0.01, False),
+    ],
+)
+def test_bounds(tol: float, rtol: float, equal: bool) -> None:
+    a, b = table([[0, 10.0], [1, 10.25]], "x"), table([[0, 10.0], [1, 10.0]], "x")
+    comparison = compare_results(a, b, tol, rtol)
+    assert comparison["equal"] is equal
+    assert comparison["columns"]["x"] == {
+        "largest": 0.25,
+        "at": 1.0,
+        "beyond": not equal,
+        "unit": "",
+    }
+
+
+def test_what_is_no_number_equals_itself_only() -> None:
+    a = table([[0, np.nan, np.inf, np.inf, 1], [1, 0, 0, 0, 1]], "p", "q", "r", "s")
+    b = table([[0, np.nan, np.inf, -np.inf, np.nan], [1, 0, 0, 0, 1]], "p", "q", "r", "s")
+    comparison = compare_results(a, b, 1e300)
+    assert comparison["beyond"] == ["r", "s"]
+    assert comparison["columns"]["s"]["largest"] is None
+
+
+def test_missing_columns_and_rows_are_told(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "a.csv").write_text("time,x,y\n0.0,1.0,2.0\n0.1,1.0,2.0\n0.2,1.0,2.0\n")
+    (tmp_path / "b.csv").write_text("time,x,z\n0.1,1.5,2.0\n0.2,1.0,2.0\n0.3,1.0,2.0\n")
+    words = ["compare", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--tol", "1"]
+    assert main([*words, "--json"]) == 1
+    comparison = json.loads(capsys.readouterr().out)
+    assert comparison["missing"] == {"first": ["z"], "second": ["y"]}
+    assert comparison["rows"] == {"first": 3, "second": 3, "common": 2}
+    assert comparison["columns"]["x"]["largest"] == 0.5
+    assert main(words) == 1
+    text = capsys.readouterr().out
+    for line in ("missing in the first: z", "missing in the second: y", "2 of them at the same"):
+        assert line in text
+    assert main([*words, "--columns", "nothing.*"]) == 2
+    assert main(["compare", str(tmp_path / "a.csv"), str(tmp_path / "none.csv")]) == 2
+    assert main([*words[:3], "--tol", "-1"]) == 2
+    assert main(["compare", words[1], words[1]]) == 0
+    capsys.readouterr()
+    assert main(["plot", str(tmp_path / "nowhere")]) == 2
+    assert "nowhere: holds no results of a run" in capsys.readouterr().err
+
+
+# plot
+
+
+def test_every_kind_of_figure_shows_its_signals(finished: tuple[Path, Result]) -> None:
+    panels = all_panels(finished[1])
+    assert set(panels) == set(KINDS)
+    (forces,) = panels["forces"]
+    assert [c.name for c in forces.curves] == [f"f.cable_{k}" for k in (1, 2, 3, 4)]
+    (errors,) = panels["errors"]
+    expected = finished[1]["q.joint_2"] - finished[1]["q_d.joint_2"]
+    np.testing.assert_array_equal(errors.curves[1].values, expected)
+
+
+def test_moment_arms_are_the_slopes_of_the_lengths(finished: tuple[Path, Result]) -> None:
+    """Along the motion, l changes by sum_j dl/dq_j times the change of q_j, to the third order."""
+    result = finished[1]
+    arms = {p.label.split(",")[1].split()[0]: p for p in KINDS["moment_arms"](result)}
+    expected = np.zeros((len(result.rows) - 2, 4))
+    for joint, panel in arms.items():
+        for curve in panel.curves:
+            k = int(curve.name[-1]) - 1
+            q = result[f"q.{joint}"]
+            expected[:, k] -= curve.values[1:-1] * (q[2:] - q[:-2])
+    lengths = result.columns([f"l.cable_{k}" for k in (1, 2, 3, 4)])
+    change = lengths[2:] - lengths[:-2]
+    assert np.abs(change).max() > 1e-5
+    np.testing.assert_allclose(expected, change, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("file", "head"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")]
+)
+def test_figures_are_written(
+    finished: tuple[Path, Result], tmp_path: Path, file: str, head: bytes
+) -> None:
+    words = ["plot", str(finished[0]), "-o", str(tmp_path / file)]
+    assert main(words) == 0
+    first = (tmp_path / file).read_bytes()
+    assert first.startswith(head)
+    assert main(words) == 0
+    assert (tmp_path / file).read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["-o", "a.gif"], "no kind of figure 'gif'"),
+        (["--what", "force"], "no figure 'force'; did you mean 'forces'"),
+        (["--columns", "q.joint_9"], "no column 'q.joint_9'; did you mean 'q.joint_"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(
+    finished: tuple[Path, Result], capsys: Any, words: list[str], says: str
+) -> None:
+    assert main(["plot", str(finished[0]), *words]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_columns_stand_by_unit(finished: tuple[Path, Result]) -> None:
+    panels = panels_of(finished[1], columns=["q.*", "f.cable_1"])
+    assert [(p.label, len(p.curves)) for p in panels] == [("[rad]", 2), ("[N]", 1)]
+    assert len(figure_of(finished[1], ["forces"], ["q.*"]).axes) == 2
+    with pytest.raises(InputError, match="nothing for 'moment_arms'"):
+        panels_of(table([[0, 1]], "x"), ["moment_arms"])
+    with pytest.raises(InputError, match="no rows"):
+        panels_of(table(np.empty((0, 2)), "x"))
+
+
+def test_a_table_alone_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "x.csv").write_text("time,a.b,c\n0.0,1.0,2.0\n0.1,1.0,2.0\n")
+    assert plot(read_results(tmp_path / "x.csv"), tmp_path / "x.png").stat().st_size > 1000
+
+
+# report
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of half a minute with eleven muscles."""
+    folder = tmp_path_factory.mktemp("flower")
+    settings = {"run.duration": 30.0, "run.step": 0.005, "controller.period": 0.005}
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", settings)
+    run(experiment, folder / "out", through="direct")
+    return report(folder / "out", folder / "the report.html")
+
+
+def test_a_report_says_everything(reported: Path) -> None:
+    page = reported.read_text()
+    assert len(page) < 3_000_000
+    for words in ("Summary", "Replay", "Figures", "Robot", "Experiment", "Versions"):
+        assert f"<h2>{words}</h2>" in page
+    assert page.count("<svg") == len(KINDS)
+    for words in ("&quot;flower&quot;", "upper_arm_left", "dartpy", "moment arms"):
+        assert words in page
+    # names of vocabularies, which nobody opens
+    assert set(re.findall(r"(?:https?|wss?|ftp)://[^\s\"'&<>]+", page)) <= {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
+
+
+@pytest.mark.browser
+def test_a_report_opens_from_disk_without_a_network(reported: Path, tmp_path: Path) -> None:
+    with opened_browser(tmp_path) as page:
+        begin = time.perf_counter()
+        page.open(reported.as_uri(), offline=True)
+        page.wait_for("document.readyState === 'complete' && document.querySelector('iframe')")
+        page.evaluate("document.querySelector('iframe').scrollIntoView({block: 'center'})")
+        box = page.evaluate(
+            "(r => [r.x, r.y, r.width, r.height].map(Math.round))"
+            "(document.querySelector('iframe').getBoundingClientRect())"
+        )
+        x, y, width, height = box
+        part = (slice(y + 100, y + height - 100), slice(x + 60, x + width - 220))
+        while True:
+            image = page.screenshot()[part]
+            if np.count_nonzero(np.ptp(image, axis=2) > 60) > 500:
+                break
+            assert time.perf_counter() - begin < 10.0
+        assert time.perf_counter() - begin < 5.0
+        figures = page.evaluate("document.querySelectorAll('figure svg path').length")
+        assert figures > 50
+        assert page.errors == []
+        assert [url for url in page.requests if not url.startswith(("about:", "data:"))] == [
+            reported.as_uri()
+        ]
+
+
+def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) -> None:
+    result = Result.load(finished[0])
+    result.summary |= {"status": "incomplete", "error": "<b>gone</b>"}
+    page = report_page(result)
+    assert "Incomplete run: &lt;b&gt;gone&lt;/b&gt;" in page
+    assert "<b>gone" not in page
+
+
+def test_help_has_an_example() -> None:
+    for name in ("plot", "compare", "report"):
+        command = [sys.executable, "-m", "cardsflow_fmu.cli", name, "--help"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert f"example:\n  cardsflow {name} " in done.stdout
