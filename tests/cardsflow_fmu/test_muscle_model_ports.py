@@ -20,8 +20,6 @@ from cardsflow_fmu.simulation import simulate
 from cardsflow_fmu.sizing import size
 from sim_dart import DartDynamics, MuscleDrive
 
-pytestmark = pytest.mark.native
-
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 HILL = {
     "kind": "hill_degroote2016",

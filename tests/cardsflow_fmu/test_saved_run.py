@@ -14,8 +14,6 @@ from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.mesh_files import mesh_files, own_name
 from cardsflow_fmu.saved_run import EXPERIMENT, is_run, opened_run, read_results
 
-pytestmark = pytest.mark.native
-
 TRIANGLE = (
     b"solid t\nfacet normal 0 0 1\nouter loop\n%s\nendloop\nendfacet\nendsolid t\n"
     % b"\n".join(b"vertex %d %d 0" % corner for corner in ((0, 0), (1, 0), (0, 1)))

@@ -25,8 +25,6 @@ from cardsflow_fmu.viewer import Motion, Stage, live, motion_of
 from cardsflow_fmu.viewer.page_data import Act
 from sim_dart import MusclePaths
 
-pytestmark = pytest.mark.native
-
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -22,8 +22,6 @@ from cardsflow_fmu.viewer.page import replay_page
 from cardsflow_fmu.viewer.page_data import Act
 from cardsflow_fmu.viewer.view import write_page
 
-pytestmark = pytest.mark.native
-
 
 def roboy() -> Robot:
     return read_robot(EXAMPLES / "roboy_left_arm/robot")

@@ -20,8 +20,6 @@ from cardsflow_fmu.viewer.paths import muscle_paths, pulls
 from cardsflow_fmu.viewer.poses import link_poses, moved_point
 from sim_dart import DartDynamics
 
-pytestmark = pytest.mark.native
-
 
 def by_name(shapes: list[s.Shape]) -> dict[str, s.Shape]:
     found = {shape.name: shape for shape in shapes}

@@ -19,8 +19,6 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation import RunError, simulate
 from sim_dart.scene import Box, Capsule, Cylinder, Ground, MeshShape, SceneObject, Sphere
 
-pytestmark = pytest.mark.native
-
 SHORT = {"run.duration": 0.05}
 BALL = {"name": "ball", "shape": "sphere", "radius": 0.05, "mass": 0.2, "position": [3, 0, 1]}
 

@@ -25,8 +25,6 @@ MUSCLES = (
 )
 TARGETS = {0.2: (0.336, -0.43), 1.4: (0.5, -0.12), 2.5: (0.32, -0.15), 4.0: (0.336, -0.43)}
 
-pytestmark = pytest.mark.native
-
 
 @pytest.fixture(scope="module")
 def reached() -> Result:

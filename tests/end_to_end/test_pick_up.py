@@ -14,8 +14,6 @@ from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result, build, run
 from cardsflow_fmu.simulation import simulate
 
-pytestmark = pytest.mark.native
-
 PICK_UP = EXAMPLES / "pick_up"
 WEIGHT = 0.2 * 9.81
 

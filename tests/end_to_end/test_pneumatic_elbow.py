@@ -17,8 +17,6 @@ from sim_dart import DartDynamics
 PNEUMATIC_ELBOW = EXAMPLES / "pneumatic_elbow"
 MUSCLES = ("flexor", "extensor")
 
-pytestmark = pytest.mark.native
-
 
 @pytest.fixture(scope="module")
 def followed() -> Result:

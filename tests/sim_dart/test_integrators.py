@@ -31,8 +31,6 @@ from addin_sdfusion.robot.muscle import CableModel
 from sim_dart import DartDynamics, Plant
 from sim_dart.integrators import stopped
 
-pytestmark = pytest.mark.native
-
 SPAN, HELD = 8.0, 0.01
 DRIVEN = (0.05, 0.1)
 

@@ -14,7 +14,6 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper
     opensim = pytest.importorskip("opensim", reason="needs the extra opensim, which is for tests")
 
-pytestmark = pytest.mark.native
 
 CLASSES = {
     "hill_degroote2016": "DeGrooteFregly2016Muscle",
