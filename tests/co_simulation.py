@@ -15,6 +15,7 @@ from cardsflow_fmu.simulation import build
 def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Recording:
     """A run over the FMUs that are built."""
     fmus = build(experiment, folder, native=native)
+    fmus.pop("hardware", None)  # there is none
     parts = {name: FmuInstance(name, file, folder / name) for name, file in fmus.items()}
     loads = load_signals(experiment.robot)
     master = Master(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import zipfile
 import zlib
@@ -63,7 +64,8 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
         description = fmpy.read_model_description(str(file))
         assert not description.coSimulation.needsExecutionTool
         assert description.coSimulation.canGetAndSetFMUstate
-        assert file.stat().st_size < 300_000
+        if "CARDSFLOW_LIBRARY_DIR" not in os.environ:  # where sanitizers make it large
+            assert file.stat().st_size < 300_000
 
 
 @pytest.mark.parametrize("model", NATIVE_MODELS)

@@ -58,7 +58,7 @@ def _blob(**fields: object) -> bytes:
     whole = {"law_kind": [list(TENSION_LAWS).index("hill_degroote2016")], "law_parameter": values}
     changed = whole | fields
     counts = dict.fromkeys(_counts(), 0)
-    counts |= {"dofs": 1, "muscles": 1, "points": 2}
+    counts |= {"dofs": 1, "muscles": 1, "points": 2, "robots": 1}
     counts["law_parameters"] = len(changed["law_parameter"])  # type: ignore[arg-type]
     tree = {
         "parent": [-1],
@@ -67,10 +67,15 @@ def _blob(**fields: object) -> bytes:
         "offset_rotation": np.eye(3),
         "offset_position": np.zeros(3),
         "axis": [1, 0, 0],
+        "mass": [1],
+        "mass_centre": np.zeros(3),
+        "inertia": np.ones(6),
+        "gravity": np.zeros(3),
         "muscle_points": [2],
         "point_frame": [-1, 0],
         "point_position": np.zeros((2, 3)),
     }
+    tree |= {key: [0] for key in ("damping", "stiffness", "rest", "lower", "upper")}
     empty: dict[str, object] = {name: [] for name in _fields()}
     return pack_blob(counts, empty | tree | changed)  # type: ignore[arg-type]
 
