@@ -57,7 +57,7 @@ static double stable_step(const double *k, double a, double u, double h)
 double activation_after(const double *k, double a, double u, double h)
 {
     a = hill_activation(k, a);
-    const double decay = h * 2 * fmax(k[HILL_RISE], k[HILL_FALL]);
+    const double decay = h * 2 * larger(k[HILL_RISE], k[HILL_FALL]);
     if (decay <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
     const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_STEPS);
     const double part = h / steps;

@@ -1,3 +1,4 @@
+#include "elementary.h"
 #include "bezier.h"
 
 #include <math.h>
@@ -32,7 +33,7 @@ int bezier_is_sound(const double *curve, int pieces)
         const double *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
         if (!(start[0] < x && x < end[0])) return 0;
         const double y = (x - end[0]) * end[2] + end[1], slack = 1e-12;
-        if (y < fmin(start[1], end[1]) - slack || y > fmax(start[1], end[1]) + slack) return 0;
+        if (y < smaller(start[1], end[1]) - slack || y > larger(start[1], end[1]) + slack) return 0;
     }
     return 1;
 }

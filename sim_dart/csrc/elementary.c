@@ -185,9 +185,10 @@ double exponential(double x)
 
 double exponential_less_one(double x)
 {
-    if (fabs(x) > 0.34) return exponential(x) - 1; /* loses a digit at most; also NaN */
-    const double z = x * x, c = x - z * HORNER(z, EXP);
-    return x + x * c / (2 - c);
+    if (!(fabs(x) <= 0.68)) return exponential(x) - 1; /* loses a digit at most; also NaN */
+    const double r = fabs(x) > 0.34 ? 0.5 * x : x, z = r * r, c = r - z * HORNER(z, EXP);
+    const double m = r + r * c / (2 - c);
+    return fabs(x) > 0.34 ? m * (m + 2) : m; /* (1 + m)^2 - 1 */
 }
 
 double logarithm(double x)

@@ -17,4 +17,14 @@ double exponential_less_one(double x); /* as expm1 */
 double logarithm(double x);
 double hyperbolic_tangent(double x);
 
+/* Not fmax and fmin: whether these give 0 or -0 of the two is left to the platform. */
+static inline double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+static inline double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 #endif

@@ -41,8 +41,8 @@ void hill_prepare(const double *p, double shortest, double steepest, double damp
     k[HILL_FORCE] = p[AT_max_isometric_force], k[HILL_OPTIMUM] = optimum;
     k[HILL_SLACK] = p[AT_tendon_slack_length], k[HILL_HEIGHT2] = height * height;
     k[HILL_SPEED] = p[AT_max_contraction_velocity] * optimum, k[HILL_DAMPING] = damping;
-    k[HILL_SHORTEST] = fmax(shortest * optimum, height / sine(steepest));
-    k[HILL_NEAREST] = sqrt(fmax(k[HILL_SHORTEST] * k[HILL_SHORTEST] - k[HILL_HEIGHT2], 0));
+    k[HILL_SHORTEST] = larger(shortest * optimum, height / sine(steepest));
+    k[HILL_NEAREST] = sqrt(larger(k[HILL_SHORTEST] * k[HILL_SHORTEST] - k[HILL_HEIGHT2], 0));
     k[HILL_ELASTIC] = p[AT_elastic_tendon];
     k[HILL_PER_OPTIMUM] = 1 / optimum, k[HILL_PER_SPEED] = 1 / k[HILL_SPEED];
     k[HILL_RISE] = 1 / p[AT_activation_time_constant];
@@ -81,13 +81,13 @@ static double tendon_force(const hill_curves *f, const double *k, double tendon,
 
 static double along_tendon(const double *k, double fibre)
 {
-    return sqrt(fmax(fibre * fibre - k[HILL_HEIGHT2], 0));
+    return sqrt(larger(fibre * fibre - k[HILL_HEIGHT2], 0));
 }
 
 double hill_elastic_tension(const hill_curves *f, const double *k, const double *x, double l)
 {
     double slope;
-    const double fibre = fmax(x[1], k[HILL_SHORTEST]);
+    const double fibre = larger(x[1], k[HILL_SHORTEST]);
     return k[HILL_FORCE] * tendon_force(f, k, l - along_tendon(k, fibre), &slope);
 }
 
@@ -104,7 +104,7 @@ static double excess_by_length(const void *data, double fibre, double *derivativ
     const balance *b = data;
     const double per_metre = b->time > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
     const double w = (fibre - b->from) * per_metre, along = along_tendon(b->k, fibre);
-    const double cosine = fmax(along / fibre, 1e-9);
+    const double cosine = larger(along / fibre, 1e-9);
     double by_length, by_velocity, tendon_slope;
     const double force = fibre_force(b->curves, b->k, b->a, fibre, w, &by_length, &by_velocity);
     const double tendon = tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
@@ -129,7 +129,7 @@ static double balanced_length(const balance *b, double guess)
 {
     const double *k = b->k, along = b->l - k[HILL_SLACK];
     const double taut = along > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
-    const double longest = fmax(fmax(taut, b->time > 0 ? b->from : 0), k[HILL_SHORTEST]);
+    const double longest = larger(larger(taut, b->time > 0 ? b->from : 0), k[HILL_SHORTEST]);
     return bracketed_root(excess_by_length, b, k[HILL_SHORTEST], longest,
                           clamped(guess, k[HILL_SHORTEST], longest), LAST_STEP * k[HILL_OPTIMUM]);
 }
@@ -148,7 +148,7 @@ void hill_rates(const hill_curves *f, const double *k, const double *x, double l
     (void)v;
     xd[0] = activation_rate(k, x[0], u);
     if (!k[HILL_ELASTIC]) return;
-    const balance b = {f, k, hill_activation(k, x[0]), l, 0, fmax(x[1], k[HILL_SHORTEST]), 0};
+    const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_SHORTEST]), 0};
     double slope, w;
     if (excess_by_velocity(&b, -LARGEST_VELOCITY, &slope) >= 0)
         w = -LARGEST_VELOCITY;
@@ -156,7 +156,7 @@ void hill_rates(const hill_curves *f, const double *k, const double *x, double l
         w = LARGEST_VELOCITY;
     else
         w = bracketed_root(excess_by_velocity, &b, -LARGEST_VELOCITY, LARGEST_VELOCITY, 0, LAST_STEP);
-    xd[1] = x[1] <= k[HILL_SHORTEST] ? fmax(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
+    xd[1] = x[1] <= k[HILL_SHORTEST] ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
 }
 
 /* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
@@ -170,7 +170,7 @@ void hill_advance(const hill_curves *f, const double *k, double *x, double l, do
     const double a = x[0];
     x[0] = activation_after(k, a, u, h);
     if (!k[HILL_ELASTIC] || !(h > 0)) return;
-    const double time = STAGE * h, fibre = fmax(x[1], k[HILL_SHORTEST]);
+    const double time = STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
     const balance first = {f, k, activation_after(k, a, u, time), l + v * time, 0, fibre, time};
     const double middle = balanced_length(&first, fibre);
     const double from = fibre + (1 - STAGE) / STAGE * (middle - fibre);

@@ -44,7 +44,7 @@ static int states(const double *p)
 static double tension(const double *k, const double *x, double l, double v, double u)
 {
     (void)v, (void)u;
-    const double L = fmax(l - k[CORD], 0);
+    const double L = larger(l - k[CORD], 0);
     return x[0] * (3 * L * L - k[THREAD2]) / k[FOUR_PI_TURNS2];
 }
 

@@ -2,6 +2,7 @@
 
    Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135: Flexing computational muscle. Where the knots
    lie follows OpenSim's Millard2012EquilibriumMuscle.                                                 */
+#include "elementary.h"
 #include "bezier.h"
 #include "hill.h"
 
@@ -36,7 +37,7 @@ static int is_singular(const double *p)
 /* Five elbows: up steeply, up slowly, over the top, down, out. */
 static void prepare_active(const double *p, double *curve)
 {
-    const double least = is_singular(p) ? fmax(p[AT_active_minimum], 0.1) : p[AT_active_minimum];
+    const double least = is_singular(p) ? larger(p[AT_active_minimum], 0.1) : p[AT_active_minimum];
     const double begin = p[AT_active_shortest], turn = p[AT_active_transition], end = p[AT_active_longest];
     const double slow = p[AT_active_shallow_slope], half_plateau = 0.05, shoulder = 1 - half_plateau;
     const double at_turn = 1 - slow * (shoulder - turn), steep = 1.25 * at_turn / (turn - begin);
@@ -54,8 +55,8 @@ static void prepare_velocity(const double *p, double *curve)
     const double near = 0.9, least = is_singular(p) ? 0.5 : 0; /* part of the slope near vmax */
     const double shorten_near = p[AT_concentric_slope_near_vmax];
     const double lengthen_near = p[AT_eccentric_slope_near_vmax], most = p[AT_eccentric_force];
-    const double shorten = fmax(p[AT_concentric_slope_at_vmax], least * shorten_near);
-    const double lengthen = fmax(p[AT_eccentric_slope_at_vmax], least * lengthen_near);
+    const double shorten = larger(p[AT_concentric_slope_at_vmax], least * shorten_near);
+    const double lengthen = larger(p[AT_eccentric_slope_at_vmax], least * lengthen_near);
     set_knot(curve, -1, 0, shorten);
     set_knot(curve + 3, -near, 0.5 * (shorten_near + shorten) * (1 - near), shorten_near);
     set_knot(curve + 6, 0, 1, p[AT_isometric_slope]);
@@ -67,7 +68,7 @@ static void prepare_passive(const double *p, double *curve)
 {
     const double zero = 1 + p[AT_passive_zero_strain], one = 1 + p[AT_passive_fibre_strain];
     const double steep = p[AT_passive_stiffness] > 0 ? p[AT_passive_stiffness] : 2 / (one - zero);
-    const double toe = fmin(0.1 / steep, 0.1 * (one - zero)), low = p[AT_passive_stiffness_low];
+    const double toe = smaller(0.1 / steep, 0.1 * (one - zero)), low = p[AT_passive_stiffness_low];
     set_knot(curve, zero, 0, 0);
     set_knot(curve + 3, zero + toe, low * toe / 2, low);
     set_knot(curve + 6, one, 1, steep);
@@ -168,7 +169,7 @@ static void prepare(const double *p, double *k)
 {
     const double damping = p[AT_fibre_damping] < LEAST_DAMPING ? 0 : p[AT_fibre_damping];
     hill_prepare(p, p[AT_active_shortest], p[AT_maximum_pennation], damping, 0, k);
-    if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = fmax(k[HILL_LEAST_ACTIVATION], 0.01);
+    if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = larger(k[HILL_LEAST_ACTIVATION], 0.01);
     prepare_curves(p, k);
 }
 

@@ -101,7 +101,7 @@ static double elongation(const double *k, const double *x, double l)
 static double tension(const double *k, const double *x, double l, double v, double u)
 {
     (void)v, (void)u;
-    return k[STIFFNESS] * fmax(elongation(k, x, l), 0);
+    return k[STIFFNESS] * larger(elongation(k, x, l), 0);
 }
 
 static void rates(const double *k, const double *x, double l, double v, double u, double *xd)
@@ -115,7 +115,7 @@ static void rates(const double *k, const double *x, double l, double v, double u
 /* The motor stalls against the spring; one that pushes stands with a slack spring. */
 static void start(const double *k, double l, double u, double *x)
 {
-    const double f = fmax(k[STALL] * u, 0);
+    const double f = larger(k[STALL] * u, 0);
     x[CURRENT] = u * k[PER_RESISTANCE], x[SPEED] = 0;
     x[ANGLE] = (f / k[STIFFNESS] - (l - k[REST_LENGTH])) / k[RADIUS];
 }
@@ -142,7 +142,7 @@ static void substep(const double *k, double *x, double l, double v, double u, do
 
 static void advance(const double *k, double *x, double l, double v, double u, double h)
 {
-    const double wanted = ceil(h * fmax(k[QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
+    const double wanted = ceil(h * larger(k[QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
     const int steps = (int)clamped(wanted, 1, MOST_SUBSTEPS);
     const double t = h / steps;
     for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);

@@ -1,4 +1,5 @@
 /* The tension laws of a robot: the calls that a step makes. */
+#include "elementary.h"
 #include "law.h"
 #include "state.h"
 
@@ -190,7 +191,7 @@ void core_reach(core *c, double h)
         }
         const double a = tension_after(c, &at, at.k[LAW_LOW], h);
         const double b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h) : a;
-        *low = fmin(a, b), *high = fmax(a, b);
+        *low = smaller(a, b), *high = larger(a, b);
     }
 }
 
@@ -206,7 +207,7 @@ static double inverted(const core *c, const muscle_law *at, double f, double h)
     double u = high;
     for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
         u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
-        u = clamped(u, fmin(low, high), fmax(low, high));
+        u = clamped(u, smaller(low, high), larger(low, high));
         const double off = tension_after(c, at, u, h) - f;
         if (fabs(off) <= enough) break;
         if ((off > 0) == (above > 0)) {
@@ -231,7 +232,7 @@ int core_invert(core *c, const double *f, double h)
         if (!at.law->driven)
             c->commands[at.m] = 0;
         else if (c->blob.law_kind[at.m] == KIND_IDEAL)
-            c->commands[at.m] = fmax(f[at.m], 0);
+            c->commands[at.m] = larger(f[at.m], 0);
         else
             c->commands[at.m] = inverted(c, &at, f[at.m], h);
     }

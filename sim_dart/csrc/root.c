@@ -1,3 +1,4 @@
+#include "elementary.h"
 #include "root.h"
 
 #include <math.h>
@@ -24,7 +25,7 @@ double bracketed_root(root_function *g, const void *data, double low, double hig
             high = z;
         const double step = value / slope;
         const int is_slow = !(fabs(step) <= last / 2) || !(z - step >= low && z - step <= high);
-        if (fabs(step) <= enough) return fmin(fmax(z - step, low), high);
+        if (fabs(step) <= enough) return smaller(larger(z - step, low), high);
         const double next = is_slow ? (low + high) / 2 : z - step;
         last = fabs(next - z);
         if (next == z) return z;

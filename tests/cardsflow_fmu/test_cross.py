@@ -70,4 +70,6 @@ def test_bad_platforms(tmp_path: Path) -> None:
 def test_flags_are_those_of_the_package() -> None:
     import hatch_build
 
-    assert [flag for flag in hatch_build.FLAGS if not flag.startswith("-W")] == cross.FLAGS
+    plain = [flag for flag in hatch_build.FLAGS if not flag.startswith("-W")]
+    (library,) = (one for one in hatch_build.LIBRARIES if one.target.endswith("cardsflow_fmi"))
+    assert [*plain, *library.flags] == cross.FLAGS

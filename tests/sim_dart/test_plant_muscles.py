@@ -84,12 +84,12 @@ def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_ro
         ("rk4", 1e-3, 1e-7),
     ):
         plant = Plant(robot, h, integrator=integrator)  # type: ignore[arg-type]
-        p0, u = plant.muscle_states, np.array([1e5, 2e5, 3e5, 1e5])
+        p0, u = plant.muscle_states, np.array([1e3, 2e3, 3e3, 1e3])
         for _ in range(40):
             plant.step(u)
         expected = u + (p0 - u) * np.exp(-40 * h / 0.03)
         np.testing.assert_allclose(plant.muscle_states, expected, rtol=close)
-        assert np.abs(plant.q).max() > 1e-3
+        assert 1e-3 < np.abs(plant.q).max() < np.pi
 
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])

@@ -59,3 +59,25 @@ WEAK double fmod(double x, double y)
         if (rest >= step) rest -= step;
     return signbit(x) ? -rest : rest;
 }
+
+static const double WHOLE = 4503599627370496.0; /* 2^52: from here on whole */
+
+static double towards_zero(double x)
+{
+    if (!(fabs(x) < WHOLE)) return x; /* also NaN */
+    const double whole = (double)(int64_t)fabs(x);
+    return signbit(x) ? -whole : whole;
+}
+
+WEAK double ceil(double x)
+{
+    const double whole = towards_zero(x);
+    return whole < x ? whole + 1 : whole;
+}
+
+/* Halves away from zero. */
+WEAK double round(double x)
+{
+    const double whole = towards_zero(x);
+    return fabs(x - whole) < 0.5 ? whole : whole + (x < 0 ? -1 : 1);
+}

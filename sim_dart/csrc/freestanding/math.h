@@ -17,5 +17,7 @@
 
 double sqrt(double x);
 double fmod(double x, double y);
+double ceil(double x);
+double round(double x);
 
 #endif
