@@ -66,6 +66,10 @@ class FmuCalls(ABC):
         """Leave the initialization mode."""
         return self._call("ExitInitializationMode")
 
+    def terminate(self) -> int:
+        """End the simulation, for what an FMU holds besides its memory."""
+        return self._call("Terminate")
+
     def getter(self, row: Row) -> Callable[[], int]:
         """What gets all variables of a row into its buffers."""
         return self._all("Get", row.banks)

@@ -48,6 +48,7 @@ class FmuInstance:
         self._file = file
         self._log: list[str] = []
         self._calls: FmuCalls | None = None
+        self._is_stepping = False
         description = _description(file, folder)
         try:
             signals = read_signals(description, folder)
@@ -83,9 +84,14 @@ class FmuInstance:
         self._read_outputs()
 
     def close(self) -> None:
-        """Free the instance."""
+        """Terminate the simulation unless it has failed, and free the instance."""
         calls, self._calls = self._calls, None
-        if calls is not None:
+        if calls is None:
+            return
+        try:
+            if self._is_stepping:
+                calls.terminate()
+        finally:
             calls.free()
 
     def _bind(self, calls: FmuCalls) -> None:
@@ -116,6 +122,7 @@ class FmuInstance:
                 self._fail("at the start")
         if calls.enter_initialization() >= DISCARD or calls.exit_initialization() >= DISCARD:
             self._fail("at the start")
+        self._is_stepping = True
         self._read_outputs()
 
     def _read_outputs(self) -> None:
@@ -131,6 +138,7 @@ class FmuInstance:
         return "\n".join(map(_words, self._log)).strip()
 
     def _fail(self, when: str) -> None:
+        self._is_stepping = False
         raise SimulationError(
             f"{self._file.name} failed {when}: {self._messages() or 'no message'}"
         )

@@ -106,9 +106,11 @@ class HardwareModel(ExperimentModel):
         super().reset()
 
     def close(self) -> None:
-        """Lead the hardware to its safe state."""
+        """Lead the hardware to its safe state; the outputs tell the last there was of it."""
         if self._ending is not None:
             self._ending()
+        if self._session is not None:
+            self._write_outputs()
         self._session = self._ending = None
 
     def get_state(self) -> bytes:

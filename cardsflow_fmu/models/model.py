@@ -108,7 +108,11 @@ class FmuModel(ABC):
         self.values[:] = self._start
 
     def close(self) -> None:  # noqa: B027 - there mostly is nothing to do
-        """Give back what is held beyond this process; for most models that is nothing."""
+        """Give back what is held beyond this process; for most models that is nothing.
+
+        An FMU's model is closed when its host terminates the simulation. A second time does
+        nothing, outputs stay, and `reset` leads back to the beginning.
+        """
 
     def set_states(self, states: FloatArray) -> None:
         """Go to other states without any time passing.

@@ -80,6 +80,14 @@ class HostedModel:
             return self._fail(error)
         return None
 
+    def terminate(self) -> str | None:
+        """Give back what is held beyond this process; the variables stay as they are."""
+        try:
+            self._model.close()
+        except BaseException as error:
+            return self._fail(error)
+        return None
+
     def get_state(self) -> bytes | str:
         """What the model remembers beyond the variables, or the text of a failure."""
         try:

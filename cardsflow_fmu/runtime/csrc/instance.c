@@ -187,10 +187,16 @@ enum status instance_step(struct instance *instance, double time, double step)
     return STATUS_OK;
 }
 
+/* What has failed lets go too: it is safety that may hang on it. */
 enum status instance_terminate(struct instance *instance)
 {
+    int (*terminate)(struct model *) = instance->model.functions->terminate;
+    int failed = terminate && (instance->life_cycle & (STEP_MODE | FAILED)) &&
+                 terminate(&instance->model);
     if (!instance_allows(instance, "terminate", STEP_MODE))
         return STATUS_ERROR;
+    if (failed)
+        return instance_fail(instance, "terminate: %s", text_get(&instance->model.error));
     instance->life_cycle = TERMINATED;
     log_status(&instance->log, STATUS_OK, "terminated");
     return STATUS_OK;

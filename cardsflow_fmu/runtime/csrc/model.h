@@ -27,6 +27,9 @@ struct model_functions {
     int (*step)(struct model *model);
     /* Back to the start values; also the way out after a failure. */
     int (*reset)(struct model *model);
+    /* Lets go of what is held beyond the process; outputs stay readable, and a reset leads back. NULL
+     * when the backend holds nothing. */
+    int (*terminate)(struct model *model);
     /* What the model remembers beyond `values`, as bytes on the heap that the caller frees. */
     int (*get_state)(struct model *model, void **bytes, size_t *size);
     int (*set_state)(struct model *model, const void *bytes, size_t size);

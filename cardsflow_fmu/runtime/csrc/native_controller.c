@@ -211,7 +211,12 @@ static void close_controller(struct model *model)
 }
 
 static const struct model_functions FUNCTIONS = {
-    initialize, step, native_reset, get_state, set_state, NULL, close_controller,
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .close = close_controller,
 };
 
 /* ----------------------------------------------------------------------------------- opening it */

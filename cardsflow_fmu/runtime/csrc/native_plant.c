@@ -139,7 +139,12 @@ static void close_plant(struct model *model)
 }
 
 static const struct model_functions FUNCTIONS = {
-    initialize, step, native_reset, get_state, set_state, NULL, close_plant,
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .close = close_plant,
 };
 
 int native_plant_open(struct model *model, struct native_model *native, struct text *error)

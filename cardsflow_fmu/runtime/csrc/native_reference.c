@@ -164,7 +164,12 @@ static void close_reference(struct model *model)
 }
 
 static const struct model_functions FUNCTIONS = {
-    initialize, step, native_reset, get_state, set_state, NULL, close_reference,
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .close = close_reference,
 };
 
 /* ----------------------------------------------------------------------------------- opening it */

@@ -17,6 +17,7 @@ struct python_model {
     python_object *initialize;
     python_object *step;
     python_object *reset;
+    python_object *terminate;
     python_object *get_state;
     python_object *set_state;
     python_object *derivative;
@@ -97,6 +98,11 @@ static int step(struct model *model)
 static int reset(struct model *model)
 {
     return call(model, ((struct python_model *)model->backend)->reset);
+}
+
+static int terminate(struct model *model)
+{
+    return call(model, ((struct python_model *)model->backend)->terminate);
 }
 
 static int copy_bytes(const struct python_api *py, python_object *object, void **bytes, size_t *size,
@@ -204,6 +210,7 @@ static void drop_all(struct python_model *self)
     drop(&self->py, self->initialize);
     drop(&self->py, self->step);
     drop(&self->py, self->reset);
+    drop(&self->py, self->terminate);
     drop(&self->py, self->get_state);
     drop(&self->py, self->set_state);
     drop(&self->py, self->derivative);
@@ -225,6 +232,7 @@ static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = reset,
+    .terminate = terminate,
     .get_state = get_state,
     .set_state = set_state,
     .derivative = derivative,
@@ -271,11 +279,12 @@ static int bind(struct python_model *self, python_object *hosted, struct text *e
     self->initialize = py->PyObject_GetAttrString(hosted, "initialize");
     self->step = py->PyObject_GetAttrString(hosted, "step");
     self->reset = py->PyObject_GetAttrString(hosted, "reset");
+    self->terminate = py->PyObject_GetAttrString(hosted, "terminate");
     self->get_state = py->PyObject_GetAttrString(hosted, "get_state");
     self->set_state = py->PyObject_GetAttrString(hosted, "set_state");
     self->derivative = py->PyObject_GetAttrString(hosted, "derivative");
-    if (self->initialize && self->step && self->reset && self->get_state && self->set_state &&
-        self->derivative)
+    if (self->initialize && self->step && self->reset && self->terminate && self->get_state &&
+        self->set_state && self->derivative)
         return 0;
     take_exception(py, error);
     return 1;

@@ -40,7 +40,7 @@ static const char START[] =
     "else:\n"
     "    main(*sys.argv[1:])\n";
 
-/* Waits this long for a process that was told to quit, in s. */
+/* Waits this long for a process that was told to quit, and at least for one to terminate, in s. */
 static const double LONGEST_QUIT = 5;
 
 static void stop(struct python_worker *self, double patience)
@@ -128,6 +128,17 @@ static int reset(struct model *model)
     return self->is_alive || start(self, self->program, &model->error) != OUTCOME_DONE;
 }
 
+/* A worker that has ended holds nothing any more. */
+static int terminate(struct model *model)
+{
+    struct python_worker *self = model->backend;
+    enum outcome outcome;
+    double longest = longest_call(self);
+    return self->is_alive &&
+           ask(self, COMMAND_TERMINATE, NULL, 0, longest > LONGEST_QUIT ? longest : LONGEST_QUIT,
+               &outcome, &model->error);
+}
+
 /* Takes the bytes of the answer over. */
 static int take_bytes(struct channel *channel, void **bytes, size_t *size, struct text *error)
 {
@@ -201,6 +212,7 @@ static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = reset,
+    .terminate = terminate,
     .get_state = get_state,
     .set_state = set_state,
     .derivative = derivative,

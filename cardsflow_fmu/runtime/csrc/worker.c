@@ -105,6 +105,8 @@ static int carry_out(struct model *model, enum command command, const struct byt
         return model->functions->step(model);
     case COMMAND_RESET:
         return model->functions->reset(model);
+    case COMMAND_TERMINATE:
+        return model->functions->terminate(model);
     case COMMAND_GET_STATE:
         return model->functions->get_state(model, answer, size);
     case COMMAND_SET_STATE:

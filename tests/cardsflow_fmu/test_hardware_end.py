@@ -1,0 +1,225 @@
+"""However a host ends hardware.fmu, the robot behind it is led to its safe state, by FMI alone."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmu_host import Host, load, refused
+from robots import PLANAR_2R
+from worker_host import eventually
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu_instance import FmuInstance
+from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.emulated_device import emulated_device
+from cardsflow_fmu.hardware.server import DeviceServer
+from cardsflow_fmu.hardware.session import RUNNING, STOPPED
+from cardsflow_fmu.model_description import FmiVersion
+from cardsflow_fmu.simulation import build
+
+FMI = ("2.0", "3.0")
+H = 1e-3
+RAMP = 10
+"""Steps of the ramp down."""
+SETTINGS = {
+    "hardware.mode": "lockstep",
+    "hardware.ramp_in": 0.0,
+    "hardware.ramp_down": RAMP * H,
+    "hardware.use": True,
+}
+HOLDING_FORCES = [41.0, 10.0, 10.0, 14.0]
+in_both_hosts = pytest.mark.parametrize("bench", ["in-process", "worker"], indirect=True)
+
+
+class Bench:
+    """A device, an instance of hardware.fmu beside it, and the commands that the robot got."""
+
+    def __init__(self, device: Device, host: Host, references: dict[str, int]) -> None:
+        self.device, self.host, self._references = device, host, references
+        self.commands: list[np.ndarray] = []
+        self._is_free = False
+        apply = device.robot.apply
+
+        def noted(command: np.ndarray) -> None:
+            self.commands.append(command.copy())
+            apply(command)
+
+        device.robot.apply = noted  # type: ignore[method-assign]
+
+    def start(self) -> None:
+        self.host.slave.setupExperiment(startTime=0.0)
+        self.host.slave.enterInitializationMode()
+        self.host.slave.exitInitializationMode()
+
+    def steps(self, count: int) -> None:
+        names = [name for name in self._references if name == "f" or name.startswith("f.")]
+        forces = [self._references[name] for name in names]
+        for k in range(count):
+            self.host.slave.setReal(forces, HOLDING_FORCES)
+            self.host.slave.doStep(k * H, H)
+
+    def free(self) -> None:
+        """Free the instance, once."""
+        if not self._is_free:
+            self._is_free = True
+            self.host.slave.freeInstance()
+
+    def mode(self) -> float:
+        return float(self.host.slave.getReal([self._references["mode"]])[0])
+
+    def positions(self) -> list[float]:
+        """Both joints': two numbers of FMI 2.0, an array of FMI 3.0."""
+        if "q" in self._references:
+            return list(self.host.slave.getFloat64([self._references["q"]], 2))
+        return list(self.host.slave.getReal([self._references[f"q.joint_{k}"] for k in (1, 2)]))
+
+
+@pytest.fixture(scope="module")
+def file(fmi: FmiVersion, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The arm's hardware.fmu."""
+    made = Experiment.load(PLANAR_2R, SETTINGS)
+    return build(made, tmp_path_factory.mktemp("fmus"), fmi=fmi)["hardware"]
+
+
+@pytest.fixture
+def bench(
+    request: pytest.FixtureRequest,
+    file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Iterator[Bench]:
+    """A run under way, freed in the end; in process unless a test asks for a worker as well."""
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", getattr(request, "param", "in-process"))
+    made = Experiment.load(PLANAR_2R, SETTINGS)
+    device, over = emulated_device(made, made.hardware), threading.Event()
+    with DeviceServer(device, "udp://127.0.0.1:0") as server:
+        thread = threading.Thread(target=server.run, args=(over.is_set,))
+        thread.start()
+        monkeypatch.setenv("CARDSFLOW_HARDWARE_LINK", server.uri)
+        folder = tmp_path / "fmu"
+        fmpy.extract(str(file), str(folder))
+        variables = fmpy.read_model_description(str(folder)).modelVariables
+        host = load(folder)
+        host.open(False)
+        bench = Bench(device, host, {v.name: v.valueReference for v in variables})
+        try:
+            bench.start()
+            bench.steps(3)
+            assert device.state == "running"
+            yield bench
+        finally:
+            bench.free()
+            over.set()
+            thread.join()
+
+
+def has_ended_well(bench: Bench) -> bool:
+    """Whether the forces fell evenly, and the device was then told to stop, once."""
+    first = np.array([command[0] for command in bench.commands[-RAMP:]])
+    expected = 10.0 + 31.0 * np.arange(RAMP - 1, -1, -1) / RAMP
+    return (
+        bench.device.state == "safe"
+        and bench.device.counters["stops"] == 1
+        and len(bench.commands) == 3 + RAMP
+        and np.allclose(first, expected, rtol=0.0, atol=1e-12)
+    )
+
+
+@in_both_hosts
+def test_terminate_leads_to_the_safe_state(bench: Bench) -> None:
+    bench.host.slave.terminate()
+    assert has_ended_well(bench)
+
+
+def test_what_there_was_can_be_read_after_terminate(bench: Bench) -> None:
+    bench.host.slave.terminate()
+    assert bench.mode() == STOPPED
+    assert bench.positions() == bench.device.robot.state()[:2].tolist()
+
+
+@in_both_hosts
+def test_free_without_terminate_leads_to_the_safe_state(bench: Bench) -> None:
+    bench.free()
+    assert has_ended_well(bench)
+
+
+def test_terminate_and_free_stop_once(bench: Bench) -> None:
+    bench.host.slave.terminate()
+    bench.host.slave.reset()
+    assert has_ended_well(bench)
+
+
+@in_both_hosts
+def test_a_reset_after_terminate_leads_to_a_new_run(bench: Bench) -> None:
+    bench.host.slave.terminate()
+    bench.host.slave.reset()
+    bench.start()
+    bench.steps(2)
+    assert bench.device.state == "running"
+    assert bench.device.counters["runs"] == 2
+    assert bench.mode() == RUNNING
+
+
+@in_both_hosts
+def test_what_has_failed_lets_go_when_it_is_terminated(bench: Bench) -> None:
+    """A step that is none fails in C, and the model does not hear of it; terminate is refused."""
+    refused(lambda: bench.host.slave.doStep(7.0, H))
+    assert bench.device.state == "running"
+    refused(bench.host.slave.terminate)
+    assert has_ended_well(bench)
+
+
+def test_a_host_that_never_started_it_may_free_it(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody is spoken to before the initialization."""
+    monkeypatch.setenv("CARDSFLOW_HARDWARE_LINK", "udp://127.0.0.1:9")
+    fmpy.extract(str(file), str(tmp_path / "fmu"))
+    host = load(tmp_path / "fmu")
+    host.open(False)
+    begin = time.monotonic()
+    host.slave.freeInstance()
+    assert time.monotonic() - begin < 1.0
+
+
+def test_a_device_that_is_gone_does_not_hold_terminate(bench: Bench) -> None:
+    """It is lock step, in which an answer is waited for; nobody is told, and that is no error."""
+    bench.device.receive = lambda *anything: []  # type: ignore[method-assign]
+    begin = time.monotonic()
+    bench.host.slave.terminate()
+    assert time.monotonic() - begin < 4.0
+    assert bench.mode() == STOPPED
+
+
+def test_the_master_terminates_what_has_not_failed(
+    bench: Bench, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As FMUs of others may need it; one that has failed is only freed."""
+    bench.host.slave.terminate()
+    asked: list[str] = []
+    for fails in (False, True):
+        instance = FmuInstance("hardware", file, tmp_path / f"own {fails}")
+        calls: Any = instance._calls
+        terminate = calls.terminate
+        monkeypatch.setattr(calls, "terminate", lambda t=terminate: asked.append("asked") or t())
+        if fails:
+            with pytest.raises(Exception, match="starts at 5 s"):
+                instance.step(5.0, H)
+        instance.close()
+        assert eventually(lambda: bench.device.state == "safe")
+    assert asked == ["asked"]
+
+
+def test_terminate_is_asked_once(bench: Bench) -> None:
+    bench.host.slave.terminate()
+    with pytest.raises(FMICallException):
+        bench.host.slave.terminate()
+    assert bench.device.counters["stops"] == 1
