@@ -179,6 +179,8 @@ def _sensors(options: argparse.Namespace) -> SensorSettings:
     from .hardware.sensors import SensorSettings
 
     counts = options.encoder
+    if not counts > 0:
+        raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
     return SensorSettings(
         joint_counts=counts,
         length_counts=counts,

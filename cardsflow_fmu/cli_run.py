@@ -17,6 +17,7 @@ from .cli_parts import GOOD, add_command, add_experiment, experiment_of, setting
 from .cli_view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
+    from .experiment import Experiment
     from .master import Progress
     from .results import SystemResult
 
@@ -66,8 +67,7 @@ def _run(started: float, options: argparse.Namespace) -> int:
     if options.hardware is not None:
         options.set += [f"hardware.link={json.dumps(options.hardware)}", "hardware.use=true"]
     experiment = experiment_of(options)
-    if experiment.hardware.use:
-        _require_address(experiment.hardware.link)
+    _require_hardware(experiment)
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     through: Through = "direct" if options.direct else "fmu"
@@ -91,19 +91,20 @@ def _run(started: float, options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _require_address(link: str) -> None:
-    """Refuse an address that none of the links understands, before anything is built.
+def _require_hardware(experiment: Experiment) -> None:
+    """Refuse, before anything is built, hardware that is not told of well enough to reach it.
 
     Raises:
-        InputError: It is one.
+        InputError: The address is missing or none, the key cannot be read, a bound is missing.
     """
-    from .hardware.link import open_link
+    from .hardware.opening import session_of
 
-    if link and not link.startswith("loopback:"):
-        open_link(link)
+    if experiment.hardware.use and "hardware" not in experiment.fmus:
+        session_of(experiment)
 
 
 def _run_system(started: float, options: argparse.Namespace) -> int:
+    from .hardware.link import open_link
     from .hardware.opening import environment
     from .hardware.settings import HardwareSettings
     from .system_run import SystemRunError, run_system
@@ -113,7 +114,8 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
         raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
     settings = settings_of(options.set)
     if options.hardware is not None:
-        _require_address(options.hardware)
+        if not options.hardware.startswith("loopback:"):  # whose device hardware.fmu makes
+            open_link(options.hardware)  # is refused where no link understands it
         settings["variant"] = "hardware"
     try:
         with environment(HardwareSettings(link=options.hardware or "")):

@@ -135,7 +135,8 @@ class FmuInstance:
             self._log.append(text)
 
     def _messages(self) -> str:
-        return "\n".join(map(_words, self._log)).strip()
+        """What was logged; as one text, since FMI 2.0's messages are cut into pieces."""
+        return _words("\n".join(self._log)).strip()
 
     def _fail(self, when: str) -> None:
         self._is_stepping = False

@@ -69,7 +69,7 @@ def session_of(experiment: Experiment) -> HardwareSession:
     settings = replace(experiment.hardware, link=os.environ.get(LINK) or experiment.hardware.link)
     if not settings.link:
         what = f"missing: say where the hardware is ({FORMS}), or set {LINK}"
-        raise InputError(what, key="hardware.link")
+        raise InputError(what, file=experiment.file, key="hardware.link")
     robot = experiment.robot
     n, m = len(robot.coordinates), len(robot.muscles)
     hello = Hello(

@@ -5,6 +5,7 @@ One thread. Frames are taken as they come; between them the device has its watch
 
 from __future__ import annotations
 
+import errno
 import math
 import select
 import socket
@@ -68,8 +69,11 @@ class DeviceServer:
             self._socket.bind(here)
         except OSError as error:
             self._socket.close()
+            remedy = "is another device running there?"
+            if error.errno == errno.EADDRNOTAVAIL:
+                remedy = "listen at an address of this machine; 0.0.0.0 stands for all of them"
             what = f"cannot listen at {uri}: {error.strerror or error}"
-            raise HardwareError(f"{what}; is another device running there?") from error
+            raise HardwareError(f"{what}; {remedy}") from error
         shown = f"[{host}]" if ":" in host else host
         self.uri = f"udp://{shown}:{self._socket.getsockname()[1]}"
         self.slipped = 0.0

@@ -122,7 +122,8 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     except (OSError, UnicodeError) as error:
-        raise HardwareError(f"no host {host!r}, in {uri}: {error}") from error
+        why = getattr(error, "strerror", None) or error
+        raise HardwareError(f"no host {host!r}, in {uri}: {why}") from error
     family, _, _, _, address = found[0]
     return family, address
 

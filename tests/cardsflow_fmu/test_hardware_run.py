@@ -280,6 +280,37 @@ def test_keys_that_are_none_are_refused_and_open_ones_told_of(tmp_path: Path) ->
     assert key_warning(key_file(tmp_path)) is None
 
 
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({}, "hardware.link: missing: say where the hardware is"),
+        ({"hardware.link": "pigeon://coop"}, "no hardware at 'pigeon://coop'"),
+        ({"hardware.link": "udp://127.0.0.1:9", "hardware.key_file": "none.key"}, "none.key"),
+    ],
+)
+def test_what_cannot_be_reached_is_bad_input_before_anything_is_built(
+    settings: dict[str, Any], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = words(settings | {"hardware.use": True})
+    assert main(["run", str(PLANAR_2R), *given, "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
+def test_an_error_with_a_long_trace_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """FMI 2.0's messages are cut into pieces; that of a serial line has a chain of causes."""
+    pytest.importorskip("serial")
+    gone = "serial:///dev/nowhere-at-all"
+    out = ["-o", str(tmp_path / "out")]
+    assert main(["run", str(PLANAR_2R), "--hardware", gone, *out]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("cardsflow: hardware.fmu failed at the start: initialization: no link")
+    assert error.count("\n") == 1
+
+
 def test_the_environment_is_as_before_afterwards(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
