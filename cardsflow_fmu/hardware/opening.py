@@ -18,7 +18,7 @@ from .link import FORMS, HardwareLink, open_link
 from .recording import Recorder, RecordingHeader
 from .session import HardwareSession
 from .settings import HardwareSettings
-from .signals import hardware_signals, hardware_signature
+from .signals import hardware_signals, hardware_signature, require_forces
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment import Experiment
@@ -71,6 +71,7 @@ def session_of(experiment: Experiment) -> HardwareSession:
         what = f"missing: say where the hardware is ({FORMS}), or set {LINK}"
         raise InputError(what, file=experiment.file, key="hardware.link")
     robot = experiment.robot
+    require_forces(robot, experiment.file)
     n, m = len(robot.coordinates), len(robot.muscles)
     hello = Hello(
         signature=hardware_signature(robot, settings),

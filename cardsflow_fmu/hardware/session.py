@@ -29,8 +29,6 @@ STARTING, RUNNING, HOLDING, STOPPED = range(4)
 
 _ANSWER = 0.6
 """Part of a step in which an answer is waited for; the rest is the controller's."""
-_LOST_AT_THE_END = 3
-"""A ramp down ends after so many exchanges without an answer: there is nobody to tell."""
 _SPARE = 0.5
 """How much longer than planned a ramp down may take, in [s]."""
 
@@ -211,7 +209,8 @@ class HardwareSession:
             )
 
     def _ramp_down(self) -> None:
-        """Give forces that fall to f_min, as long as somebody answers."""
+        """Give forces that fall to f_min, for as long as a run would go on, too."""
+        patience = self._settings.max_missed if self._settings.is_paced else 0
         end = time.monotonic() + self._settings.safety.ramp_down + _SPARE
         t, lost = self._time, 0
         with suppress(CardsflowError, OSError):
@@ -221,7 +220,7 @@ class HardwareSession:
                     self._pacer.wait(t)
                 came = self._send(t, forces, min(self._deadline(), end))
                 lost = 0 if came.state is not None else lost + 1
-                if lost >= _LOST_AT_THE_END or time.monotonic() > end:
+                if lost > patience or time.monotonic() > end:
                     return
 
     def _close(self) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.muscle_ports import modelled_muscles
 from cardsflow_fmu.ports import coordinate_signals, muscle_signals
 
 from .settings import HardwareSettings, MotorSettings
@@ -31,7 +33,11 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
     Args:
         robot: The robot.
         settings: What its motors take, and what it measures.
+
+    Raises:
+        InputError: A muscle takes something else than its force.
     """
+    require_forces(robot)
     prefix, unit = _command(settings.motors)
     states = [
         *zip(coordinate_signals("q", robot), (c.unit for c in robot.coordinates), strict=True),
@@ -45,6 +51,26 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
     ):
         states += [(name, its_unit) for name in muscle_signals(letter, robot) if measured]
     return HardwareSignals([(name, unit) for name in muscle_signals(prefix, robot)], states)
+
+
+def require_forces(robot: Robot, file: Path | None = None) -> None:
+    """Refuse a robot with muscles that have laws of their own.
+
+    Args:
+        robot: The robot.
+        file: Where it is told of, for the message.
+
+    Raises:
+        InputError: It has one.
+    """
+    for k in modelled_muscles(robot):
+        muscle = robot.muscles[k]
+        raise InputError(
+            f"hardware takes forces, but muscle {muscle.name!r} has the law "
+            f"{muscle.model.kind!r}; leave the law out, and let [hardware.motors] map forces",
+            file=file,
+            key=f"muscles.{muscle.name}.model",
+        )
 
 
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:

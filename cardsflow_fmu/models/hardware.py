@@ -10,8 +10,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment import Experiment
 from cardsflow_fmu.hardware.opening import session_of
 from cardsflow_fmu.hardware.session import STOPPED, HardwareSession
+from cardsflow_fmu.hardware.signals import require_forces
 from cardsflow_fmu.hardware_ports import hardware_ports
-from cardsflow_fmu.muscle_ports import modelled_muscles
 from cardsflow_fmu.ports import Port
 from cardsflow_fmu.timing import whole_steps
 from sim_dart import MusclePaths
@@ -60,14 +60,7 @@ class HardwareModel(ExperimentModel):
         Raises:
             InputError: A muscle takes something else than its force.
         """
-        for k in modelled_muscles(experiment.robot):
-            muscle = experiment.robot.muscles[k]
-            raise InputError(
-                f"hardware takes forces, but muscle {muscle.name!r} has the law "
-                f"{muscle.model.kind!r}; leave the law out, and let [hardware.motors] map forces",
-                file=experiment.file,
-                key=f"muscles.{muscle.name}.model",
-            )
+        require_forces(experiment.robot, experiment.file)
         start = experiment.start
         return hardware_ports(
             experiment.robot,

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import PLANAR_2R
+from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
 from addin_sdfusion.robot.readers import read
@@ -267,6 +267,12 @@ def said(words: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int,
         (["device", str(PLANAR_2R), "--listen", "udp://127.0.0.1"], 2, "udp://HOST:PORT"),
         (["device", str(PLANAR_2R), "--listen", "udp://127.0.0.1:99999"], 2, "udp://HOST:PORT"),
         (["device", str(PLANAR_2R), "--listen", "udp://no.such.invalid:5"], 1, "no host"),
+        (["device", str(EXAMPLES / "pneumatic_elbow")], 2, "has the law 'mckibben'; leave the law"),
+        (
+            ["run", str(EXAMPLES / "hill_arm"), "--hardware", "loopback:"],
+            2,
+            "hardware takes forces",
+        ),
         (["device", str(PLANAR_2R), "--listen", "udp://192.0.2.1:5"], 1, "address of this machine"),
         (["device", str(PLANAR_2R), "--loss", "1.5"], 2, "loss must be from 0 to 1"),
         (["device", str(PLANAR_2R), "--delay", "-1"], 2, "delay must be 0 s or more"),
@@ -286,7 +292,7 @@ def said(words: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int,
 def test_wrong_words_are_one_line(
     words: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    own = [] if "--listen" in words else FREE
+    own = [] if "--listen" in words or words[0] == "run" else FREE
     found, line = said([*words, *own], capsys)
     assert message in line
     assert found == code

@@ -382,9 +382,20 @@ def test_a_ramp_down_into_silence_is_short() -> None:
     begin = time.monotonic()
     one.end()
     assert time.monotonic() - begin < 1.0
-    assert (len(link.commands), link.stops, link.is_open) == (8, 1, False)
+    assert (len(link.commands), link.stops, link.is_open) == (5 + 4, 1, False)
     one.end()
     assert link.stops == 1
+
+
+def test_a_ramp_down_bridges_what_the_run_would_bridge() -> None:
+    """On a line that loses frames a ramp that gave up would let go of the robot all at once."""
+    link = SilentLink([True] * 5 + [False, False, False, True] * 10)
+    one = session(link, {"hardware.ramp_down": 0.02})
+    for k in range(5):
+        one.exchange(1e-3 * k, HOLDING_FORCES)
+    one.end()
+    first = np.array([command[0] for command in link.commands[5:]])
+    np.testing.assert_allclose(first, 10.0 + 31.0 * np.arange(19, -1, -1) / 20)
 
 
 def test_an_exception_in_a_step_still_ramps_down() -> None:
