@@ -19,6 +19,16 @@ static inline double quick_tanh(double y)
     return y * ((1 - 1 / 3.0 * z) + zz * ((2 / 15.0 - 17 / 315.0 * z) + zz * tail));
 }
 
+/* The largest 1 / tau between a and u: it falls with a while rising, and grows while falling. */
+static inline double quickest(const double *k, double a, double u)
+{
+    const int is_rising = u > a;
+    const double rise = k[HILL_RISE] / (0.5 + 1.5 * (is_rising ? a : u));
+    const double fall = (0.5 + 1.5 * (is_rising ? u : a)) * k[HILL_FALL];
+    if (k[HILL_SMOOTHING] == 0) return is_rising ? rise : fall;
+    return larger(rise, fall);
+}
+
 /* 1 / tau */
 static inline double quickness(const double *k, double a, double u)
 {
@@ -57,7 +67,7 @@ static double stable_step(const double *k, double a, double u, double h)
 double activation_after(const double *k, double a, double u, double h)
 {
     a = hill_activation(k, a);
-    const double decay = h * 2 * larger(k[HILL_RISE], k[HILL_FALL]);
+    const double decay = h * quickest(k, a, u);
     if (decay <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
     const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_STEPS);
     const double part = h / steps;

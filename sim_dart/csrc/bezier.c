@@ -7,6 +7,10 @@
 #define MOST_STEPS 40
 /* Of Newton's rule: what is left is about its square. */
 #define LAST_STEP 1e-9
+/* Of Chebyshev's rule: what is left is about its cube. */
+#define LAST_LONG_STEP 1e-5
+
+enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 
 /* Where the tangents of two knots meet; the middle of equal ones. */
 static double corner(const double *start, const double *end)
@@ -14,17 +18,6 @@ static double corner(const double *start, const double *end)
     const double turn = start[2] - end[2];
     if (fabs(turn) <= 1.5e-8) return (start[0] + end[0]) / 2;
     return (end[1] - start[1] - end[0] * end[2] + start[0] * start[2]) / turn;
-}
-
-void bezier_prepare(double *curve, int pieces, const double *curviness)
-{
-    double *inner = curve + 3 * (pieces + 1);
-    for (int i = 0; i < pieces; i++, inner += 4) {
-        const double *start = curve + 3 * i, *end = start + 3, part = 0.1 + 0.8 * curviness[i];
-        const double x = corner(start, end), y = (x - end[0]) * end[2] + end[1];
-        inner[0] = start[0] + part * (x - start[0]), inner[1] = start[1] + part * (y - start[1]);
-        inner[2] = end[0] + part * (x - end[0]), inner[3] = end[1] + part * (y - end[1]);
-    }
 }
 
 int bezier_is_sound(const double *curve, int pieces)
@@ -38,32 +31,90 @@ int bezier_is_sound(const double *curve, int pieces)
     return 1;
 }
 
-/* A quintic with the control points a, b, b, c, c, d at t, and its derivative by t. */
-static double quintic(double a, double b, double c, double d, double t, double *derivative)
+/* The coefficients of a quintic with the control points a, b, b, c, c, d, from that of t on. */
+static void expand(double a, double b, double c, double d, double *k)
 {
-    const double s = 1 - t, ss = s * s, tt = t * t;
-    *derivative = 5 * (ss * ss * (b - a) + 6 * ss * tt * (c - b) + tt * tt * (d - c));
-    return ss * ss * (s * a + 5 * t * b) + 10 * ss * tt * (s * b + t * c) + tt * tt * (5 * s * c + t * d);
+    const double one = 5 * (b - a), two = 30 * (c - b), three = 5 * (d - c);
+    k[0] = one, k[1] = -2 * one, k[2] = (6 * one + two) / 3;
+    k[3] = -(2 * one + two) / 2, k[4] = (one + two + three) / 5;
 }
 
-/* t where x(t) is x; x(t) rises. */
-static double parameter(const double *start, const double *inner, const double *end, double x)
+/* A quintic that begins with 0. */
+static inline double quintic(const double *k, double t)
 {
-    double low = 0, high = 1, t = (x - start[0]) / (end[0] - start[0]);
+    const double tt = t * t;
+    return t * ((k[0] + t * k[1]) + tt * ((k[2] + t * k[3]) + tt * k[4]));
+}
+
+static inline double quintic_rate(const double *k, double t)
+{
+    const double tt = t * t;
+    return (k[0] + t * (2 * k[1])) + tt * ((3 * k[2] + t * (4 * k[3])) + tt * (5 * k[4]));
+}
+
+/* t where x(t) is x; x(t) rises from 0 to `width`. By Newton's rule, from the straight line. */
+static double searched(const double *k, double width, double x)
+{
+    double low = 0, high = 1, t = x / width;
     for (int i = 0; i < MOST_STEPS; i++) {
-        double rate;
-        const double off = quintic(start[0], inner[0], inner[2], end[0], t, &rate) - x;
+        const double off = quintic(k, t) - x;
         if (off < 0)
             low = t;
         else
             high = t;
-        double next = t - off / rate;
+        double next = t - off / quintic_rate(k, t);
         if (!(next >= low && next <= high)) next = (low + high) / 2;
         const double moved = fabs(next - t);
         t = next;
         if (moved <= LAST_STEP) break;
     }
     return t;
+}
+
+/* What a piece is made of, between two knots with the tangents' share `part`. */
+static void prepare_piece(const double *start, double part, double *piece)
+{
+    const double *end = start + 3, width = end[0] - start[0];
+    const double x = corner(start, end), y = (x - end[0]) * end[2] + end[1];
+    expand(start[0], start[0] + part * (x - start[0]), end[0] + part * (x - end[0]), end[0], piece + X);
+    expand(start[1], start[1] + part * (y - start[1]), end[1] + part * (y - end[1]), end[1], piece + Y);
+    piece[CELLS] = BEZIER_CELLS / width;
+    for (int i = 0; i <= BEZIER_CELLS; i++) {
+        double *at = piece + TABLE + 2 * i;
+        at[0] = i == 0 ? 0 : i == BEZIER_CELLS ? 1 : searched(piece + X, width, i * width / BEZIER_CELLS);
+        at[1] = width / BEZIER_CELLS / quintic_rate(piece + X, at[0]);
+    }
+}
+
+void bezier_prepare(double *curve, int pieces, const double *curviness)
+{
+    double *piece = curve + 3 * (pieces + 1);
+    for (int i = 0; i < pieces; i++, piece += BEZIER_PIECE)
+        prepare_piece(curve + 3 * i, 0.1 + 0.8 * curviness[i], piece);
+}
+
+/* One step of Chebyshev's rule, of order three, from t to where x(t) is x. */
+static inline double improved(const double *k, double x, double t)
+{
+    const double tt = t * t, per = 1 / quintic_rate(k, t), off = (quintic(k, t) - x) * per;
+    const double half_bend = (k[1] + t * (3 * k[2])) + tt * (6 * k[3] + t * (10 * k[4]));
+    return t - off * (1 + off * (half_bend * per));
+}
+
+/* t where x(t) is x, from a cubic through the ends of its cell: one step is all that most need. */
+static inline double parameter(const double *piece, double width, double x)
+{
+    const double cells = x * piece[CELLS];
+    const int cell = cells < BEZIER_CELLS ? (int)cells : BEZIER_CELLS - 1;
+    const double *at = piece + TABLE + 2 * cell, z = cells - cell, grown = at[2] - at[0];
+    const double over = grown - at[1], twist = at[3] - grown - over;
+    double was = at[0] + z * (at[1] + z * ((over - twist) + z * twist));
+    for (int i = 0; i < 3; i++) {
+        const double t = improved(piece + X, x, was);
+        if (fabs(t - was) <= LAST_LONG_STEP) return t;
+        was = t;
+    }
+    return searched(piece + X, width, x);
 }
 
 double bezier_value(const double *curve, int pieces, double x, double *slope)
@@ -74,13 +125,10 @@ double bezier_value(const double *curve, int pieces, double x, double *slope)
         if (slope) *slope = knot[2];
         return knot[2] == 0 ? knot[1] : knot[1] + knot[2] * (x - knot[0]);
     }
-    const double *start = curve, *inner = curve + 3 * (pieces + 1);
-    while (x >= start[3]) start += 3, inner += 4;
-    const double t = parameter(start, inner, start + 3, x);
-    double x_rate, y_rate;
-    const double y = quintic(start[1], inner[1], inner[3], start[4], t, &y_rate);
-    if (!slope) return y;
-    quintic(start[0], inner[0], inner[2], start[3], t, &x_rate);
-    *slope = y_rate / x_rate;
-    return y;
+    int i = 0;
+    for (int k = 1; k < pieces; k++) i += x >= curve[3 * k];
+    const double *start = curve + 3 * i, *piece = last + 3 + BEZIER_PIECE * i;
+    const double t = parameter(piece, start[3] - start[0], x - start[0]);
+    if (slope) *slope = quintic_rate(piece + Y, t) / quintic_rate(piece + X, t);
+    return start[1] + quintic(piece + Y, t);
 }

@@ -7,9 +7,14 @@
 #ifndef CARDSFLOW_BEZIER_H
 #define CARDSFLOW_BEZIER_H
 
-/* A curve of n pieces is (n + 1) knots x, y, slope, then for each piece the two inner control points
-   x, y, x, y.                                                                                         */
-#define BEZIER_SIZE(pieces) (3 * ((pieces) + 1) + 4 * (pieces))
+/* Cells of equal width in x, at whose ends a piece's parameter is known in advance. */
+#define BEZIER_CELLS 32
+/* Of a piece: cells per x, the coefficients of x and y beyond the first, the parameters at the cells' ends
+   and what they grow by in a cell there.                                                               */
+#define BEZIER_PIECE (1 + 5 + 5 + 2 * (BEZIER_CELLS + 1))
+
+/* A curve of n pieces is (n + 1) knots x, y, slope, then the pieces. */
+#define BEZIER_SIZE(pieces) (3 * ((pieces) + 1) + BEZIER_PIECE * (pieces))
 
 /* Complete a curve whose knots are set. `curviness` of every piece, from 0 to 1. */
 void bezier_prepare(double *curve, int pieces, const double *curviness);

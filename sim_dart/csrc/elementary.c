@@ -8,13 +8,16 @@
 #include <stdint.h>
 #include <string.h>
 
-#define HORNER(z, c) horner(z, c, sizeof c / sizeof *c)
+#define POLYNOMIAL(z, c) polynomial(z, c, sizeof c / sizeof *c)
 
-static double horner(double z, const double *c, size_t count)
+/* Horner's scheme for even and odd powers apart: two short chains that a processor works on at once. */
+static inline double polynomial(double z, const double *c, size_t count)
 {
-    double sum = c[count - 1];
-    for (size_t k = count - 1; k-- > 0;) sum = sum * z + c[k];
-    return sum;
+    const size_t last = (count - 1) / 2;
+    const double zz = z * z;
+    double even = c[2 * last], odd = 2 * last + 1 < count ? c[2 * last + 1] : 0;
+    for (size_t k = last; k-- > 0;) even = even * zz + c[2 * k], odd = odd * zz + c[2 * k + 1];
+    return even + z * odd;
 }
 
 /* ------------------------------------------------------------------------------- sine and cosine */
@@ -49,13 +52,13 @@ static int reduce(double x, double *high, double *low)
 static double small_sine(double high, double low)
 {
     const double z = high * high;
-    return high + (z * high * HORNER(z, SINE) + low * (1 - 0.5 * z));
+    return high + (z * high * POLYNOMIAL(z, SINE) + low * (1 - 0.5 * z));
 }
 
 static double small_cosine(double high, double low)
 {
     const double z = high * high, half = 0.5 * z, w = 1 - half;
-    return w + (((1 - w) - half) + (z * z * HORNER(z, COSINE) - high * low));
+    return w + (((1 - w) - half) + (z * z * POLYNOMIAL(z, COSINE) - high * low));
 }
 
 /* Not a number for what is not finite. */
@@ -93,41 +96,39 @@ static const double ARC[] = {-0.33333333333332926, 0.1999999999987503,   -0.1428
                              -0.0666104749337431,  0.05833400416770279,  -0.04976182551012515,
                              0.03651550949356882,  -0.01626983448084869};
 
-/* atan of 0.5, 1, 1.5 and infinity as high + low */
-static const double CORNER[4][2] = {{0.4636476090008061, 2.2698777452961687e-17},
+/* atan of 0, 0.5, 1, 1.5 and infinity as high + low */
+static const double CORNER[5][2] = {{0, 0},
+                                    {0.4636476090008061, 2.2698777452961687e-17},
                                     {0.7853981633974483, 3.061616997868383e-17},
                                     {0.982793723247329, 1.3903311031230998e-17},
                                     {1.5707963267948966, 6.123233995736766e-17}};
 
-/* of x >= 0: atan x = atan a + atan((x - a)/(1 + a x)) */
-static double arc_tangent_of(double x)
+/* atan(b/a) = atan(q/p) + atan((p b - q a)/(p a + q b)) with the corners q/p */
+static const double UNDER[5] = {1, 2, 1, 1, 0}, OVER[5] = {0, 1, 1, 1.5, 1};
+
+/* of b / a, neither of which is negative */
+static inline double arc_tangent_of(double b, double a)
 {
-    int corner = -1;
-    if (x >= 0.4375) {
-        corner = x < 0.6875 ? 0 : x < 1.1875 ? 1 : x < 2.4375 ? 2 : 3;
-        x = corner == 0   ? (2 * x - 1) / (2 + x)
-            : corner == 1 ? (x - 1) / (x + 1)
-            : corner == 2 ? (x - 1.5) / (1 + 1.5 * x)
-                          : -1 / x;
-    }
-    const double z = x * x, bent = x * z * HORNER(z, ARC);
-    return corner < 0 ? x + bent : CORNER[corner][0] + (x + (bent + CORNER[corner][1]));
+    const int k = (b >= 0.4375 * a) + (b >= 0.6875 * a) + (b >= 1.1875 * a) + (b >= 2.4375 * a);
+    const double x = (UNDER[k] * b - OVER[k] * a) / (UNDER[k] * a + OVER[k] * b), z = x * x;
+    return CORNER[k][0] + (x + (x * z * POLYNOMIAL(z, ARC) + CORNER[k][1]));
+}
+
+/* Of numbers so large or so small that a sum or a product of theirs may not be one. */
+static double extreme_arc_tangent_of(double b, double a)
+{
+    if (isnan(a) || isnan(b)) return NAN;
+    if (isinf(a) && isinf(b)) return CORNER[2][0];
+    return b == 0 ? 0 : arc_tangent_of(b / a, 1);
 }
 
 double arc_tangent(double y, double x)
 {
     static const double PI = 3.141592653589793, PI_LOW = 1.2246467991473532e-16;
-    if (isnan(x) || isnan(y)) return NAN;
     const double a = fabs(x), b = fabs(y);
-    double angle;
-    if (isinf(a) && isinf(b))
-        angle = CORNER[1][0];
-    else if (b == 0)
-        angle = 0;
-    else if (b > 1e300 * a) /* straight up, and a quotient could overflow */
-        return signbit(y) ? -CORNER[3][0] : CORNER[3][0];
-    else
-        angle = arc_tangent_of(b / a);
+    const int is_moderate = a > 1e-250 && a < 1e300 && b < 1e300;
+    if (!is_moderate && b > 1e300 * a) return signbit(y) ? -CORNER[4][0] : CORNER[4][0]; /* straight up */
+    double angle = is_moderate ? arc_tangent_of(b, a) : extreme_arc_tangent_of(b, a);
     if (signbit(x)) angle = PI - (angle - PI_LOW);
     return signbit(y) ? -angle : angle;
 }
@@ -175,9 +176,9 @@ double exponential(double x)
     if (isnan(x)) return x;
     if (x > 709.782712893384) return INFINITY;
     if (x < -745.2) return 0;
-    const double n = (double)(int)(x / 0.6931471805599453 + (x < 0 ? -0.5 : 0.5));
+    const double n = (double)(int)(x * 1.4426950408889634 + (x < 0 ? -0.5 : 0.5));
     const double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
-    const double z = r * r, c = r - z * HORNER(z, EXP);
+    const double z = r * r, c = r - z * POLYNOMIAL(z, EXP);
     const double y = 1 - ((low - (r * c) / (2 - c)) - high);
     const int k = (int)n, half_way = k / 2; /* 2^k itself may be beyond what a number can hold */
     return y * power_of_two(half_way) * power_of_two(k - half_way);
@@ -186,7 +187,7 @@ double exponential(double x)
 double exponential_less_one(double x)
 {
     if (!(fabs(x) <= 0.68)) return exponential(x) - 1; /* loses a digit at most; also NaN */
-    const double r = fabs(x) > 0.34 ? 0.5 * x : x, z = r * r, c = r - z * HORNER(z, EXP);
+    const double r = fabs(x) > 0.34 ? 0.5 * x : x, z = r * r, c = r - z * POLYNOMIAL(z, EXP);
     const double m = r + r * c / (2 - c);
     return fabs(x) > 0.34 ? m * (m + 2) : m; /* (1 + m)^2 - 1 */
 }
@@ -204,7 +205,7 @@ double logarithm(double x)
     memcpy(&x, &bits, sizeof x);
     if (x > 1.4142135623730951) x *= 0.5, k++;
     const double f = x - 1, s = f / (2 + f), z = s * s, half = 0.5 * f * f;
-    const double bent = z * HORNER(z, LOG);
+    const double bent = z * POLYNOMIAL(z, LOG);
     return k * LN2_HIGH - ((half - (s * (half + bent) + k * LN2_LOW)) - f);
 }
 
@@ -214,7 +215,7 @@ double hyperbolic_tangent(double x)
     const double a = fabs(x);
     if (a < 0.4) { /* the quotient would lose digits */
         const double z = x * x;
-        return x + x * z * HORNER(z, TANH);
+        return x + x * z * POLYNOMIAL(z, TANH);
     }
     const double t = a > 20 ? 1 : 1 - 2 / (exponential(2 * a) + 1);
     return x < 0 ? -t : t;
