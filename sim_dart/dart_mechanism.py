@@ -99,7 +99,7 @@ class DartMechanism(Mechanism):
     def weight_energy(self) -> float:
         """Potential energy of the weight, zero at the world's origin, in [J]."""
         dart = self.skeleton.dart
-        return -dart.getMass() * float(np.array(self.robot.gravity) @ dart.getCOM())
+        return float(-dart.getMass() * (np.array(self.robot.gravity) @ dart.getCOM()))
 
     @property
     def momentum(self) -> Momentum:
