@@ -40,8 +40,12 @@ def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> N
     )
     add_experiment(parser, "; or an .ssp file")
     parser.add_argument("-o", "--output", type=Path, help="folder for the results")
-    parser.add_argument(
+    stepped = parser.add_mutually_exclusive_group()
+    stepped.add_argument(
         "--direct", action="store_true", help="step plain Python objects instead of FMUs"
+    )
+    stepped.add_argument(
+        "--native", action="store_true", help="step models in C, all in C, instead of FMUs"
     )
     parser.add_argument(
         "--hardware",
@@ -70,7 +74,7 @@ def _run(started: float, options: argparse.Namespace) -> int:
     _require_hardware(experiment)
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
-    through: Through = "direct" if options.direct else "fmu"
+    through: Through = "direct" if options.direct else "native" if options.native else "fmu"
     try:
         with watched(experiment, options) as (watch, replay):
             with _progress_bar(experiment.run.steps) as progress:
@@ -110,8 +114,9 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
     from .system_run import SystemRunError, run_system
 
     refuse_view(options, "the robot of an .ssp is not known")
-    if options.direct:
-        raise InputError("holds FMUs, which --direct cannot do without", file=options.experiment)
+    if options.direct or options.native:
+        option = "--direct" if options.direct else "--native"
+        raise InputError(f"holds FMUs, which {option} cannot do without", file=options.experiment)
     settings = settings_of(options.set)
     if options.hardware is not None:
         if not options.hardware.startswith("loopback:"):  # whose device hardware.fmu makes

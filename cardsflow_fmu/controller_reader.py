@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast, get_args
 
 from addin_sdfusion.robot import Robot, UnknownNameError
 from addin_sdfusion.robot.trajectory import Space
@@ -14,6 +14,7 @@ from controllers.qp import DEFAULT_SOLVER, require_solver
 from .control_types import TYPES, ControlType
 from .experiment import (
     ControllerSettings,
+    Engine,
     PostureSettings,
     ReferenceSettings,
     RunSettings,
@@ -76,6 +77,7 @@ def read_controller(
         predict=table.flag("predict", True),
         tasks=_tasks(table, robot, start, TYPES[type_]) if operational else None,
         muscle_horizon=table.number("muscle_horizon", 0.0),
+        engine=cast(Engine, table.choice("engine", "engine", get_args(Engine), "auto")),
     )
     table.close()
     _check(table, settings, names)

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 Rule = Literal["euler", "rk4"]
 """The integrators of a plant."""
 
+Engine = Literal["auto", "core", "dart"]
+"""What computes a plant, or a controller's dynamics; see `sim_dart.engine`."""
+
 
 @dataclass(frozen=True, slots=True)
 class StartSettings:
@@ -51,6 +54,7 @@ class PlantSettings:
         substeps: Steps of the integrator in an internal step, with commands held.
         energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links that take forces and torques from outside.
+        engine: `core`, `dart`, or `auto` for the core where there are no contacts and no friction.
     """
 
     step: float
@@ -59,6 +63,7 @@ class PlantSettings:
     substeps: int = 1
     energy: bool = False
     wrenches: tuple[str, ...] = ()
+    engine: Engine = "auto"
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +191,8 @@ class ControllerSettings:
         tasks: Of a controller in operational space; else None.
         muscle_horizon: How far ahead the commands of muscles with laws aim, in [s]; 0 for the next
             tick, or a few where muscles answer late.
+        engine: What computes the dynamics that it knows: `core`, which is `auto` as well; or
+            `dart`.
     """
 
     type: str
@@ -200,6 +207,7 @@ class ControllerSettings:
     predict: bool
     tasks: TaskSettings | None
     muscle_horizon: float = 0.0
+    engine: Engine = "auto"
 
     @property
     def space(self) -> Space:

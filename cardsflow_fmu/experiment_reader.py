@@ -18,6 +18,7 @@ from .controller_reader import followed_space, read_controller
 from .coupling import SCHEMES, Coupling, Scheme
 from .experiment import (
     DisturbanceSettings,
+    Engine,
     Experiment,
     PlantSettings,
     ReferenceSettings,
@@ -207,6 +208,7 @@ def _plant(table: Table, robot: Robot, run: RunSettings, scene: Scene | None) ->
     substeps = table.whole("substeps", 1)
     energy = table.flag("energy", False)
     wrenches = _wrenches(table, robot)
+    engine = cast(Engine, table.choice("engine", "engine", get_args(Engine), "auto"))
     table.close()
     if min(scales) <= 0:
         raise table.error("mass_scale", "must be above 0")
@@ -220,8 +222,11 @@ def _plant(table: Table, robot: Robot, run: RunSettings, scene: Scene | None) ->
         raise table.error(
             "integrator", "rk4 knows no contacts, and there is a [world]; use 'euler'"
         )
+    if engine == "core" and (rough or scene is not None):
+        what = f"Coulomb friction, and {', '.join(rough)} has some" if rough else "contacts"
+        raise table.error("engine", f'the core has no {what}; use engine = "dart"')
     table.multiple("step", run.step, step, "plant.step", blame="run.step")
-    return PlantSettings(step, scales, integrator, substeps, energy, wrenches)
+    return PlantSettings(step, scales, integrator, substeps, energy, wrenches, engine)
 
 
 def _wrenches(table: Table, robot: Robot) -> tuple[str, ...]:

@@ -50,6 +50,7 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
             "mass_scale": list(experiment.plant.mass_scale),
             "integrator": experiment.plant.integrator,
             "substeps": experiment.plant.substeps,
+            "engine": experiment.plant.engine,
             "energy": experiment.plant.energy,
             "wrenches": list(experiment.plant.wrenches),
         },
@@ -110,6 +111,7 @@ def _controller(controller: ControllerSettings) -> dict[str, Any]:
         "delay": controller.delay,
         "predict": controller.predict,
         "muscle_horizon": controller.muscle_horizon,
+        "engine": controller.engine,
     }
     return data if controller.tasks is None else data | _tasks(controller.tasks)
 

@@ -119,7 +119,7 @@ class Master:
             for group in groups
         ]
         self._before, self._after = stages[:before], stages[before:]
-        self.names, self.units, self._columns = _columns(participants)
+        self.names, self.units, self._columns = columns_of(participants)
         self._ticking = by_its_name.get("controller")
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
@@ -236,10 +236,14 @@ class Master:
         self._recorded += 1
 
 
-def _columns(
+def columns_of(
     participants: Sequence[Participant],
 ) -> tuple[tuple[str, ...], dict[str, str], list[tuple[FloatArray, Indices, slice]]]:
-    """Names of the columns, their units, and where their values stand."""
+    """Names of the columns, their units, and where their values stand.
+
+    Args:
+        participants: Their outputs are the columns, in order; times of solving are none.
+    """
     count = Counter(name for p in participants for name in p.output_names)
     names, units, columns = ["time"], {"time": "s"}, []
     for p in participants:

@@ -132,7 +132,7 @@ def _findings(result: Result) -> dict[str, Any]:
     every = round(experiment.controller.period / experiment.run.step)
     ticks = list(range(0, rows, every))
     recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
-    summary = summarize(experiment, recording, Speed(0.0, 0.0))
+    summary = summarize(experiment, recording, Speed(0.0, 0.0), "fmu")
     return {
         key: summary[key] for key in ("tracking", "forces", "infeasible_ticks", "ticks", "slack")
     }

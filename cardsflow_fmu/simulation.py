@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.files import write_files
 
 from .cross import libraries_for
@@ -32,6 +32,7 @@ from .models.plant import PlantModel
 from .models.reference import ReferenceModel
 from .muscle_ports import modelled_muscles
 from .native import NATIVE_MODELS, native_file
+from .native_loop import NativeLoop
 from .output import OutputFolder
 from .parquet import require_parquet
 from .participants import DirectParticipant, Participant
@@ -42,7 +43,7 @@ from .ssp import write_ssp
 from .summary import Speed, summarize
 from .world_ports import outer_signals
 
-Through = Literal["fmu", "direct"]
+Through = Literal["fmu", "direct", "native"]
 
 SYSTEM_FILE = "system.ssp"
 
@@ -205,7 +206,7 @@ def run(
         experiment: What to run.
         output: Folder for the results; the experiment's own when None.
         through: `fmu` for a co-simulation of FMUs, `direct` for the same loop over plain Python
-            objects.
+            objects, `native` for the same loop in C, over models in C.
         realtime: Whether steps wait for their time by the clock, as those with hardware do anyway.
         progress: Called now and then with the number of steps done.
         watch: Called now and then with the columns' names and the rows so far.
@@ -233,7 +234,7 @@ def run(
             there = [] if streamed is None else [streamed.name]
             with Journal(folder, contents, there) as journal:
                 result, recording = _simulate(
-                    driven, fmus, progress, started, realtime, streamed, watch, journal
+                    driven, fmus, progress, started, through, realtime, streamed, watch, journal
                 )
         with ignoring_interrupts():
             _write(result, [*contents, *there], folder)
@@ -245,7 +246,7 @@ def _prepare(
 ) -> tuple[Experiment, dict[str, Path]]:
     """What is run, which may have to begin elsewhere, and the FMUs that run it."""
     driven = with_approach(experiment)
-    if through == "direct":
+    if through != "fmu":
         return driven, {}
     names = [_performer(role, experiment) for role in ROLES]
     if driven is experiment:
@@ -302,10 +303,10 @@ def simulate(
     """
     started = time.perf_counter()
     if prepared is not None:
-        return _finished(*_simulate(experiment, prepared, progress, started))
+        return _finished(*_simulate(experiment, prepared, progress, started, "fmu"))
     with tempfile.TemporaryDirectory() as folder:
         driven, fmus = _prepare(experiment, Path(folder), through, fmi=fmi, arrays=arrays)
-        return _finished(*_simulate(driven, fmus, progress, started, realtime))
+        return _finished(*_simulate(driven, fmus, progress, started, through, realtime))
 
 
 def _finished(result: Result, recording: Recording) -> Result:
@@ -319,15 +320,57 @@ def _simulate(
     fmus: Mapping[str, Path | PreparedFmu],
     progress: Progress | None,
     started: float,
+    through: Through,
     realtime: bool = False,
     streamed: Path | None = None,
     watch: Watch | None = None,
     journal: Journal | None = None,
 ) -> tuple[Result, Recording]:
+    pace = Pace(
+        experiment.run.step, realtime, experiment.hardware if experiment.hardware.use else None
+    )
+    if through == "native" and pace.pacer is not None:
+        raise InputError("a native loop does not wait for the clock; run it as FMUs")
+    with _master(experiment, fmus, streamed, through) as master:
+        if journal is not None:
+            nothing = Recording(master.names, no_rows(master.names), master.units, [], [], STARTED)
+            speed = Speed(0.0, time.perf_counter() - started)
+            summary = summarize(experiment, nothing, speed, through)
+            journal.begin(master.names, _units(nothing), master.count, summary)
+        with pace:
+            begin = time.perf_counter()
+            recording = master.run(progress, pace.pacer, watch, journal)
+            speed = Speed(time.perf_counter() - begin, begin - started)
+    result = Result(
+        recording.names,
+        recording.rows,
+        _units(recording),
+        summarize(experiment, recording, speed, through) | pace.report(recording),
+        solve_times=recording.times_of_ticks(),
+        experiment=experiment,
+    )
+    return result, recording
+
+
+def _units(recording: Recording) -> dict[str, str]:
+    return {name: recording.units.get(name, "") for name in recording.names}
+
+
+@contextlib.contextmanager
+def _master(
+    experiment: Experiment,
+    fmus: Mapping[str, Path | PreparedFmu],
+    streamed: Path | None,
+    through: Through,
+) -> Iterator[Master | NativeLoop]:
+    """What steps the experiment, ready to run."""
+    if through == "native":
+        with NativeLoop(experiment) as loop:
+            yield loop
+        return
     settings = experiment.run
-    pace = Pace(settings.step, realtime, experiment.hardware if experiment.hardware.use else None)
     with _participants(experiment, fmus, streamed) as participants:
-        master = Master(
+        yield Master(
             [participants[name] for name in ("plant", "reference", "controller")],
             fitting_wiring(
                 experiment.wiring,
@@ -340,27 +383,6 @@ def _simulate(
             coupling=settings.coupling,
             every={"controller": round(experiment.controller.period / settings.step)},
         )
-        if journal is not None:
-            nothing = Recording(master.names, no_rows(master.names), master.units, [], [], STARTED)
-            summary = summarize(experiment, nothing, Speed(0.0, time.perf_counter() - started))
-            journal.begin(master.names, _units(nothing), master.count, summary)
-        with pace:
-            begin = time.perf_counter()
-            recording = master.run(progress, pace.pacer, watch, journal)
-            speed = Speed(time.perf_counter() - begin, begin - started)
-    result = Result(
-        recording.names,
-        recording.rows,
-        _units(recording),
-        summarize(experiment, recording, speed) | pace.report(recording),
-        solve_times=recording.times_of_ticks(),
-        experiment=experiment,
-    )
-    return result, recording
-
-
-def _units(recording: Recording) -> dict[str, str]:
-    return {name: recording.units.get(name, "") for name in recording.names}
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ from .experiment import Experiment
 from .master import Recording
 from .muscle_ports import tension_signals
 from .ports import Followed, followed_signals, slack_signals
+from .run_engines import MASTERS, engines
 from .version import __version__
 
 FloatArray = NDArray[np.float64]
@@ -34,13 +35,16 @@ class Speed:
     first_step_after: float
 
 
-def summarize(experiment: Experiment, recording: Recording, speed: Speed) -> dict[str, Any]:
+def summarize(
+    experiment: Experiment, recording: Recording, speed: Speed, through: str
+) -> dict[str, Any]:
     """The summary of an experiment's run; signals that an FMU of others lacks are left out.
 
     Args:
         experiment: What was run.
         recording: What the master recorded.
         speed: How long it took.
+        through: What was stepped: `direct`, `fmu` or `native`.
     """
     robot, columns = experiment.robot, _columns(recording)
     followed = followed_signals(robot, experiment.reference.space)
@@ -57,6 +61,8 @@ def summarize(experiment: Experiment, recording: Recording, speed: Speed) -> dic
         "coupling": experiment.run.coupling.scheme,
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
+        "engine": engines(experiment, through),
+        "master": MASTERS[through],
         **_signals(recording, columns, followed, bounds, slack),
         **_speed(recording, speed),
         "warnings": experiment.warnings(),

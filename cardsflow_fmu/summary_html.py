@@ -57,6 +57,8 @@ def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
         ["infeasible ticks", summary.get("infeasible_ticks")],
         ["time of a tick, median [s]", time.get("median")],
         ["time of a tick, largest [s]", time.get("max")],
+        *([f"engine of the {role}", name] for role, name in (summary.get("engine") or {}).items()),
+        ["master", summary.get("master")],
         ["speed over real time", summary.get("real_time_factor")],
         *(["warning", warning] for warning in summary.get("warnings") or ()),
     ]

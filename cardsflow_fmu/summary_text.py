@@ -17,12 +17,22 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     lines = [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
     lines += _infeasible_lines(summary)
     lines += _real_time_lines(summary)
+    lines += _engine_lines(summary)
     if summary["real_time_factor"] is not None:
         lines.append(
             f"speed       {summary['real_time_factor']:.1f} x real time, "
             f"first step after {summary['first_step_after_s']:.1f} s"
         )
     return lines
+
+
+def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
+    """What computed each participant, and what stepped them; summaries of before do not tell."""
+    engines = summary.get("engine")
+    if not engines:
+        return []
+    named = ", ".join(f"{role} {engine}" for role, engine in engines.items())
+    return [f"engine      {named}; master {summary['master']}"]
 
 
 def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:

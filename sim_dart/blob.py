@@ -24,13 +24,26 @@ def _unit(axis: Vector3) -> FloatArray:
     return unit
 
 
-def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
-    """Mass properties of what every moving frame carries."""
-    carried = [Carried() for _ in frames]
+def carried_masses(
+    robot: Robot, frames: list[MovingFrame], places: dict[str, Place]
+) -> list[Carried]:
+    """What every moving frame carries, and last what stands in the world.
+
+    Args:
+        robot: A valid robot.
+        frames: From `moving_frames`.
+        places: From there.
+    """
+    carried = [Carried() for _ in [*frames, None]]
     for link in robot.links:
         place = places[link.name]
-        if place.frame >= 0:
-            carried[place.frame].add(link.inertia, place.T_frame_link)
+        carried[place.frame].add(link.inertia, place.T_frame_link)
+    return carried
+
+
+def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
+    """Mass properties of what every moving frame carries."""
+    *carried, _ = carried_masses(robot, frames, places)
     return {
         "mass": [body.mass for body in carried],
         "mass_centre": [body.centre for body in carried],

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import CardsflowError
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")
@@ -48,11 +49,13 @@ def library() -> ctypes.PyDLL:
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
     for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
-        core[f"core_{name}"].restype = None
+        getattr(core, f"core_{name}").restype = None  # an index would forget it
     for name in ("accelerate", "trace", "count_turns", "rates", "reach"):
-        core[f"core_{name}"].restype = None
+        getattr(core, f"core_{name}").restype = None  # an index would forget it
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
-    core.core_step.argtypes = [pointer, text, text, double, count]
+    for name in ("step", "runge_kutta"):
+        getattr(core, f"core_{name}").argtypes = [pointer, text, text, double, count]
+    core.core_push.argtypes = [pointer, count, pointer, pointer, pointer]
     core.core_trace.argtypes = [pointer]
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]
@@ -147,6 +150,25 @@ class Core:
         self.update_gravity = core.core_gravity
         self.accelerate = core.core_accelerate
         self.step = core.core_step
+        self.runge_kutta = core.core_runge_kutta
+
+    def push(self, frames: IntArray, points: FloatArray) -> FloatArray:
+        """Have wrenches act on points of moving frames, in every step from now on.
+
+        Args:
+            frames: The frame of each point, shape (k,); -1 for the world.
+            points: The points in their frames, shape (k, 3), in [m].
+
+        Returns:
+            A force and a moment on each, world axes, shape (k, 6), in [N] and [N·m]: zero, to be
+            written at any time between steps.
+        """
+        wrenches = np.zeros((len(frames), 6))
+        self._pushed = frames.astype(np.int32), np.array(points, dtype=np.float64), wrenches
+        addresses = (array.ctypes.data for array in self._pushed)
+        bad = library().core_push(self.handle, len(frames), *addresses)
+        assert not bad, frames
+        return wrenches
 
     def array(self, name: str, *shape: int) -> FloatArray:
         """A view of a result array, of the given shape; a later call changes it."""

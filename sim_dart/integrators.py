@@ -21,8 +21,9 @@ from scipy.optimize import nnls
 
 from addin_sdfusion.robot import InputError, Robot
 
+from .dart_mechanism import DartMechanism
 from .ledger import Ledger
-from .mechanism import Held, Mechanism
+from .mechanism import Held
 
 FloatArray = NDArray[np.float64]
 
@@ -63,7 +64,7 @@ class SemiImplicitEuler:
 
     def __init__(
         self,
-        mechanism: Mechanism,
+        mechanism: DartMechanism,
         world: Steps,
         step: float,
         substeps: int,
@@ -115,7 +116,7 @@ class RungeKutta4:
     """
 
     def __init__(
-        self, mechanism: Mechanism, step: float, substeps: int, ledger: Ledger | None
+        self, mechanism: DartMechanism, step: float, substeps: int, ledger: Ledger | None
     ) -> None:
         self._mechanism, self._ledger = mechanism, ledger
         self._step, self._substeps = step / substeps, substeps

@@ -6,13 +6,14 @@ what stops, friction and contacts take, and for the integrator's error.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
 
+from .dart_mechanism import DartMechanism
 from .mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -36,18 +37,6 @@ class Energy(NamedTuple):
     damping_work: float
 
 
-class Momentum(NamedTuple):
-    """Momentum of a robot in the world.
-
-    Attributes:
-        linear: Shape (3,), in [N·s].
-        angular: About the world's origin, shape (3,), in [N·m·s].
-    """
-
-    linear: FloatArray
-    angular: FloatArray
-
-
 class Ledger:
     """The books of a robot.
 
@@ -60,12 +49,11 @@ class Ledger:
 
     def __init__(self, robot: Robot) -> None:
         self.work = np.zeros(3)
-        self._gravity = np.array(robot.gravity)
         self._damping = np.array([c.damping for c in robot.coordinates])
         self._stiffness = np.array([c.stiffness for c in robot.coordinates])
         self._rest = np.array([c.rest for c in robot.coordinates])
 
-    def book(self, h: float, mechanism: Mechanism, is_held: bool, later: FloatArray) -> None:
+    def book(self, h: float, mechanism: DartMechanism, is_held: bool, later: FloatArray) -> None:
         """Book a semi-implicit step: forces as at its beginning, at the mean of its velocities.
 
         With a constant mass matrix that is what the step does to the kinetic energy, exactly.
@@ -86,24 +74,9 @@ class Ledger:
         self.work += work
 
     def energy(self, mechanism: Mechanism) -> Energy:
-        """The energies at the skeleton's present state."""
-        dart = mechanism.skeleton.dart
-        weight = -dart.getMass() * float(self._gravity @ dart.getCOM())
+        """The energies at the present state."""
         bent = mechanism.q - self._rest
         springs = 0.5 * float(self._stiffness @ bent**2)
-        kinetic = float(dart.computeKineticEnergy())
         muscles, outer, damping = self.work.tolist()
-        return Energy(kinetic, weight + springs, muscles, outer, damping)
-
-
-def momentum(skeleton: Any) -> Momentum:
-    """The momenta at a DART skeleton's present state."""
-    linear, angular = np.zeros(3), np.zeros(3)
-    for k in range(skeleton.getNumBodyNodes()):
-        body = skeleton.getBodyNode(k)
-        p = body.getMass() * body.getCOMLinearVelocity()
-        R = body.getWorldTransform().rotation()
-        inertia = R @ body.getInertia().getMoment() @ R.T
-        linear += p
-        angular += np.cross(body.getCOM(), p) + inertia @ body.getAngularVelocity()
-    return Momentum(linear, angular)
+        potential = mechanism.weight_energy + springs
+        return Energy(mechanism.kinetic_energy, potential, muscles, outer, damping)

@@ -1,8 +1,8 @@
-"""What integrators move: a robot's skeleton in DART, its muscles in the C core, and its state."""
+"""What integrators move: a robot at a state, its muscles in the C core, its bodies in an engine."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,9 +13,6 @@ from addin_sdfusion.robot.tension_laws import law_of
 
 from .blob import compile_blob
 from .core import Core
-from .link_wrenches import LinkWrenches
-from .skeleton import build_skeleton
-from .skeleton_group import build_skeletons
 from .tasks import point_rows
 
 if TYPE_CHECKING:
@@ -46,103 +43,103 @@ class Held(NamedTuple):
     wrenches: FloatArray | None = None
 
 
-class Mechanism:
+class Momentum(NamedTuple):
+    """Momentum of a robot in the world.
+
+    Attributes:
+        linear: Shape (3,), in [N·s].
+        angular: About the world's origin, shape (3,), in [N·m·s].
+    """
+
+    linear: FloatArray
+    angular: FloatArray
+
+
+class Mechanism(ABC):
     """A robot at a state.
 
     Args:
         robot: A valid robot.
-        apart: Whether each of its trees is a skeleton of its own: contacts cost less then.
-        wrenched: Names of the links that take wrenches.
 
     Attributes:
         robot: The robot.
         core: Its muscle paths.
-        skeleton: Its bodies.
         laws: How its muscles' tensions follow from their commands; None if all are ideal cables,
             whose commands are their tensions.
         q, qd: Where it is, shape (n,).
-        muscle_torques: -L'f at the last evaluation, shape (n,), in [N·m] or [N]; a view.
-        outer_torques: A tau + J_p'w, likewise.
-        link_wrenches: What makes torques of wrenches on links.
+        lengths, jacobian: l and L there; views.
+        points: Number of rows of the loads: three a task frame that is a point.
     """
 
-    def __init__(self, robot: Robot, *, apart: bool = False, wrenched: Sequence[str] = ()) -> None:
-        n, m, k = len(robot.coordinates), len(robot.muscles), len(robot.task_frames)
+    q: FloatArray
+    qd: FloatArray
+
+    def __init__(self, robot: Robot) -> None:
+        n, m = len(robot.coordinates), len(robot.muscles)
         self.robot = robot
         self.core = Core(compile_blob(robot))
-        self.skeleton = build_skeletons(robot) if apart else build_skeleton(robot)
-        self.link_wrenches = LinkWrenches(self.skeleton, wrenched)
         self.lengths = self.core.array("lengths", m)
         self.jacobian = self.core.array("jacobian", m, n)
-        self.muscle_torques = self.core.array("torques", n)
-        self.outer_torques = np.zeros(n)
         self.laws = _laws(robot, self.core)
         self.q, self.qd = np.zeros(n), np.zeros(n)
-        self._handle, self._pull = self.core.handle, self.core.pull
+        self.points = len(point_rows(robot))
+        self._handle = self.core.handle
         self._move = self.core.move_checked
-        self._point_rows = point_rows(robot)
-        self._task_jacobian = self.core.array("task_jacobian", 3 * k, n)
 
     @property
-    def points(self) -> int:
-        """Number of rows of the loads: three a task frame that is a point."""
-        return len(self._point_rows)
+    @abstractmethod
+    def wrench_size(self) -> int:
+        """Number of values in the wrenches: six a link that takes one."""
+
+    @abstractmethod
+    def place(self, q: FloatArray, qd: FloatArray) -> None:
+        """Go to a state, whatever was before; the arrays become the mechanism's own.
+
+        Raises:
+            DivergedError: It is not finite, or beyond all bounds; nothing has moved then.
+        """
+
+    @property
+    @abstractmethod
+    def kinetic_energy(self) -> float:
+        """1/2 qd'M qd, in [J]."""
+
+    @property
+    @abstractmethod
+    def weight_energy(self) -> float:
+        """Potential energy of the weight, zero at the world's origin, in [J]."""
+
+    @property
+    @abstractmethod
+    def momentum(self) -> Momentum:
+        """Linear and angular momentum in the world."""
 
     @property
     def muscle_states(self) -> FloatArray:
         """The muscles' states, shape (s,); a view."""
         return np.empty(0) if self.laws is None else self.laws.states
 
-    def forces(self, commands: FloatArray, held: Held | None) -> FloatArray:
-        """-L'f + A tau + J_p'w at the present state, shape (n,); may be a view.
-
-        Args:
-            commands: Of every muscle, shape (m,).
-            held: What acts from outside; None for nothing.
-
-        Raises:
-            InputError: A command is not finite.
-        """
-        if self.laws is None:
-            bad = self._pull(self._handle, commands.tobytes())
-        else:
-            bad = self.core.drive(self._handle, self.qd.tobytes(), commands.tobytes())
-        if bad:
-            what = "force" if self.laws is None else "command"
-            name = self.robot.muscles[bad - 1].name
-            raise InputError(f"{what} {commands[bad - 1]} of muscle {name!r} is not finite")
-        if held is None:
-            return self.muscle_torques
-        self.outer_torques = held.torques
-        if held.loads is not None:
-            self.core.update_task_jacobian(self._handle)
-            pushed = self._task_jacobian[self._point_rows].T @ held.loads
-            self.outer_torques = held.torques + pushed
-        if held.wrenches is not None:
-            self.outer_torques = self.outer_torques + self.link_wrenches.torques(held.wrenches)
-        return self.muscle_torques + self.outer_torques
-
     def arrive(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state; the arrays become the mechanism's own.
+        """Move muscles and tasks to a state; the arrays become the mechanism's own.
 
         Raises:
             DivergedError: It is not finite, or beyond all bounds; nothing has moved then.
         """
         bad = self._move(self._handle, q.tobytes(), qd.tobytes())
         if bad:
-            name = self.robot.coordinates[bad - 1].name
-            raise DivergedError(f"{name} is {q[bad - 1]} with velocity {qd[bad - 1]}")
+            self.refuse_state(bad - 1, q, qd)
         self.q, self.qd = q, qd
 
-    def advance_muscles(self, commands: FloatArray, qd: FloatArray, h: float) -> None:
-        """Move the muscles' states on, their paths lengthening as they do at qd.
+    def refuse_state(self, k: int, q: FloatArray, qd: FloatArray) -> None:
+        """Raise DivergedError for coordinate k of a state."""
+        name = self.robot.coordinates[k].name
+        raise DivergedError(f"{name} is {q[k]} with velocity {qd[k]}")
 
-        Raises:
-            DivergedError: A state is not finite any more.
-        """
-        self.core.update_rates(self._handle, qd.tobytes())
-        self.core.advance(self._handle, commands.tobytes(), h)
-        self.check_muscles()
+    def refuse_command(self, k: int, commands: FloatArray) -> None:
+        """Raise InputError for the command of muscle k."""
+        what = "force" if self.laws is None else "command"
+        name = self.robot.muscles[k].name
+        raise InputError(f"{what} {commands[k]} of muscle {name!r} is not finite")
 
     def check_muscles(self) -> None:
         """Refuse states of muscles that are not finite.

@@ -1,4 +1,4 @@
-"""The plant: a robot in a DART world, pulled by its muscles.
+"""The plant: a robot pulled by its muscles, in the C core or in a DART world.
 
 M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, with the tensions f as the muscles' laws
 make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or of
@@ -17,11 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.check import require_valid
 
+from .core_mechanism import CoreMechanism, CoreSteps
+from .dart_mechanism import DartMechanism
+from .engine import Engine, chosen_engine
 from .integrators import Integrator, RungeKutta4, SemiImplicitEuler
-from .ledger import Energy, Ledger, Momentum, momentum
-from .mechanism import DivergedError, Held, Mechanism
+from .ledger import Energy, Ledger
+from .mechanism import DivergedError, Held, Mechanism, Momentum
 from .muscle_paths import finite, vector
 from .muscle_rest import resting_commands
+from .no_world import NoWorld
 from .scene import Scene
 from .tasks import task_rows
 from .world import World
@@ -42,13 +46,17 @@ class Plant:
         energy: Whether the work done on the robot is booked, for `energy`.
         scene: What stands around the robot, for contacts; None for nothing.
         wrenched: Names of the links that take wrenches from outside.
+        engine: `core`, the C core, for robots without contacts and Coulomb friction; `dart`; or
+            `auto` for the core where it can. Both give the same motion, but for rounding; the core
+            is some ten times faster.
 
     Raises:
         RobotError: The robot is not valid.
-        InputError: A setting is wrong, or the integrator does not fit the robot.
+        InputError: A setting is wrong, or integrator or engine do not fit the robot.
 
     Attributes:
         robot: The robot.
+        engine: What computes it: `core` or `dart`.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         world: What it stands in: objects and contacts.
@@ -67,6 +75,7 @@ class Plant:
         energy: bool = False,
         scene: Scene | None = None,
         wrenched: Sequence[str] = (),
+        engine: Engine = "auto",
     ) -> None:
         require_valid(robot)
         _check(step, integrator, substeps)
@@ -76,20 +85,35 @@ class Plant:
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         if scene is not None and integrator != "euler":
             raise InputError(f"{integrator} knows no contacts; use the euler integrator in a world")
-        self._mechanism = Mechanism(robot, apart=scene is not None, wrenched=wrenched)
-        self._laws = self._mechanism.laws
         self._ledger = Ledger(robot) if energy else None
+        self.engine = chosen_engine(engine, robot, scene)
+        self._mechanism: Mechanism
+        self._integrator: Integrator
+        self.world: World | NoWorld
+        if self.engine == "core":
+            mechanism = CoreMechanism(robot, wrenched=wrenched)
+            self._mechanism, self.world = mechanism, NoWorld()
+            self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._ledger)
+        else:
+            self._build_in_dart(integrator, substeps, scene, wrenched)
+        self._laws = self._mechanism.laws
         self._task_rows = task_rows(robot)
         self._task_values = self._mechanism.core.array("task_values", 3 * len(robot.task_frames))
-        self._skeleton = self._mechanism.skeleton
-        self.world = World(self._skeleton, robot, step / substeps, scene)
-        self._integrator: Integrator = (
-            SemiImplicitEuler(self._mechanism, self.world, step, substeps, self._ledger)
-            if integrator == "euler"
-            else RungeKutta4(self._mechanism, step, substeps, self._ledger)
-        )
         self._move_on = self._integrator.step
         self.reset()
+
+    def _build_in_dart(
+        self, rule: Rule, substeps: int, scene: Scene | None, wrenched: Sequence[str]
+    ) -> None:
+        """A mechanism and its world in DART, and what steps them."""
+        mechanism = DartMechanism(self.robot, apart=scene is not None, wrenched=wrenched)
+        world = World(mechanism.skeleton, self.robot, self._step / substeps, scene)
+        self._mechanism, self.world = mechanism, world
+        if rule == "euler":
+            parts = mechanism, world, self._step, substeps, self._ledger
+            self._integrator = SemiImplicitEuler(*parts)
+        else:
+            self._integrator = RungeKutta4(mechanism, self._step, substeps, self._ledger)
 
     @property
     def step_size(self) -> float:
@@ -158,7 +182,7 @@ class Plant:
     @property
     def momentum(self) -> Momentum:
         """Linear and angular momentum of the robot in the world."""
-        return momentum(self._skeleton.dart)
+        return self._mechanism.momentum
 
     def reset(
         self,
@@ -247,7 +271,7 @@ class Plant:
             made[self._actuated] = finite(
                 "torques", vector("torques", torques, len(self._actuated))
             )
-        w, size = None, self._mechanism.link_wrenches.size
+        w, size = None, self._mechanism.wrench_size
         if loads is not None:
             w = finite("loads", vector("loads", loads, self._mechanism.points))
         if wrenches is None:
@@ -299,12 +323,9 @@ class Plant:
     def _go(self, ticks: int, q: FloatArray, qd: FloatArray) -> None:
         q, qd = q.copy(), qd.copy()
         try:
-            self._mechanism.arrive(q, qd)
+            self._mechanism.place(q, qd)
         except DivergedError as error:
             raise InputError(f"a state is not finite, or beyond 1e9: {error}") from None
-        self._skeleton.dart.resetAccelerations()
-        self._skeleton.set_positions(q)
-        self._skeleton.set_velocities(qd)
         self._ticks = ticks
         self.world.time = self.time
         self.q, self.qd = q, qd

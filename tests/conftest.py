@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from sim_dart import Plant
+
 
 @pytest.fixture
 def shared() -> Path:
@@ -14,3 +16,11 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip("the robot files of others are not beside this repository")
     return folder
+
+
+@pytest.fixture(params=["core", "dart"])
+def every_engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The engine of plants that are made without one: a test that uses it holds for each."""
+    engine = str(request.param)
+    monkeypatch.setitem(Plant.__init__.__kwdefaults__ or {}, "engine", engine)
+    return engine

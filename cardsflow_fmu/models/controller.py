@@ -21,7 +21,7 @@ from controllers import (
     OperationalSpaceSolution,
     Posture,
 )
-from sim_dart import DartDynamics
+from sim_dart import CoreDynamics, DartDynamics
 
 from .experiment_model import ExperimentModel
 from .model import FloatArray
@@ -29,6 +29,13 @@ from .muscle_control import MuscleControl
 from .start_commands import start
 
 Law = JointSpaceController | OperationalSpaceController
+
+CONTROL_DYNAMICS: dict[str, type[CoreDynamics] | type[DartDynamics]] = {
+    "auto": CoreDynamics,
+    "core": CoreDynamics,
+    "dart": DartDynamics,
+}
+"""What computes the dynamics that a controller knows, by its engine."""
 
 
 class ControllerModel(ExperimentModel):
@@ -49,7 +56,7 @@ class ControllerModel(ExperimentModel):
         super().__init__(experiment, values)
         robot, settings = experiment.robot, experiment.controller
         n, m, r = len(robot.coordinates), len(robot.muscles), len(settings.kp)
-        self._dynamics = DartDynamics(robot)
+        self._dynamics = CONTROL_DYNAMICS[settings.engine](robot)
         self._law = control_law(experiment, self._dynamics)
         names = (
             self._dynamics.coordinate_names
@@ -172,7 +179,7 @@ class ControllerModel(ExperimentModel):
         self._applied = self.parameters.copy()
 
 
-def control_law(experiment: Experiment, dynamics: DartDynamics) -> Law:
+def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
     """The law that an experiment asks for.
 
     Args:

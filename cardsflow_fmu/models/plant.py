@@ -125,6 +125,7 @@ class PlantModel(ExperimentModel):
             energy=settings.energy,
             scene=self._scene,
             wrenched=settings.wrenches,
+            engine=settings.engine,
         )
 
     def _told(self) -> FloatArray:

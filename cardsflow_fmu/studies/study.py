@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from .variations import Variation
 
-Engine = Literal["direct", "fmu"]
+Engine = Literal["direct", "fmu", "native"]
 Sampler = Literal["grid", "list", "sobol", "latin_hypercube", "monte_carlo", "sensitivity"]
 Method = Literal["differential_evolution", "cma_es"]
 TableKind = Literal["csv", "parquet"]
@@ -90,7 +90,8 @@ class Study:
         file: Where it comes from.
         experiment: The experiment.toml, or the folder that holds one.
         settings: Changes to it that all runs share, by full key.
-        engine: Plain Python objects in the worker, or FMUs: equal results.
+        engine: Plain Python objects in the worker, FMUs, or a loop in C: equal results, but for
+            rounding in C.
         seed: Where all random numbers come from.
         variations: What is varied.
         sampler: How the variations are combined.

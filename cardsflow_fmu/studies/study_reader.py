@@ -6,11 +6,12 @@ import importlib.util
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
 from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.foreign_fmu import ROLES
 from cardsflow_fmu.setting_paths import join_path, split_path
 from cardsflow_fmu.tables import Table
 
@@ -33,7 +34,7 @@ from .variations import Seed, Variation
 
 _MAX_BYTES = 16 * 2**20
 _MOST_RUNS = 1_000_000
-_ENGINES = ("direct", "fmu")
+_ENGINES = get_args(Engine)
 _TABLES = ("csv", "parquet")
 
 
@@ -74,7 +75,7 @@ def _study(top: Table) -> Study:
         file=top.file,
         experiment=path,
         settings=settings,
-        engine=cast(Engine, top.choice("engine", "engine", _ENGINES, "direct")),
+        engine=_engine(top, base),
         seed=_seed(top),
         variations=variations,
         sampler=sampler,
@@ -89,6 +90,19 @@ def _study(top: Table) -> Study:
         top.value(key, None)
     top.close()
     return study
+
+
+def _engine(top: Table, base: Experiment) -> Engine:
+    """What steps the runs; the loop in C must have all that the experiment has."""
+    engine = cast(Engine, top.choice("engine", "engine", _ENGINES, "direct"))
+    if engine == "native":
+        from cardsflow_fmu.native_library import native_models
+
+        try:
+            native_models(base, ROLES)
+        except InputError as error:
+            raise top.error("engine", error.what) from None
+    return engine
 
 
 def _settings(top: Table) -> dict[str, Any]:

@@ -31,7 +31,7 @@ class Job:
         experiment: The experiment.toml, or the folder that holds one.
         digest: Of the experiment, see `experiment_digest`.
         settings: Changes to it that all runs share.
-        engine: Plain Python objects, or FMUs.
+        engine: Plain Python objects, FMUs, or a loop in C.
         metrics: What to look at.
         box: Where the workspace is looked at.
         fmus: Folder with the FMUs of the experiment, built; where it is not there, they are built
@@ -98,9 +98,9 @@ def _simulate(job: Job, base: Experiment, experiment: Experiment) -> Result:
 
     from .fmu_store import prepared_fmus
 
-    if job.engine == "direct":
-        return simulate(experiment, through="direct")
-    return simulate(experiment, prepared=prepared_fmus(base, experiment, job.fmus))
+    if job.engine == "fmu":
+        return simulate(experiment, prepared=prepared_fmus(base, experiment, job.fmus))
+    return simulate(experiment, through=job.engine)
 
 
 def _simulated(result: Result, ready: float) -> float:

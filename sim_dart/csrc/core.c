@@ -87,6 +87,11 @@ double *core_array(core *c, const char *name, size_t *length)
         {"qdd", c->qdd, dofs},
         {"q", c->q, dofs},
         {"qd", c->qd, dofs},
+        {"outer", c->outer, dofs},
+        {"work", c->work, 3},
+        {"frame_rotation", c->rotation, 9 * dofs},
+        {"frame_origin", c->origin, 3 * dofs},
+        {"frame_axis", c->axis, 3 * dofs},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;

@@ -43,6 +43,12 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      gravity        G(q), dofs
      q, qd          the state that core_step advances, dofs
      qdd            accelerations, dofs
+     outer          generalised forces from outside at the last evaluation of a step, dofs
+     work           done by the last call that steps, in [J]: of muscles, from outside, of damping; 3
+   Of the frames that move, one a degree of freedom, in the world:
+     frame_rotation row by row, dofs x 9
+     frame_origin   on the axis, dofs x 3
+     frame_axis     of its motion, dofs x 3
    Of the paths:
      points         via points in the world, points x 3
      surface_places a surface's centre and z axis in the world, surfaces x 6
@@ -111,6 +117,17 @@ CORE_API void core_accelerate(core *c, const double *qd, const double *tau, cons
    index of the first coordinate that has diverged, dofs + 1 for a muscle's state; or -1 - the index of the
    first command that is not finite, before anything moves.                                            */
 CORE_API int core_step(core *c, const double *u, const double *extra, double h, int32_t steps);
+
+/* As core_step, by Runge and Kutta's rule of fourth order: damping, springs and the laws' states as well
+   are explicit. A coordinate that has passed a limit is put back to it at the end of the step, and stopped
+   by an impulse. After a failure the state is somewhere within the step.                               */
+CORE_API int core_runge_kutta(core *c, const double *u, const double *extra, double h, int32_t steps);
+
+/* Wrenches that act from now on in every step: on the point `point` (3) of frame `frame`, -1 for the world,
+   a force and a moment (6), in world axes. The arrays are the caller's, who may write the wrenches between
+   steps. 0; or 1 + the index of the first frame that there is not, and nothing changes.                */
+CORE_API int core_push(core *c, int32_t count, const int32_t *frame, const double *point,
+                       const double *wrench);
 
 /* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
    the law's range acts as the nearest one in it, that of a passive muscle is not looked at. Those that

@@ -1,6 +1,6 @@
 /* Joint limits: inelastic stops. With v the velocities that a step would end with, the impulses p solve
 
-     v + M^-1 p  within  (lower - q)/h  and  (upper - q)/h,   p_i pushing inwards, and only at a limit.
+     v + M^-1 p  within  low  and  high,   p_i pushing inwards, and only at a limit.
 
    The set of limits that are met is found by exchange: take in the limit that is passed furthest, drop
    those whose impulse would pull. M is positive definite, so that almost every step needs one or two
@@ -16,19 +16,19 @@ static double *entry(const core *c, double *matrix, int32_t row, int32_t column)
 }
 
 /* By how much a velocity is under its lower bound (negative) or over its upper one. */
-static double excess(const core *c, int32_t j, double h)
+static double excess(const core *c, int32_t j)
 {
-    const double low = (c->blob.lower[j] - c->q[j]) / h, high = (c->blob.upper[j] - c->q[j]) / h;
-    return c->qd[j] < low ? c->qd[j] - low : c->qd[j] > high ? c->qd[j] - high : 0;
+    const double v = c->qd[j];
+    return v < c->low[j] ? v - c->low[j] : v > c->high[j] ? v - c->high[j] : 0;
 }
 
 /* The coordinate that is furthest beyond a limit that is not met yet, or -1. */
-static int32_t furthest(const core *c, double h)
+static int32_t furthest(const core *c)
 {
     int32_t found = -1;
     double most = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        const double by = c->side[j] == 0 ? fabs(excess(c, j, h)) : 0;
+        const double by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
         if (by > most) most = by, found = j;
     }
     return found;
@@ -70,12 +70,12 @@ static int32_t drop_pulling(core *c, int32_t count)
     return count - 1;
 }
 
-static void meet(core *c, int32_t j, int32_t count, double h)
+static void meet(core *c, int32_t j, int32_t count)
 {
     double *unit = c->impulse;
-    const int under = excess(c, j, h) < 0;
+    const int under = excess(c, j) < 0;
     c->side[j] = under ? -1 : 1;
-    c->target[j] = ((under ? c->blob.lower[j] : c->blob.upper[j]) - c->q[j]) / h;
+    c->target[j] = under ? c->low[j] : c->high[j];
     c->met[count] = j;
     memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(double));
     unit[j] = 1;
@@ -94,23 +94,23 @@ static void apply(core *c, int32_t count)
     for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
 }
 
-void limits_keep(core *c, double h)
+void limits_keep(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     memset(c->side, 0, dofs * sizeof(double));
-    int32_t count = 0, next = furthest(c, h);
+    int32_t count = 0, next = furthest(c);
     if (next < 0) return;
     memcpy(c->free, c->qd, dofs * sizeof(double));
     memset(c->armature, 0, dofs * sizeof(double));
     dynamics_factor(c, c->armature);
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
-        meet(c, next, count++, h);
+        meet(c, next, count++);
         for (int32_t left = -1; left != count;) {
             if (left >= 0) count = left;
             solve(c, count);
             left = drop_pulling(c, count);
         }
         apply(c, count);
-        next = furthest(c, h);
+        next = furthest(c);
     }
 }

@@ -35,10 +35,16 @@
     ARRAY(q, dofs)            /* where the robot is */                                                 \
     ARRAY(qd, dofs)                                                                                    \
     ARRAY(load, dofs)         /* generalised forces of a step */                                       \
+    ARRAY(outer, dofs)        /* those from outside */                                                 \
+    ARRAY(work, 3)            /* of muscles, of what acts from outside, of damping */                  \
+    ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the step's beginning */               \
+    ARRAY(slopes, 2 * dofs + law_states) /* sum of their rates over the stages */                      \
     ARRAY(armature, dofs)                                                                              \
     ARRAY(response, dofs *dofs) /* rows: what a unit impulse on a coordinate does to qd */             \
     ARRAY(factor, dofs *dofs)                                                                          \
     ARRAY(impulse, dofs)                                                                               \
+    ARRAY(low, dofs)          /* velocities that limits leave */                                       \
+    ARRAY(high, dofs)                                                                                  \
     ARRAY(target, dofs)                                                                                \
     ARRAY(free, dofs)         /* velocities without any limit */                                       \
     ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
@@ -70,6 +76,9 @@ struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
+    int32_t pushes;      /* points that core_push has given; the arrays are the caller's */
+    const int32_t *push_frame;
+    const double *push_point, *push_wrench;
     STATE_ARRAYS(STATE_MEMBER)
 };
 #undef STATE_MEMBER
@@ -95,8 +104,17 @@ void dynamics_carry(const core *c, int32_t i, const double *accelerations, doubl
 /* dqd = M^-1 impulse, with the articulated bodies of the last factorisation. */
 void dynamics_factor(core *c, const double *armature);
 void dynamics_respond(core *c, const double *impulse, double *change);
-/* Change qd so that no coordinate passes a limit within h. */
-void limits_keep(core *c, double h);
+/* Change qd by impulses so that all velocities are within low and high; links and inertias are those of
+   the last q. */
+void limits_keep(core *c);
+/* outer = extra, or nothing where that is NULL, and what core_push has given, at the last q. */
+void pushes_add(core *c, const double *extra);
+/* Add to the work what torques, outer forces and damping do in a time h: at the velocities `qd`, with
+   damping as at `damped`. */
+void work_add(core *c, double h, const double *qd, const double *damped);
+/* -L'f at the state: 0, or 1 + the index of the first command that is not finite. */
+int muscles_pull(core *c, const double *u);
+int muscles_are_sound(const core *c);
 void paths_prepare(core *c);
 void paths_move(core *c);
 void tasks_move(core *c);

@@ -1,26 +1,50 @@
 /* Steps of the plant: muscles, forward dynamics, semi-implicit Euler, joint limits. */
-#include "law.h"
 #include "state.h"
 
 #include <math.h>
+#include <string.h>
+
+int muscles_pull(core *c, const double *u)
+{
+    return c->has_laws ? core_drive(c, c->qd, u) : core_pull(c, u);
+}
+
+int muscles_are_sound(const core *c)
+{
+    for (int32_t k = 0; k < c->blob.law_states; k++)
+        if (!isfinite(c->law_states[k])) return 0;
+    return 1;
+}
 
 /* Damping and springs act at the end of the step, to first order: h D + h^2 K beside M. */
-static void accelerate(core *c, const double *extra, double h)
+static void accelerate(core *c, double h)
 {
     const blob_view *b = &c->blob;
     for (int32_t j = 0; j < b->counts.dofs; j++) {
         c->armature[j] = h * (b->damping[j] + h * b->stiffness[j]);
-        c->load[j] = c->torques[j] + (extra ? extra[j] : 0) - b->damping[j] * c->qd[j] -
+        c->load[j] = c->torques[j] + c->outer[j] - b->damping[j] * c->qd[j] -
                      b->stiffness[j] * (c->q[j] + h * c->qd[j] - b->rest[j]);
     }
     core_accelerate(c, c->qd, c->load, c->armature);
 }
 
-static int all_finite(const double *values, int32_t count)
+/* No coordinate may pass a limit within h. */
+static void stay_within(core *c, double h)
 {
-    for (int32_t k = 0; k < count; k++)
-        if (!isfinite(values[k])) return 0;
-    return 1;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        c->low[j] = (c->blob.lower[j] - c->q[j]) / h;
+        c->high[j] = (c->blob.upper[j] - c->q[j]) / h;
+    }
+    limits_keep(c);
+}
+
+/* Forces as at the step's beginning, at the mean of its velocities: what they do to the kinetic energy,
+   exactly, if M is constant. */
+static void book(core *c, double h)
+{
+    double *mean = c->before;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) mean[j] = 0.5 * (mean[j] + c->qd[j]);
+    work_add(c, h, mean, c->qd);
 }
 
 /* Muscles remember with the lengthening that the step ends with. */
@@ -28,18 +52,22 @@ static int advance_muscles(core *c, const double *u, double h)
 {
     core_rates(c, c->qd);
     core_advance(c, u, h);
-    return all_finite(c->law_states, c->blob.law_states);
+    return muscles_are_sound(c);
 }
 
 int core_step(core *c, const double *u, const double *extra, double h, int32_t steps)
 {
     const int32_t dofs = c->blob.counts.dofs;
+    memset(c->work, 0, 3 * sizeof(double));
     for (; steps > 0; steps--) {
-        int bad = c->has_laws ? core_drive(c, c->qd, u) : core_pull(c, u);
+        int bad = muscles_pull(c, u);
         if (bad) return -bad;
-        accelerate(c, extra, h);
+        pushes_add(c, extra);
+        accelerate(c, h);
+        memcpy(c->before, c->qd, (size_t)dofs * sizeof(double));
         for (int32_t j = 0; j < dofs; j++) c->qd[j] += h * c->qdd[j];
-        limits_keep(c, h);
+        stay_within(c, h);
+        book(c, h);
         if (c->has_laws && !advance_muscles(c, u, h)) return dofs + 1;
         for (int32_t j = 0; j < dofs; j++) c->q[j] += h * c->qd[j];
         bad = core_move_checked(c, c->q, c->qd);

@@ -15,6 +15,10 @@ from addin_sdfusion.robot import (
     TaskSet,
 )
 from sim_dart import DartDynamics, Plant
+from sim_dart.dart_mechanism import DartMechanism
+from sim_dart.skeleton import Skeleton
+
+pytestmark = pytest.mark.usefixtures("every_engine")
 
 
 def with_coordinates(robot: Robot, **changes: float) -> Robot:
@@ -194,6 +198,12 @@ def test_an_invalid_robot_is_refused() -> None:
         Plant(bad)
 
 
+def skeleton_of(plant: Plant) -> Skeleton:
+    mechanism = plant._mechanism
+    assert isinstance(mechanism, DartMechanism)
+    return mechanism.skeleton
+
+
 def test_loads_on_task_points_act_like_darts_own_forces() -> None:
     """J_p^T w against a force that DART applies at the point, in world axes."""
     robot = random_robot(11, joints=5, muscles=4)
@@ -203,13 +213,14 @@ def test_loads_on_task_points_act_like_darts_own_forces() -> None:
         TaskFrame("knee", "link_2", (0.3, 0.1, 0.0)),
     )
     robot = replace(robot, task_sets=(TaskSet("points", frames),), task_set="points")
-    pushed, reference = Plant(robot), Plant(robot)
+    pushed, reference = Plant(robot), Plant(robot, engine="dart")
+    skeleton = skeleton_of(reference)
     f, w = np.full(4, 3.0), np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
     for _ in range(50):
         pushed.step(f, loads=w)
         for frame, force in (("tip", w[:3]), ("knee", w[3:])):
             point = next(p for p in frames if p.name == frame)
-            body = reference._skeleton.bodies[point.link]
+            body = skeleton.bodies[point.link]
             body.addExtForce(force, np.array(point.position), False, True)
         reference.step(f)
     np.testing.assert_allclose(pushed.q, reference.q, rtol=0, atol=1e-12)

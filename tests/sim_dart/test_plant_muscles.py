@@ -13,6 +13,8 @@ from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.muscle import CableKind, CableModel
 from sim_dart import DartDynamics, MuscleDrive, Plant
 
+pytestmark = pytest.mark.usefixtures("every_engine")
+
 HILL = {"max_isometric_force": 400.0, "fibre_damping": 0.1}
 LIGAMENT = {"linear_stiffness": 300.0}
 

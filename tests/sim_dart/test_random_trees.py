@@ -100,7 +100,7 @@ def test_pinocchio(first: int) -> None:
 def test_a_thousand_damped_steps_are_those_of_dart(seed: int) -> None:
     """Muscles pull a damped tree about; undamped ones part from any neighbour exponentially."""
     robot = random_tree(seed, damping=2.0)
-    plant, core = Plant(robot, 1e-3), Core(compile_blob(robot))
+    plant, core = Plant(robot, 1e-3, engine="dart"), Core(compile_blob(robot))
     q, _, f = random_state(robot, np.random.default_rng(seed))
     plant.reset(q)
     state = core.array("q", q.size)

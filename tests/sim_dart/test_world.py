@@ -60,7 +60,7 @@ def thrown(n: int = 3) -> Scene:
 def test_a_scene_of_nothing_changes_nothing() -> None:
     """Without contacts a plant in a world moves as one without a world, to the last bit."""
     robot = planar_2r()
-    plain, placed = Plant(robot), Plant(robot, scene=Scene())
+    plain, placed = Plant(robot, engine="dart"), Plant(robot, scene=Scene())
     rng = np.random.default_rng(0)
     for _ in range(200):
         f = rng.uniform(10.0, 40.0, 4)

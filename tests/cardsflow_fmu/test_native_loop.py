@@ -1,0 +1,151 @@
+"""A loop in C: the rows of the same experiment stepped as Python objects, and as native FMUs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from co_simulation import co_simulate
+from robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.master import Recording
+from cardsflow_fmu.native_loop import NativeLoop, run_batch
+from cardsflow_fmu.results import Result
+from cardsflow_fmu.simulation import RunError, run, simulate
+
+pytestmark = pytest.mark.native
+
+SHORT = {"planar_2r": {"run.duration": 0.4}, "roboy_left_arm": {"run.duration": 0.2}}
+PUSH = {"force": {"hand": [3.0, -2.0, 1.0]}, "begin": 0.05, "end": 0.1, "known": True}
+VARIANTS: dict[str, dict[str, Any]] = {
+    "plain": {},
+    "slow controller": {"controller.period": 0.002, "run.step": 0.0005, "plant.step": 0.00025},
+    "jacobi": {"run.coupling": "jacobi"},
+    "gauss_seidel": {
+        "run.coupling": "gauss_seidel",
+        "run.order": ["plant", "reference", "controller"],
+    },
+    "around": {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1},
+    "held input": {"wiring": {"controller": {"qd_d.joint_1": 0.0, "q.joint_2": "plant.q.joint_1"}}},
+}
+
+
+def load(example: str, settings: dict[str, Any] | None = None) -> Experiment:
+    return Experiment.load(EXAMPLES / example, SHORT[example] | (settings or {}))
+
+
+def recorded(experiment: Experiment) -> Recording:
+    with NativeLoop(experiment) as loop:
+        return loop.run()
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("example", SHORT)
+def test_the_rows_are_those_of_python_objects(example: str, variant: str) -> None:
+    """Positions to 1e-12, forces to 1e-9 of theirs."""
+    if variant == "held input" and example != "planar_2r":
+        pytest.skip("its coordinates have other names")
+    experiment = load(example, VARIANTS[variant])
+    direct, native = simulate(experiment, through="direct"), simulate(experiment, through="native")
+    assert native.names == direct.names
+    assert native.units == direct.units
+    for k, name in enumerate(direct.names):
+        scale = max(np.abs(direct.rows[:, k]).max(), 1.0)
+        near = 1e-9 if name.split(".")[0] in ("f", "slack") else 1e-12
+        np.testing.assert_allclose(
+            native.rows[:, k], direct.rows[:, k], rtol=0, atol=near * scale, err_msg=name
+        )
+    np.testing.assert_array_equal(native.solve_times[:, 0], direct.solve_times[:, 0])
+    assert (native.solve_times[:, 1] > 0).all()
+
+
+@pytest.mark.parametrize("example", SHORT)
+def test_the_rows_are_those_of_native_fmus_bit_for_bit(example: str, tmp_path: Path) -> None:
+    experiment = load(example)
+    fmus = co_simulate(experiment, tmp_path, native=True)
+    np.testing.assert_array_equal(recorded(experiment).rows, fmus.rows)
+
+
+def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
+    experiments = [load("planar_2r", {"controller.kp": 900.0 + 100.0 * k}) for k in range(4)]
+    batch = run_batch(experiments, threads=2)
+    for experiment, recording in zip(experiments, batch, strict=True):
+        np.testing.assert_array_equal(recording.rows, recorded(experiment).rows)
+    assert not np.array_equal(batch[0].rows, batch[1].rows)
+
+
+def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
+    """Gains that are much too hard: the same rows as far as Python objects came."""
+    settings = {"controller.kp": 1e9, "controller.kd": 1e6, "plant.mass_scale.link_2": 1e-3}
+    limits = {"muscles": {f"cable_{k}": {"f_max": 1e12} for k in range(1, 5)}}
+    experiment = load("planar_2r", settings | limits)
+    found: dict[str, Result] = {}
+    for through in ("direct", "native"):
+        with pytest.raises(RunError, match="diverged at t ="):
+            simulate(experiment, through=through)
+        with pytest.raises(RunError) as caught:
+            run(experiment, tmp_path / through, through=through)
+        found[through] = caught.value.result
+        assert found[through].summary["status"] == "incomplete"
+        assert (tmp_path / through / "results.csv").is_file()
+    assert len(found["native"].rows) == len(found["direct"].rows)
+
+
+def test_the_summary_tells_engine_master_and_speed(tmp_path: Path) -> None:
+    experiment = load("planar_2r")
+    result = run(experiment, tmp_path / "out", through="native")
+    assert result.summary["engine"] == {"plant": "native", "controller": "native"}
+    assert result.summary["master"] == "C"
+    assert result.summary["real_time_factor"] > 0
+    assert "engine      plant native, controller native; master C" in result.describe()
+    direct = simulate(load("planar_2r", {"plant.engine": "dart"}), through="direct")
+    assert direct.summary["engine"] == {"plant": "dart", "controller": "core"}
+    assert direct.summary["master"] == "Python, over objects"
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"controller.type": "lyapunov"}, "the law 'lyapunov'"),
+        ({"plant.engine": "dart"}, r'the engine "dart" \(plant\)'),
+        ({"controller.engine": "dart"}, r'the engine "dart" \(controller\)'),
+        ({"world": {"ground": {}}}, "worlds with contacts"),
+    ],
+)
+def test_what_it_lacks_is_refused_by_name(settings: dict[str, Any], message: str) -> None:
+    experiment = load("planar_2r", settings)
+    with pytest.raises(InputError, match=rf'{message}.*; use the engine "direct" or "fmu"$'):
+        simulate(experiment, through="native")
+
+
+def test_the_clock_is_not_its_own() -> None:
+    with pytest.raises(InputError, match="does not wait for the clock"):
+        simulate(load("planar_2r"), through="native", realtime=True)
+
+
+@pytest.mark.parametrize("key", ["plant.engine", "controller.engine"])
+def test_an_engine_is_named_rightly(key: str) -> None:
+    with pytest.raises(InputError, match=rf"{key}: no engine 'cor'; did you mean 'core'"):
+        load("planar_2r", {key: "cor"})
+    with pytest.raises(InputError, match=r'plant.engine: the core has no contacts.*"dart"'):
+        load("planar_2r", {"plant.engine": "core", "world": {"ground": {}}})
+    experiment = load("planar_2r", {key: "dart"})
+    part = key.partition(".")[0]
+    assert experiment.data[part]["engine"] == "dart"
+
+
+def test_engines_give_the_same_run() -> None:
+    """All four pairs of engines, in one closed loop."""
+    rows = []
+    for plant in ("core", "dart"):
+        for controller in ("core", "dart"):
+            settings = {"plant.engine": plant, "controller.engine": controller}
+            rows.append(simulate(load("roboy_left_arm", settings), through="direct"))
+    names = [f"q.{c.name}" for c in rows[0].experiment.robot.coordinates]
+    for other in rows[1:]:
+        for name in names:
+            np.testing.assert_allclose(other[name], rows[0][name], rtol=0, atol=1e-12)

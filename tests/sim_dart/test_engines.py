@@ -1,0 +1,160 @@
+"""The plant's two engines, the C core and DART, give the same motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from random_trees import random_state, random_tree
+from robots import planar_2r, random_robot
+
+from addin_sdfusion.robot import InputError, Robot, SimulationError, UnknownNameError
+from addin_sdfusion.robot.muscle import CableModel
+from sim_dart import Plant, Scene
+
+RULES: Any = pytest.mark.parametrize("rule", ["euler", "rk4"])
+CLOSE = 1e-9  # in [rad] and [m]
+
+
+def with_coordinates(robot: Robot, **changes: Any) -> Robot:
+    joints = [
+        replace(j, coordinates=tuple(replace(c, **changes) for c in j.coordinates))
+        for j in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
+
+
+def both(robot: Robot, **settings: Any) -> tuple[Plant, Plant]:
+    return Plant(robot, engine="core", **settings), Plant(robot, engine="dart", **settings)
+
+
+def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: Any) -> float:
+    """Step both, and compare them now and then; how far they have come."""
+    core, dart = plants
+    begin = core.q
+    for k in range(steps):
+        for plant in plants:
+            plant.step(*inputs, **more)
+        if k % 50 == 49:
+            np.testing.assert_allclose(core.q, dart.q, rtol=0, atol=CLOSE)
+    return float(np.abs(core.q - begin).max())
+
+
+@RULES
+@pytest.mark.parametrize("seed", range(12))
+def test_a_thousand_steps_of_a_damped_tree(seed: int, rule: Any) -> None:
+    """With springs, loads on a point, wrenches on two links, and motors."""
+    robot = with_coordinates(random_tree(seed, damping=2.0), actuated=True)
+    robot = with_coordinates(robot, stiffness=0.5, rest=0.1)
+    rng = np.random.default_rng(seed)
+    step = 1e-3 if rule == "euler" else 2e-4  # its damping is explicit
+    plants = both(robot, step=step, integrator=rule, wrenched=("link_0", "link_1"))
+    q, _, f = random_state(robot, rng)
+    for plant in plants:
+        plant.reset(q)
+    torques = 0.2 * rng.uniform(-1, 1, q.size)
+    loads, wrenches = 0.3 * rng.uniform(-1, 1, 3), 0.3 * rng.uniform(-1, 1, 12)
+    assert go_together(plants, 1000, 0.3 * f, torques, loads=loads, wrenches=wrenches) > 0.01
+
+
+@RULES
+@pytest.mark.parametrize("robot", [planar_2r(), random_robot(2, joints=4)])
+def test_joint_limits(robot: Robot, rule: Any) -> None:
+    """An arm falls onto its stops, and rests there."""
+    limited = with_coordinates(robot, lower=-0.4, upper=0.4, damping=0.05)
+    plants = both(limited, integrator=rule)
+    start = np.full(len(robot.coordinates), 0.1)
+    for plant in plants:
+        plant.reset(start)
+    go_together(plants, 1000, np.zeros(len(robot.muscles)))
+    assert np.abs(plants[0].q).max() > 0.4 - 1e-9
+    assert np.abs(plants[0].q).max() <= 0.4 + 1e-9
+
+
+@RULES
+def test_substeps_laws_and_books(rule: Any) -> None:
+    """Energies, momenta, tensions and states of elastic muscles under a load."""
+    model = CableModel("elastic_cable", (("stiffness", 1e3), ("damping", 5.0)))
+    robot = with_coordinates(planar_2r(), damping=0.1, stiffness=0.3, rest=0.2)
+    robot = robot.with_muscles([replace(muscle, model=model) for muscle in robot.muscles])
+    core, dart = both(robot, integrator=rule, substeps=3, energy=True)
+    commands = core.commands
+    for _ in range(300):
+        for plant in (core, dart):
+            plant.step(commands, loads=[0.4, 0.0, -0.3])
+    np.testing.assert_allclose(core.q, dart.q, rtol=0, atol=CLOSE)
+    np.testing.assert_allclose(core.energy, dart.energy, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(core.tensions, dart.tensions, rtol=1e-8)
+    np.testing.assert_allclose(core.muscle_states, dart.muscle_states, rtol=1e-8)
+    np.testing.assert_allclose(core.task_position, dart.task_position, rtol=0, atol=CLOSE)
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_energies_and_momenta(seed: int) -> None:
+    robot = random_tree(seed)
+    core, dart = both(robot, energy=True)
+    q, qd, _ = random_state(robot, np.random.default_rng(seed))
+    for plant in (core, dart):
+        plant.reset(q, qd)
+    np.testing.assert_allclose(core.energy, dart.energy, rtol=1e-11, atol=1e-11)
+    for ours, theirs in zip(core.momentum, dart.momentum, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11)
+
+
+@RULES
+def test_a_state_of_the_core_comes_back_bit_by_bit(rule: Any) -> None:
+    plant = Plant(planar_2r(), integrator=rule, engine="core", energy=True)
+    f = np.array([30.0, 10.0, 20.0, 10.0])
+    for _ in range(30):
+        plant.step(f, loads=[1.0, 0.0, 2.0])
+    saved = plant.get_state()
+    for _ in range(30):
+        plant.step(f)
+    first = plant.get_state()
+    plant.set_state(saved)
+    assert np.array_equal(plant.get_state(), saved)
+    for _ in range(30):
+        plant.step(f)
+    assert np.array_equal(plant.get_state(), first)
+    other = Plant(planar_2r(), integrator=rule, engine="dart", energy=True)
+    other.set_state(saved)  # the same numbers in the same order
+    assert np.array_equal(other.get_state(), saved)
+
+
+def test_a_load_that_ends_does_not_stay() -> None:
+    pushed, free = (Plant(planar_2r(), engine="core") for _ in range(2))
+    pushed.step(np.zeros(4), loads=[5.0, 0.0, 0.0])
+    pushed.reset()
+    for plant in (pushed, free):
+        plant.step(np.zeros(4))
+    assert np.array_equal(pushed.get_state(), free.get_state())
+
+
+@RULES
+def test_a_plant_that_diverges_says_when_and_what(rule: Any) -> None:
+    endless = with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf)
+    plant = Plant(endless, integrator=rule, engine="core")
+    with pytest.raises(SimulationError, match=r"diverged at t = .* s: joint_\d is .*velocity"):
+        for _ in range(100):
+            plant.step(np.full(4, 1e250))
+    plant.reset()
+    plant.step(np.zeros(4))
+    assert np.isfinite(plant.q).all()
+
+
+def test_auto_takes_the_core_where_it_can() -> None:
+    robot = planar_2r()
+    assert Plant(robot).engine == "core"
+    assert Plant(robot, scene=Scene()).engine == "dart"
+    rough = with_coordinates(robot, friction=0.1)
+    assert Plant(rough).engine == "dart"
+    with pytest.raises(InputError, match=r'"core" has no Coulomb friction.*engine = "dart"'):
+        Plant(rough, engine="core")
+    with pytest.raises(InputError, match=r'"core" has no worlds with contacts.*engine = "dart"'):
+        Plant(robot, engine="core", scene=Scene())
+    with pytest.raises(UnknownNameError, match="did you mean 'core'"):
+        Plant(robot, engine="corre")  # type: ignore[arg-type]
+    with pytest.raises(UnknownNameError, match="link"):
+        Plant(robot, engine="core", wrenched=("nothing",))
