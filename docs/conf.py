@@ -6,6 +6,8 @@ when they are built or read. Formulas become MathML, which browsers draw by them
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import re
 import sys
 from pathlib import Path
@@ -37,14 +39,35 @@ default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-nitpicky = False
+napoleon_attr_annotations = False  # a type such as `str_` would be taken for a link
 
 
-def listed_pages(app: Sphinx, name: str, source: list[str]) -> None:
-    """Give the index a table of contents of the pages that it links to, in its order."""
+def whole_page(app: Sphinx, name: str, source: list[str]) -> None:
+    """What a page needs here and not on GitHub.
+
+    The index gets a table of contents of the pages that it links to, in its order; the page of names
+    all public ones; and files of the repository that are no pages are taken along.
+    """
+    text = source[0]
     if name == "index":
-        pages = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.(?:md|rst)\)", source[0]))
-        source[0] += "\n".join(("\n```{toctree}", ":hidden:", *pages, "```\n"))
+        pages = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.(?:md|rst)\)", text))
+        text += "\n".join(("\n```{toctree}", ":hidden:", *pages, "```\n"))
+    text = re.sub(r"^\.\. names:: (\w[\w.]*)$", public_names, text, flags=re.MULTILINE)
+    source[0] = text.replace("](../", "](path:../")
+
+
+def public_names(match: re.Match[str]) -> str:
+    """Directives for all classes and functions of a package."""
+    package = match[1]
+    module = importlib.import_module(package)
+    lines = []
+    for name in module.__all__:
+        thing = getattr(module, name)
+        if inspect.isclass(thing):
+            lines += [f".. autoclass:: {package}.{name}", "   :members:", "   :no-index:", ""]
+        elif inspect.isfunction(thing):
+            lines += [f".. autofunction:: {package}.{name}", "   :no-index:", ""]
+    return "\n".join(lines)
 
 
 def plain_docstring(
@@ -68,7 +91,7 @@ def mathml(translator: Any, node: nodes.Element) -> None:
 
 def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
-    app.connect("source-read", listed_pages)
+    app.connect("source-read", whole_page)
     app.connect("autodoc-process-docstring", plain_docstring, priority=100)
     app.add_html_math_renderer("mathml", (mathml, None), (mathml, None))
 

@@ -20,7 +20,7 @@ UNTIL_INTERRUPTED = "run until Ctrl-C"
 SIDE_BY_SIDE = "run side by side"
 """Every line has a terminal of its own; the last one ends by itself."""
 PART_OF = "part of: "
-"""The tables go into that example's experiment."""
+"""The tables stand in the place of those of that example's experiment."""
 PATCH = "patch"
 """The change applies to this source tree."""
 

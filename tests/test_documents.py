@@ -115,9 +115,11 @@ def experiments(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("block", TOML, ids=str)
 def test_settings_are_read(block: Block, experiments: Path) -> None:
-    """A part of an experiment is one, in the example that the note names."""
+    """Tables of an experiment are read, in the place of those of the example that the note names."""
     data = tomllib.loads(block.text)
     assert data
+    if block.told(documents.NOT_RUN) is not None:
+        return
     example = block.told(documents.PART_OF)
     if example is None:
         hint = f"<!-- {documents.PART_OF}examples/... -->"
@@ -127,10 +129,7 @@ def test_settings_are_read(block: Block, experiments: Path) -> None:
     whole = tomllib.loads((folder / "experiment.toml").read_text(encoding="utf-8"))
     if "robots" in data:
         del whole["robot"]
-    for name, table in data.items():
-        both = isinstance(table, dict) and isinstance(whole.get(name), dict)
-        whole[name] = whole[name] | table if both else table
-    (folder / "changed.json").write_text(json.dumps(whole))
+    (folder / "changed.json").write_text(json.dumps(whole | data))
     Experiment.load(folder / "changed.json")
 
 

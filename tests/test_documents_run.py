@@ -94,17 +94,18 @@ class Place:
         self._finish([sys.executable, str(file)], block)
 
     def _patch(self, block: Block) -> None:
-        """Change a copy of the source tree, and compile it; Python takes it from there on."""
+        """Change a copy of the source tree, and compile it if need be; Python takes it from there."""
         if self._changed is None:
             self._changed = self.folder.parent / "changed"
             for name in ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart"):
-                unwanted = shutil.ignore_patterns("__pycache__", "lib")
+                unwanted = shutil.ignore_patterns("__pycache__")
                 shutil.copytree(ROOT / name, self._changed / name, ignore=unwanted)
             shutil.copy(ROOT / "hatch_build.py", self._changed)
         patch = ["patch", "--strip=1", "--batch", "--fuzz=3", f"--directory={self._changed}"]
         done = subprocess.run(patch, input=block.text, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"{block}\n{done.stdout}{done.stderr}"
-        self._finish([sys.executable, str(self._changed / "hatch_build.py")], block)
+        if "csrc/" in block.text:
+            self._finish([sys.executable, str(self._changed / "hatch_build.py")], block)
 
     def _side_by_side(self, block: Block) -> None:
         *others, last = _lines(block)
@@ -160,6 +161,7 @@ class Place:
             "MPLBACKEND": "Agg",
             "BROWSER": "true",
             "PYTHONUNBUFFERED": "1",
+            "CARDSFLOW_CFLAGS": "-O1",  # of what a change compiles: soon done
             "RUN_WITH": run_with,
         }
         if self._changed is not None:
