@@ -1,0 +1,99 @@
+"""Sphinx makes pages of docs/: `uv run --group docs sphinx-build -W docs docs/_build`.
+
+The pages are plain Markdown, which reads on GitHub as well; nothing in them is loaded from elsewhere
+when they are built or read. Formulas become MathML, which browsers draw by themselves.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import latex2mathml.converter
+from docutils import nodes
+from sphinx.application import Sphinx
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from cardsflow_fmu.version import __version__  # noqa: E402
+
+project = "CARDSFlow"
+copyright = "the CARDSFlow authors"  # noqa: A001
+version = release = __version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+html_theme = "furo"
+html_title = f"CARDSFlow {version}"
+html_extra_path = ["addin.html"]
+html_show_sphinx = False
+
+default_role = "code"
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+napoleon_attr_annotations = False  # a type such as `str_` would be taken for a link
+
+
+def whole_page(app: Sphinx, name: str, source: list[str]) -> None:
+    """What a page needs here and not on GitHub.
+
+    The index gets a table of contents of the pages that it links to, in its order; the page of names
+    all public ones; and files of the repository that are no pages are taken along.
+    """
+    text = source[0]
+    if name == "index":
+        pages = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.(?:md|rst)\)", text))
+        text += "\n".join(("\n```{toctree}", ":hidden:", *pages, "```\n"))
+    text = re.sub(r"^\.\. names:: (\w[\w.]*)$", public_names, text, flags=re.MULTILINE)
+    source[0] = text.replace("](../", "](path:../")
+
+
+def public_names(match: re.Match[str]) -> str:
+    """Directives for all classes and functions of a package."""
+    package = match[1]
+    module = importlib.import_module(package)
+    lines = []
+    for name in module.__all__:
+        thing = getattr(module, name)
+        if inspect.isclass(thing):
+            lines += [f".. autoclass:: {package}.{name}", "   :members:", "   :no-index:", ""]
+        elif inspect.isfunction(thing):
+            lines += [f".. autofunction:: {package}.{name}", "   :no-index:", ""]
+    return "\n".join(lines)
+
+
+def plain_docstring(
+    app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]
+) -> None:
+    """Keep what our docstrings say from being taken for markup: `|x|`, `J'q'`, formulas, `a * b`."""
+    for k, line in enumerate(lines):
+        parts = re.split(r"(`[^`]*`)", line)
+        parts[::2] = [re.sub(r"([|*_])", r"\\\1", part) for part in parts[::2]]
+        lines[k] = "".join(parts)
+
+
+def mathml(translator: Any, node: nodes.Element) -> None:
+    """A formula as MathML."""
+    is_block = isinstance(node, nodes.math_block)
+    display = "block" if is_block else "inline"
+    formula = latex2mathml.converter.convert(node.astext(), display=display)
+    translator.body.append(f"<div>{formula}</div>" if is_block else formula)
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
+    """Called by Sphinx."""
+    app.connect("source-read", whole_page)
+    app.connect("autodoc-process-docstring", plain_docstring, priority=100)
+    app.add_html_math_renderer("mathml", (mathml, None), (mathml, None))
+
+
+html_math_renderer = "mathml"

@@ -1,0 +1,249 @@
+"""Makes the pages of docs/ that are tables of what the code has: commands, ports, tension laws.
+
+python docs/make_tables.py
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from addin_sdfusion.robot.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
+from addin_sdfusion.robot.tension_parameters import Parameter  # noqa: E402
+from cardsflow_fmu import Experiment  # noqa: E402
+from cardsflow_fmu.cli import _parser  # noqa: E402
+from cardsflow_fmu.hardware_ports import hardware_ports  # noqa: E402
+from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
+from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
+from cardsflow_fmu.models.reference import ReferenceModel  # noqa: E402
+from cardsflow_fmu.port import Port, identifier  # noqa: E402
+
+MADE = "<!-- Made by docs/make_tables.py of the code: change that, not this. -->"
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def commands_page() -> str:
+    """Every command with its arguments and options."""
+    parts = [
+        MADE,
+        "# Commands",
+        "Exit codes: 0 for success, 1 for a failed check or run, 2 for bad input. `--debug` shows the "
+        "trace of an error.",
+    ]
+    for name, parser in _commands("cardsflow", _parser()):
+        parts += [f"## {name}", str(parser.description)]
+        rows = [_option(action) for action in parser._actions if action.dest not in ("help", "debug")]
+        parts += [table(["", ""], rows)]
+        if parser.epilog:
+            parts.append(f"For example `{parser.epilog.partition(chr(10))[2].strip()}`.")
+    return "\n\n".join(parts) + "\n"
+
+
+def _commands(
+    prefix: str, parser: argparse.ArgumentParser
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Commands, and those of groups of commands, by their full names."""
+    inner = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    if not inner:
+        yield prefix, parser
+    for action in inner:
+        for name, child in action.choices.items():
+            yield from _commands(f"{prefix} {name}", child)
+
+
+def _option(action: argparse.Action) -> tuple[str, str]:
+    value = action.metavar or (
+        "|".join(map(str, action.choices)) if action.choices else action.dest.upper()
+    )
+    words = [f"{word}" for word in action.option_strings] or [str(value)]
+    takes = f" {value}" if action.option_strings and action.nargs != 0 else ""
+    text = (action.help or "").replace("|", "\\|").replace("%%", "%")
+    return f"`{', '.join(words)}{takes}`".replace("|", "\\|"), text
+
+
+EXAMPLES = {
+    "planar_2r": {},
+    "roboy_left_arm": {},
+    "hill_arm": {},
+    "pneumatic_elbow": {"plant.energy": True},
+    "pick_up": {"plant.wrenches": ["forearm"]},
+}
+"""Experiments that have all kinds of ports between them."""
+
+
+def ports_page() -> str:
+    """The ports of all models, with placeholders for names."""
+    experiments = [
+        Experiment.load(ROOT / "examples" / name, settings) for name, settings in EXAMPLES.items()
+    ]
+    return "\n\n".join(
+        (
+            MADE,
+            "# Ports of the FMUs",
+            "Variables are named after what they belong to, by the designer's names: `<joint>` a "
+            "coordinate, `<muscle>` a muscle, `<point>.<axis>` a task coordinate, `<link>` a link. What "
+            "is no letter, digit or underscore in a name becomes `_`. With `--fmi 3.0` the "
+            "variables that share all but the name are one array: `q[2]`.",
+            "All units are SI. Units of a prismatic joint are m in place of rad, N in place of N.m.",
+            "`plant.fmu`, `controller.fmu` and `reference.fmu` are wired by equal names, the plant's "
+            "`q` to the controller's `q`; [wiring] of an experiment changes that.",
+            _ports("plant.fmu", experiments, PlantModel.table),
+            "`u.<muscle>` stands in the place of `f.<muscle>` where a muscle has a [law](laws.md); its "
+            "states, such as `activation`, are those of its law.",
+            _ports("controller.fmu", experiments, ControllerModel.table),
+            _ports("reference.fmu", experiments, ReferenceModel.table),
+            _ports("hardware.fmu", experiments[:2], _hardware),
+            "Beside these it has all ports of `plant.fmu`: it takes the plant's place.",
+        )
+    ) + "\n"
+
+
+def _hardware(experiment: Experiment) -> list[Port]:
+    robot, begin = experiment.robot, experiment.start
+    plant = {port.name for port in PlantModel.table(experiment)}
+    ports = hardware_ports(robot, begin.q, begin.qd, experiment.plant.step)
+    return [port for port in ports if port.name not in plant]
+
+
+def _ports(
+    title: str, experiments: Sequence[Experiment], ports_of: Callable[[Experiment], list[Port]]
+) -> str:
+    """The ports of one model over all experiments, each pattern once."""
+    rows: dict[tuple[str, str], _Row] = {}
+    for experiment in experiments:
+        for port in ports_of(experiment):
+            pattern, text = _pattern(port, experiment)
+            stem, _, axis = pattern.rpartition(".")
+            is_axis = bool(stem) and re.fullmatch(r"[ftq]?[wxyz]", axis) is not None
+            key = (stem, port.description[:6]) if is_axis else (pattern, "")
+            row = rows.setdefault(key, _Row(port, text))
+            row.units[port.unit or ("0 or 1" if port.boolean else "1")] = None
+            row.axes |= {axis: None} if is_axis else {}
+    order = ("input", "output", "parameter")
+    lines = [
+        (_named(stem, row), row.port.causality, row.port.variability, " or ".join(row.units), row.text)
+        for (stem, _), row in sorted(rows.items(), key=lambda r: order.index(r[1].port.causality))
+    ]
+    head = table(["name", "causality", "variability", "unit", "what"], lines)
+    return f"## {title}\n\n{head}"
+
+
+@dataclass
+class _Row:
+    """A line of a table of ports: a port that stands for others, its units, its axes in order."""
+
+    port: Port
+    text: str
+    units: dict[str, None] = field(default_factory=dict)
+    axes: dict[str, None] = field(default_factory=dict)
+
+
+def _named(stem: str, row: _Row) -> str:
+    """A port's name in code, with all its axes: `y.hand.x, .y, .z`."""
+    first, *more = list(row.axes) or [""]
+    return f"`{', .'.join([f'{stem}.{first}' if first else stem, *more])}`"
+
+
+def _pattern(port: Port, experiment: Experiment) -> tuple[str, str]:
+    """A port's name and description with placeholders for names."""
+    prefix, _, rest = port.name.partition(".")
+    for kind, names in _names(experiment).items():
+        for name in sorted(names, key=len, reverse=True):
+            ending = rest.removeprefix(identifier(name))
+            if ending == rest or ending[:1] not in ("", "."):
+                continue
+            if prefix == "u":
+                what = "Command of muscle `<muscle>`: excitation, pressure, voltage or free length"
+                return "u.<muscle>", what
+            if kind == "<point>" and prefix != "w":
+                kind, ending, name = "<point>.<axis>", "", rest
+            text = port.description.replace(name, f"`{kind}`", 1)
+            return f"{prefix}.{kind}{ending}", text.replace(f"`{ending}", "`") if ending else text
+    return port.name, re.sub(r" x$", " each axis", port.description)
+
+
+def _names(experiment: Experiment) -> dict[str, list[str]]:
+    robot, scene = experiment.robot, experiment.scene
+    objects = [thing.name for thing in scene.moving_objects] if scene else []
+    return {
+        "<joint>": [c.name for c in robot.coordinates],
+        "<muscle>": [muscle.name for muscle in robot.muscles],
+        "<point>": [frame.name for frame in robot.task_frames],
+        "<object>": objects,
+        "<link>": [link.name for link in robot.links],
+    }
+
+
+def laws_page() -> str:
+    """The tension laws with all their parameters."""
+    parts = [
+        MADE,
+        "# Tension laws of muscles",
+        "What a muscle pulls with follows from its command, its path length `l` and the rate `l'` of that "
+        "by its law. It stands in the robot's files (`<cable_model kind=...>` in "
+        "[cardsflow.xml](robots.md#muscles)) or in the experiment (`[muscles.<name>] model`, "
+        "[here](experiments.md#muscles)). The equations are in `sim_dart/csrc/law_*.c`.",
+    ]
+    for law in TENSION_LAWS.values():
+        parts += [f"## {law.kind}", _law_text(law)]
+        if law.parameters:
+            parts.append(table(["parameter", "unit", "default", "range", "what"],
+                               map(_parameter, law.parameters)))  # fmt: skip
+    presets = ", ".join(f"`{name}` ({model.kind})" for name, model in PRESETS.items())
+    parts += ["## Presets", f"Published sets of parameters, by name: {presets}."]
+    return "\n\n".join(parts) + "\n"
+
+
+def _law_text(law: TensionLaw) -> str:
+    command = law.command
+    words = [
+        f"{law.meaning[0].upper()}{law.meaning[1:]}. {law.source}.",
+        f"Command: {command.name.replace('_', ' ')} [{command.unit}]."
+        if command
+        else "It takes no command.",
+    ]
+    if law.states:
+        states = (
+            f"`{s.name}` [{s.unit}]" + (f" where `{s.where}` is not 0" if s.where else "")
+            for s in law.states
+        )
+        words.append(f"States: {', '.join(states)}.")
+    return " ".join(words)
+
+
+def _parameter(parameter: Parameter) -> tuple[str, ...]:
+    default = "must be given" if parameter.default is None else f"{parameter.default:.6g}"
+    low = f"{'above' if parameter.open_low else 'from'} {parameter.low:g}"
+    high = f"to {parameter.high:g}"
+    bounds = [
+        *([low] if math.isfinite(parameter.low) else []),
+        *([high] if math.isfinite(parameter.high) else []),
+    ]
+    return (
+        f"`{parameter.name}`",
+        parameter.unit,
+        default,
+        " ".join(bounds) or "any",
+        parameter.meaning.replace("|", "\\|"),
+    )
+
+
+PAGES = {"commands.md": commands_page, "ports.md": ports_page, "laws.md": laws_page}
+
+if __name__ == "__main__":
+    for file, page in PAGES.items():
+        (ROOT / "docs" / file).write_text(page(), encoding="utf-8")
+        print(ROOT / "docs" / file)

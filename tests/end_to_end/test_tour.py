@@ -1,0 +1,43 @@
+"""The notebook tour runs from top to bottom, and is stored without what it gave."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from robots import EXAMPLES
+
+TOUR = EXAMPLES / "tour.ipynb"
+
+
+def test_the_tour_is_stored_without_outputs() -> None:
+    cells = json.loads(TOUR.read_text(encoding="utf-8"))["cells"]
+    assert all(not cell.get("outputs") and cell.get("execution_count") is None for cell in cells)
+    assert TOUR.stat().st_size < 20_000
+
+
+@pytest.mark.filterwarnings("default")  # of what runs notebooks; the kernel has its own
+def test_the_tour_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    nbclient = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    pytest.importorskip("ipykernel")
+    for variable in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_DATA_DIR", "TMPDIR"):
+        (tmp_path / variable).mkdir()
+        monkeypatch.setenv(variable, str(tmp_path / variable))
+    folder = tmp_path / "examples"
+    unwanted = shutil.ignore_patterns("results")
+    shutil.copytree(EXAMPLES, folder, ignore=unwanted)
+    tour = nbformat.read(TOUR, as_version=4)
+    client = nbclient.NotebookClient(
+        tour, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
+    )
+    client.execute()
+    shown = json.dumps([cell.get("outputs") for cell in tour.cells])
+    assert "image/png" in shown
+    assert "infeasible ticks" in shown
+    assert not [out for cell in tour.cells for out in cell.get("outputs", []) if out["output_type"] == "error"]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        path.name for path in EXAMPLES.iterdir()
+    )

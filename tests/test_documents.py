@@ -1,0 +1,210 @@
+"""README, docs and examples name what exists: files, anchors, commands, options, settings."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import documents
+import pytest
+from documents import ROOT, Block, all_words, anchors, blocks, inline_code, links
+from lxml import etree
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli import _parser
+
+EXPERIMENT_TABLES = set("robot robots start reference controller plant run muscles world".split())
+MOST_NOT_RUN = 12
+"""Blocks that no test runs; fewer are better."""
+
+every_document = pytest.mark.parametrize(
+    "file", all_words(), ids=lambda file: file.relative_to(ROOT).as_posix()
+)
+
+
+@every_document
+def test_links_and_pictures_lead_somewhere(file: Path) -> None:
+    lost = []
+    for line, target in links(file):
+        if re.match(r"https?://", target):
+            continue
+        path, _, anchor = target.partition("#")
+        there = (file.parent / path).resolve() if path else file
+        outside = ROOT.resolve() not in (there, *there.parents)
+        if outside or not there.exists() or (anchor and anchor not in anchors(there)):
+            lost.append(f"{file.relative_to(ROOT)}:{line}: {target}")
+    assert lost == []
+
+
+@every_document
+def test_files_that_are_named_exist(file: Path) -> None:
+    """`sim_dart/csrc/law.h` and the like; `*` stands for any."""
+    tops = "addin_sdfusion|cardsflow_fmu|controllers|sim_dart|tests|examples|docs|\\.ci"
+    lost = [
+        f"{file.relative_to(ROOT)}:{line}: {code}"
+        for line, code in inline_code(file)
+        if re.fullmatch(rf"(?:{tops})/[\w./*\-]+", code)
+        and "/results" not in code
+        and not any(ROOT.glob(code.rstrip("/")))
+    ]
+    assert lost == []
+
+
+@every_document
+def test_commands_are_understood(file: Path) -> None:
+    """Every command that is named exists, and has the options that it is named with."""
+    known = dict(_commands("cardsflow", _parser()))
+    lines = [(f"{file.name}:{line}", code) for line, code in inline_code(file)]
+    for block in blocks(file):
+        if block.language in ("sh", "bash", "text"):
+            whole = re.sub(r"\\\n\s*", " ", block.text)
+            lines += [(str(block), line) for line in whole.splitlines()]
+    wrong = []
+    for place, line in lines:
+        line = re.sub(r"^(uv run |\.venv/bin/|-m |pip .*|.*&& )", "", line.strip())
+        if not line.startswith("cardsflow ") or re.match(r"cardsflow[ ]--", line):
+            continue
+        words = line.split("#")[0].replace("[", " ").replace("]", " ").split()
+        depth = 3 if " ".join(words[:2]) == "cardsflow addin" and len(words) > 2 else 2
+        parser = known.get(" ".join(words[:depth]))
+        if parser is None:
+            wrong.append(f"{place}: {line}")
+            continue
+        options = {word for action in parser._actions for word in action.option_strings}
+        given = {word.split("=")[0] for word in words[depth:] if re.match(r"--?[a-z]", word)}
+        wrong += [f"{place}: {line}: {word}" for word in given - options]
+    assert wrong == []
+
+
+def _commands(prefix: str, parser: argparse.ArgumentParser) -> Any:
+    yield prefix, parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, child in action.choices.items():
+                yield from _commands(f"{prefix} {name}", child)
+
+
+def test_every_command_has_an_example_that_parses() -> None:
+    for name, parser in _commands("cardsflow", _parser()):
+        if any(isinstance(a, argparse._SubParsersAction) for a in parser._actions):
+            continue
+        assert parser.epilog, name
+        example = parser.epilog.split("\n", 1)[1].strip()
+        assert _parser().parse_args(shlex.split(example)[1:]), example
+
+
+TOML = [block for file in all_words() for block in blocks(file) if block.language == "toml"]
+
+
+@pytest.fixture(scope="module")
+def experiments(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The examples, to be changed."""
+    folder = tmp_path_factory.mktemp("documents") / "examples"
+    shutil.copytree(ROOT / "examples", folder, ignore=shutil.ignore_patterns("results", "*.png"))
+    return folder
+
+
+@pytest.mark.parametrize("block", TOML, ids=str)
+def test_settings_are_read(block: Block, experiments: Path) -> None:
+    """Tables of an experiment are read, in the place of those of the example that the note names."""
+    data = tomllib.loads(block.text)
+    assert data
+    if block.told(documents.NOT_RUN) is not None:
+        return
+    example = block.told(documents.PART_OF)
+    if example is None:
+        hint = f"<!-- {documents.PART_OF}examples/... -->"
+        assert not EXPERIMENT_TABLES & set(data), f"{block}: of which example? {hint}"
+        return
+    folder = experiments.parent / example
+    whole = tomllib.loads((folder / "experiment.toml").read_text(encoding="utf-8"))
+    if "robots" in data:
+        del whole["robot"]
+    (folder / "changed.json").write_text(json.dumps(whole | data))
+    Experiment.load(folder / "changed.json")
+
+
+@pytest.mark.parametrize("language", ["xml", "json"])
+def test_other_code_is_well_formed(language: str) -> None:
+    for file in all_words():
+        for block in blocks(file):
+            if block.language == language:
+                read = json.loads if language == "json" else etree.fromstring
+                assert read(block.text) is not None, block
+
+
+def test_notes_to_tests_are_understood_and_few_blocks_are_not_run() -> None:
+    words = [getattr(documents, name) for name in dir(documents) if name.isupper() and name != "ROOT"]
+    not_run = []
+    for file in documents.documents():
+        for block in blocks(file):
+            note = block.note
+            runs = block.language in ("sh", "bash", "python", "diff")
+            assert not (runs and note) or any(note.startswith(word) for word in words), block
+            reason = block.told(documents.NOT_RUN)
+            assert reason is None or len(reason) > 8, block
+            not_run += [] if reason is None else [block]
+    assert len(not_run) <= MOST_NOT_RUN, "\n".join(map(str, not_run))
+
+
+@pytest.mark.parametrize("name", ["commands.md", "ports.md", "laws.md"])
+def test_tables_are_those_of_the_code(name: str) -> None:
+    """If this fails: python docs/make_tables.py."""
+    spec = importlib.util.spec_from_file_location("make_tables", ROOT / "docs/make_tables.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["make_tables"] = module
+    spec.loader.exec_module(module)
+    assert (ROOT / "docs" / name).read_text(encoding="utf-8") == module.PAGES[name]()
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """docs/ as pages, with warnings as errors and nothing of earlier builds."""
+    pytest.importorskip("sphinx", reason="needs the dependency group `docs`")
+    folder = tmp_path_factory.mktemp("pages")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", str(folder / "tree")]
+    done = subprocess.run(
+        [*command, str(ROOT / "docs"), str(folder / "html")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+def test_pages_are_made_and_load_nothing_from_elsewhere(pages: Path) -> None:
+    made = sorted(pages.glob("*.html"))
+    assert {file.stem for file in (ROOT / "docs").glob("*.md")} <= {page.stem for page in made}
+    loads = re.compile(r"<(?:script|img|iframe|source)[^>]+src=\"(?:https?:)?//|@import|url\(\W?http")
+    for page in made:
+        text = page.read_text(encoding="utf-8")
+        assert loads.search(text) is None, page
+        assert not re.search(r"<link[^>]+rel=\"(?:stylesheet|preload)\"[^>]+href=\"http", text), page
+
+
+@pytest.mark.browser
+def test_pages_are_read_without_a_network(pages: Path, tmp_path: Path) -> None:
+    from browser import opened_browser
+
+    with opened_browser(tmp_path) as page:
+        for name in ("index", "equations", "api"):
+            page.open((pages / f"{name}.html").as_uri(), offline=True)
+            page.wait_for("document.readyState === 'complete' && document.querySelector('h1')")
+        page.open((pages / "equations.html").as_uri(), offline=True)
+        page.wait_for("document.readyState === 'complete' && document.querySelector('math')")
+        formula = page.evaluate("document.querySelector('math').getBoundingClientRect().width")
+        assert formula > 20
+        assert page.errors == []
+        assert {url.split(":")[0] for url in page.requests} <= {"file", "data", "about"}

@@ -1,0 +1,224 @@
+"""Every command and every piece of Python in README and docs runs, as a reader would run it.
+
+Each document has a folder of its own with the examples in it, and its blocks run there one after
+another. What a comment before a block may say is in `documents`. By default README alone runs;
+CARDSFLOW_DOCUMENTS=all runs every page, some minutes, as .ci/run does.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import documents
+import pytest
+from documents import ROOT, Block, blocks
+
+ALL = os.environ.get("CARDSFLOW_DOCUMENTS") == "all"
+LONGEST = 600.0
+"""Of a block, in [s]."""
+
+_SHELL = """
+set -euo pipefail
+uv() { shift; "$@"; }
+cardsflow() {
+    if [ "$1" = run ] && [ "${2##*.}" != ssp ]; then command cardsflow "$@" $RUN_WITH
+    else command cardsflow "$@"; fi
+}
+"""
+
+
+def runnable() -> list[Path]:
+    """The documents that run now."""
+    every = documents.documents() if ALL else [ROOT / "README.md"]
+    return [file for file in every if any(_runs(block) for block in blocks(file))]
+
+
+def _runs(block: Block) -> bool:
+    known = block.language in ("sh", "bash", "python", "diff")
+    return known and block.told(documents.NOT_RUN) is None
+
+
+@pytest.mark.parametrize("file", runnable(), ids=lambda file: file.name)
+def test_all_blocks_run(file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "clone"
+    shutil.copytree(ROOT / "examples", folder / "examples", ignore=_results)
+    place = Place(folder)
+    for block in blocks(file):
+        if _runs(block):
+            place.run(block)
+
+
+def _results(folder: str, names: list[str]) -> list[str]:
+    return [name for name in names if name == "results"]
+
+
+class Place:
+    """Where the blocks of a document run."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self._before, self._port = folder, "", _free_port()
+        self._changed: Path | None = None
+
+    def run(self, block: Block) -> None:
+        """Run a block; fails with what it said."""
+        if block.language == "diff":
+            self._patch(block)
+        elif block.language == "python":
+            self._python(block)
+        elif block.told(documents.UNTIL_INTERRUPTED) is not None:
+            pytest.importorskip("viser", reason="needs the extra `viewer`")
+            for line in _lines(block):
+                self._until_interrupted(f"{line} --no-browser", block)
+        elif block.told(documents.SIDE_BY_SIDE) is not None:
+            self._side_by_side(block)
+        else:
+            self._shell(block)
+
+    def _shell(self, block: Block) -> None:
+        self._finish(["bash", "-c", _SHELL + block.text], block)
+
+    def _python(self, block: Block) -> None:
+        goes_on = block.told(documents.CONTINUES) is not None
+        self._before = (self._before if goes_on else "") + block.text
+        file = self.folder / "block.py"
+        file.write_text(self._before)
+        self._finish([sys.executable, str(file)], block)
+
+    def _patch(self, block: Block) -> None:
+        """Change a copy of the source tree, and compile it if need be; Python takes it from there."""
+        if self._changed is None:
+            self._changed = self.folder.parent / "changed"
+            for name in ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart"):
+                unwanted = shutil.ignore_patterns("__pycache__")
+                shutil.copytree(ROOT / name, self._changed / name, ignore=unwanted)
+            shutil.copy(ROOT / "hatch_build.py", self._changed)
+        patch = ["patch", "--strip=1", "--batch", "--fuzz=3", f"--directory={self._changed}"]
+        done = subprocess.run(patch, input=block.text, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{block}\n{done.stdout}{done.stderr}"
+        if "csrc/" in block.text:
+            self._finish([sys.executable, str(self._changed / "hatch_build.py")], block)
+
+    def _side_by_side(self, block: Block) -> None:
+        *others, last = _lines(block)
+        opened = []
+        try:
+            for line in others:
+                process = self._open(line)
+                opened.append(process)
+                _wait_for("listening", process, block)
+            self._finish(["bash", "-c", _SHELL + self._here(last)], block)
+        finally:
+            for process in opened:
+                _interrupt(process)
+
+    def _until_interrupted(self, line: str, block: Block) -> None:
+        process = self._open(line)
+        try:
+            _wait_for("http://", process, block)
+        finally:
+            code = _interrupt(process)
+        assert code in (0, 1, 130), f"{block}: exit code {code}"
+
+    def _open(self, line: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            ["bash", "-c", "exec " + self._here(line)],
+            cwd=self.folder,
+            env=self._environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def _here(self, line: str) -> str:
+        """A port that nobody else has."""
+        return line.replace("5005", str(self._port))
+
+    def _finish(self, command: list[str], block: Block) -> None:
+        done = subprocess.run(
+            command,
+            cwd=self.folder,
+            env=self._environment(block.told(documents.RUN_WITH) or ""),
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=LONGEST,
+        )
+        said = f"{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
+        assert done.returncode == 0, f"{block}: exit code {done.returncode}\n{block.text}\n{said}"
+
+    def _environment(self, run_with: str = "") -> dict[str, str]:
+        own = {
+            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+            "MPLBACKEND": "Agg",
+            "BROWSER": "true",
+            "PYTHONUNBUFFERED": "1",
+            "CARDSFLOW_CFLAGS": "-O1",  # of what a change compiles: soon done
+            "RUN_WITH": run_with,
+        }
+        if self._changed is not None:
+            own["PYTHONPATH"] = str(self._changed)
+        return {**os.environ, **own}
+
+
+def _lines(block: Block) -> list[str]:
+    return [line.split("  #")[0].strip() for line in block.text.splitlines() if line.strip()]
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        return int(taken.getsockname()[1])
+
+
+def _wait_for(word: str, process: subprocess.Popen[str], block: Block) -> None:
+    """Until a process says the word."""
+    said = []
+    for line in _said(process):
+        said.append(line)
+        if word in line:
+            return
+    raise AssertionError(f"{block}: ended without {word!r}\n{''.join(said)}")
+
+
+def _said(process: subprocess.Popen[str]) -> Iterator[str]:
+    assert process.stdout is not None
+    begin = time.monotonic()
+    while time.monotonic() - begin < LONGEST and (line := process.stdout.readline()):
+        yield line
+
+
+def _interrupt(process: subprocess.Popen[str]) -> int:
+    """End it as Ctrl-C does; its exit code."""
+    process.send_signal(signal.SIGINT)
+    try:
+        process.communicate(timeout=30)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        raise
+    return int(process.returncode)
+
+
+def test_what_is_not_run_has_no_effect_on_the_rest() -> None:
+    """A document whose every block is left out would pass for nothing."""
+    for file in documents.documents():
+        code = [block for block in blocks(file) if block.language in ("sh", "bash", "python")]
+        assert not code or any(map(_runs, code)), file
+
+
+def test_examples_are_run_with_what_users_type() -> None:
+    """The two commands of the README are those that the checks before a change run themselves."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    steps = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    for command in ("uv run cardsflow run examples/planar_2r", "uv run pytest"):
+        assert re.search(rf"^{command}$", readme, re.MULTILINE), command
+        assert re.search(rf"^{command}$|{command}\b", steps, re.MULTILINE), command
