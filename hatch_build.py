@@ -117,20 +117,18 @@ def wanted_platforms(names: str) -> list[str]:
 def _make(target: Path, command_for: Callable[[Path], list[str]]) -> Path:
     """Run a compiler; returns the target.
 
-    Written aside and moved into place, so that a running program keeps the file it has open.
+    Written aside, where linkers may leave other files too, and moved into place, so that a running
+    program keeps the file it has open.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    aside = target.with_name(f"{os.getpid()}.{target.name}")
-    command = command_for(aside)
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    for extra in target.parent.glob(f"{aside.stem}.*"):
-        if extra != aside:  # what linkers for Windows leave beside a library
-            extra.unlink()
-    if done.returncode:
-        aside.unlink(missing_ok=True)
-        sys.exit(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
-    sys.stderr.write(done.stderr)
-    aside.replace(target)
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        aside = Path(folder, target.name)
+        command = command_for(aside)
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
+        sys.stderr.write(done.stderr)
+        aside.replace(target)
     return target
 
 

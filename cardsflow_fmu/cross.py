@@ -1,4 +1,4 @@
-"""The C library for the platforms that an FMU is to run on: one that is there, or a compiled one."""
+"""The C library for the platforms that an FMU is to run on: those that are there, or compiled."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from .archive import write_archive
 from .fmu_extras import extra_files
 from .model_description import FmiVersion, FmuDescription, model_description
 from .models.model import FmuModel
-from .native import NATIVE_FILE
+from .native import NATIVE_FILE, NativeModel
 from .native_sources import compiled_files, source_files
 from .ports import Port
 from .runtime.carried_module import carried_files
@@ -42,7 +42,7 @@ def write_fmu(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
-    native: bytes | None = None,
+    native: NativeModel | None = None,
 ) -> Path:
     """Pack a model into an FMU for co-simulation.
 
@@ -59,7 +59,7 @@ def write_fmu(
         arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
         libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
             None.
-        native: From `native_file`: the model computes in C alone, without any Python.
+        native: From `native_model`: the model computes in C alone, without any Python.
 
     Returns:
         The path.
@@ -77,7 +77,7 @@ def write_fmu(
         stop_time,
         internal_step,
         model_class.any_step,
-        model_class.has_derivatives and native is None,
+        model_class.has_derivatives if native is None else native.has_derivatives,
         model_class.has_state,
         needs_tool=native is None,
         sources=() if native is None else compiled_files(),
@@ -86,7 +86,7 @@ def write_fmu(
     if native is None:
         files |= _python_files(model_class, ports)
     else:
-        files |= {f"resources/{NATIVE_FILE}": native} | source_files(model_name, fmi)
+        files |= {f"resources/{NATIVE_FILE}": native.contents} | source_files(model_name, fmi)
     guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
     files["modelDescription.xml"] = model_description(fmu, guid, fmi)
     files[f"resources/{_PORTS_FILE}"] = encode_port_table(

@@ -8,12 +8,14 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart import compile_blob
+from sim_dart.path_fields import ordered_wraps, pulley_muscles
 from sim_dart.tasks import point_rows, task_rows
 
 from .experiment import ControllerSettings, Experiment, TaskSettings
@@ -33,8 +35,20 @@ _LAWS = ("joint_space", "operational_space")
 FloatArray = NDArray[np.float64]
 
 
-def native_file(experiment: Experiment, model: str) -> bytes:
-    """The contents of `resources/native.bin`.
+class NativeModel(NamedTuple):
+    """What a native FMU is made of.
+
+    Attributes:
+        contents: Of `resources/native.bin`.
+        has_derivatives: Whether it has directional derivatives.
+    """
+
+    contents: bytes
+    has_derivatives: bool = False
+
+
+def native_model(experiment: Experiment, model: str) -> NativeModel:
+    """The native model of an experiment.
 
     Args:
         experiment: What to simulate.
@@ -43,6 +57,17 @@ def native_file(experiment: Experiment, model: str) -> bytes:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
+    straight = model == "plant" and not _bent_or_modelled(experiment.plant_robot)
+    return NativeModel(_native_file(experiment, model), straight)
+
+
+def _bent_or_modelled(robot: Robot) -> bool:
+    """Whether a cable is more than straight and ideal: of such a step has no derivatives in C."""
+    return bool(modelled_muscles(robot) or ordered_wraps(robot) or pulley_muscles(robot))
+
+
+def _native_file(experiment: Experiment, model: str) -> bytes:
+    """The contents of `resources/native.bin`."""
     if model == "reference":
         return _encode(model, b"", reference_settings(experiment))
     if model == "plant":

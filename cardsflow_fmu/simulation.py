@@ -31,7 +31,7 @@ from .models.hardware import HardwareModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
 from .muscle_ports import modelled_muscles
-from .native import NATIVE_MODELS, native_file
+from .native import NATIVE_MODELS, native_model
 from .output import OutputFolder
 from .parquet import require_parquet
 from .participants import DirectParticipant, Participant
@@ -181,7 +181,7 @@ def _build(
             fmi=fmi,
             arrays=arrays,
             libraries=libraries,
-            native=native_file(experiment, name) if native and name in NATIVE_MODELS else None,
+            native=native_model(experiment, name) if native and name in NATIVE_MODELS else None,
         )
         for name in names
         if name not in experiment.fmus

@@ -1,6 +1,7 @@
 """The C libraries: what each is made of, and how they are compiled, here and for other platforms.
 
-hatch_build.py reads this file when the package is built, so that it needs the standard library only.
+hatch_build.py reads this file when the package is built, so that it needs the standard library
+only.
 """
 
 from __future__ import annotations
@@ -79,13 +80,15 @@ class Target(NamedTuple):
     flags: tuple[str, ...]
 
 
-_LINUX = ("-fPIC", "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread")
-_DARWIN = ("-fPIC", "-Wl,-install_name,@rpath/cardsflow_fmi.dylib")
+# What no exported function needs is left out.
+_LINUX = ("-fPIC", "-D_GNU_SOURCE", "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
+_DARWIN = ("-fPIC", "-Wl,-dead_strip", "-Wl,-install_name,@rpath/cardsflow_fmi.dylib")
+_WINDOWS = ("-Wl,--gc-sections",)
 TARGETS = {
     "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", _LINUX),
     "aarch64-linux": Target("aarch64-linux-gnu.2.17", ".so", _LINUX),
-    "x86_64-windows": Target("x86_64-windows-gnu", ".dll", ()),
-    "aarch64-windows": Target("aarch64-windows-gnu", ".dll", ()),
+    "x86_64-windows": Target("x86_64-windows-gnu", ".dll", _WINDOWS),
+    "aarch64-windows": Target("aarch64-windows-gnu", ".dll", _WINDOWS),
     "x86_64-darwin": Target("x86_64-macos", ".dylib", _DARWIN),
     "aarch64-darwin": Target("aarch64-macos", ".dylib", _DARWIN),
 }
@@ -105,5 +108,5 @@ def cross_command(library: Library, platform: str, file: Path) -> list[str]:
     """
     target = TARGETS[platform]
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]
-    flags = [*FLAGS, *library.flags, "-shared", "-g0", "-s"]
+    flags = [*FLAGS, *library.flags, "-shared", "-g0", "-s", "-ffunction-sections"]
     return [*compiler, *flags, *library.sources(), "-o", str(file.absolute()), *target.flags]

@@ -7,18 +7,12 @@
  * Settings, after those of the robot: steps of the integrator in one of the plant; the muscles that take
  * commands, whose tensions are outputs, and which of all muscles' states each output is: of each a number,
  * then the indices. */
-#include "native_model.h"
+#include "native_plant.h"
+
+#include "../../../sim_dart/csrc/tangent.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-struct plant {
-    double ticks, substeps;
-    size_t c, t, s;
-    const double *commanded, *modelled, *order;
-    double *told; /* m: the command of every muscle; of passive ones 0 */
-    double *commands, *loads, *q, *qd, *lengths, *tasks, *tensions, *states, *q_start, *qd_start, *step;
-};
 
 /* What every muscle is told, in the order of the robot. */
 static const double *told(const struct plant *plant)
@@ -204,6 +198,10 @@ static const struct model_functions FUNCTIONS = {
     initialize, step, native_reset, get_state, set_state, NULL, close_plant,
 };
 
+static const struct model_functions WITH_DERIVATIVES = {
+    initialize, step, native_reset, get_state, set_state, native_plant_derivative, close_plant,
+};
+
 /* Nonzero where the settings do not fit the robot. */
 static int take_settings(struct plant *plant, const struct native_robot *robot, struct native_file *file)
 {
@@ -255,6 +253,6 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
     native->own = plant;
     plant->told = told;
     place_values(plant, native);
-    model->functions = &FUNCTIONS;
+    model->functions = core_tangent_size(robot->core) ? &WITH_DERIVATIVES : &FUNCTIONS;
     return 0;
 }
