@@ -9,7 +9,7 @@ import fmpy
 import numpy as np
 import pytest
 from co_simulation import co_simulate
-from fmu_host import load
+from fmu_host import load, refused
 from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
@@ -153,9 +153,7 @@ def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
     host.slave.exitInitializationMode()
     description = fmpy.read_model_description(str(folder))
     (u,) = [v.valueReference for v in description.modelVariables if v.name == "u.cable_3"]
-    with pytest.raises(Exception, match="."):
-        host.slave.setReal([u], [float("nan")])
-        host.slave.doStep(0.0, 1e-3)
+    refused(lambda: host.slave.setReal([u], [float("nan")]) or host.slave.doStep(0.0, 1e-3))
     assert "u.cable_3" in host.last
 
 

@@ -3,8 +3,8 @@
 CARDSFLOW_MUTATIONS says how many are tried in all, 600 else. A hundred thousand take an hour or
 two, and look for memory errors where library and Python are prepared for that, as .ci/run does it:
 
-    CARDSFLOW_MUTATIONS=100000 CARDSFLOW_LIBRARY_DIR=... LD_PRELOAD=... \
-        ASAN_OPTIONS=detect_leaks=0 python -m pytest -n 0 -s tests/native/test_damaged_robot_files.py
+    CARDSFLOW_MUTATIONS=100000 CARDSFLOW_LIBRARY_DIR=... LD_PRELOAD=... ASAN_OPTIONS=...  \
+        python -m pytest -n 0 -s tests/native/test_damaged_robot_files.py
 """
 
 from __future__ import annotations
