@@ -4,7 +4,12 @@ The system's C compiler is used where there is one (`CC`, cc, gcc, clang), else,
 `CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement.
 Nothing is linked but libc and libm, so one library serves every Python.
 
+The library of native FMUs is compiled for other platforms too, with ziglang, where they are named:
+in a wheel by the environment variable `CARDSFLOW_PLATFORMS`, `all` or names such as
+`x86_64-linux,x86_64-windows`. The first time takes some minutes, for the platforms' C libraries.
+
     python hatch_build.py                            into the source tree
+    python hatch_build.py --platforms all            and for the other platforms
     python hatch_build.py --sanitize --output DIR    with the address and UB sanitizers
 """
 
@@ -19,8 +24,10 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import Any
 
 try:
     from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -30,26 +37,21 @@ except ImportError:  # run as a script
 ROOT = Path(__file__).parent
 
 
-class Library(NamedTuple):
-    """A shared library: every C file in the folders `sources` makes `target` (without a suffix)."""
+def _read_sources() -> ModuleType:
+    """What the libraries are made of; the package itself cannot be imported yet."""
+    path = ROOT / "cardsflow_fmu/runtime/sources.py"
+    spec = importlib.util.spec_from_file_location("cardsflow_sources", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # where its classes look for themselves
+    spec.loader.exec_module(module)
+    return module
 
-    sources: tuple[str, ...]
-    target: str
-    flags: tuple[str, ...] = ()
 
-
-LIBRARIES = (
-    Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),
-    Library(("controllers/csrc",), "controllers/lib/cardsflow_control"),
-    Library(
-        ("cardsflow_fmu/runtime/csrc", "sim_dart/csrc", "controllers/csrc"),
-        "cardsflow_fmu/runtime/lib/cardsflow_fmi",
-        ("-DCARDSFLOW_INSIDE",),
-    ),
-)
-
-# Contraction off: a fused multiply-add would make results depend on the processor.
-FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-Wall", "-Wextra"]
+_SOURCES = _read_sources()
+LIBRARIES = _SOURCES.LIBRARIES
+FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
 SANITIZE = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
@@ -85,25 +87,48 @@ def platform_flags() -> list[str]:
     return [*flags, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
 
 
-def compile_library(library: Library, output: Path, extra: list[str]) -> Path:
-    """Compile one library below `output`; returns its path.
-
-    Written aside and moved into place, so that a running program keeps the file it has open.
-    """
-    sources = sorted(
-        str(path) for folder in library.sources for path in (ROOT / folder).glob("*.c")
-    )
-    target = output / (library.target + SUFFIX)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    aside = target.with_name(f"{target.name}.{os.getpid()}")
+def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
+    """Compile one library below `output`; returns its path."""
+    sources = [str(ROOT / name) for name in library.sources(ROOT)]
     flags = [*FLAGS, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra, *library.flags]
-    command = [*compiler(), *flags, *sources, "-o", str(aside), *platform_flags()]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        aside.unlink(missing_ok=True)
-        sys.exit(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
-    sys.stderr.write(done.stderr)
-    aside.replace(target)
+    command = [*compiler(), *flags, *sources, *platform_flags()]
+    return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
+
+
+def compile_prebuilt(platform: str, output: Path) -> Path:
+    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its path."""
+    name = f"{platform}{_SOURCES.TARGETS[platform].suffix}"
+    return _make(
+        output / _SOURCES.PREBUILT / name,
+        lambda aside: _SOURCES.cross_command(_SOURCES.NATIVE, platform, aside),
+    )
+
+
+def wanted_platforms(names: str) -> list[str]:
+    """Platforms by their names: `all`, or some with commas between them; none in nothing."""
+    known = _SOURCES.PREBUILT_PLATFORMS
+    wanted = list(known) if names == "all" else [name for name in names.split(",") if name]
+    unknown = sorted(set(wanted) - set(known))
+    if unknown:
+        sys.exit(f"no platform {', '.join(unknown)}; platforms: {', '.join(known)}, or all")
+    return wanted
+
+
+def _make(target: Path, command_for: Callable[[Path], list[str]]) -> Path:
+    """Run a compiler; returns the target.
+
+    Written aside, where linkers may leave other files too, and moved into place, so that a running
+    program keeps the file it has open.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        aside = Path(folder, target.name)
+        command = command_for(aside)
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
+        sys.stderr.write(done.stderr)
+        aside.replace(target)
     return target
 
 
@@ -111,8 +136,9 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
     """Compiles the libraries: into the source tree for an editable install, else into the wheel."""
 
     def dependencies(self) -> list[str]:
-        """Ziglang, where the system has no C compiler."""
-        return [] if system_compiler() else ["ziglang>=0.13"]
+        """Ziglang, where the system has no C compiler, or for other platforms."""
+        needed = not system_compiler() or os.environ.get("CARDSFLOW_PLATFORMS")
+        return ["ziglang>=0.13,<1"] if needed else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Called by hatchling before a wheel, an editable one included, is built."""
@@ -120,8 +146,10 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
             return
         self._aside = None if version == "editable" else tempfile.mkdtemp()
         output = Path(self._aside or ROOT)
-        for library in LIBRARIES:
-            built = compile_library(library, output, [])
+        platforms = wanted_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
+        compiled = [compile_library(library, output, []) for library in LIBRARIES]
+        compiled += [compile_prebuilt(name, output) for name in platforms]
+        for built in compiled:
             build_data["force_include"][str(built)] = built.relative_to(output).as_posix()
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["pure_python"] = False
@@ -138,9 +166,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="compile the C libraries")
     parser.add_argument("--output", type=Path, default=ROOT, help="folder to build below")
     parser.add_argument("--sanitize", action="store_true", help="address, undefined behaviour")
+    parser.add_argument(
+        "--platforms", default="", help="for native FMUs: all, or x86_64-windows, ...; by ziglang"
+    )
     arguments = parser.parse_args()
     for library in LIBRARIES:
         print(compile_library(library, arguments.output, SANITIZE if arguments.sanitize else []))
+    for name in wanted_platforms(arguments.platforms):
+        print(compile_prebuilt(name, arguments.output))
 
 
 if __name__ == "__main__":

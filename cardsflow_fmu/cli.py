@@ -116,8 +116,8 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
         "--platforms",
         type=lambda text: text.split(","),
         metavar="NAME,...",
-        help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; this platform "
-        "when not given; others need the extra `cross`",
+        help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; when not given "
+        "this platform, native ones all that came with the package; others need the extra `cross`",
     )
     parser.add_argument(
         "--native",

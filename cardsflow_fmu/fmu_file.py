@@ -15,7 +15,8 @@ from .archive import write_archive
 from .fmu_extras import extra_files
 from .model_description import FmiVersion, FmuDescription, model_description
 from .models.model import FmuModel
-from .native import NATIVE_FILE
+from .native import NATIVE_FILE, NativeModel
+from .native_sources import compiled_files, source_files
 from .ports import Port
 from .runtime.carried_module import carried_files
 from .runtime.library import find_platform, library_path, this_platform
@@ -41,7 +42,7 @@ def write_fmu(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
-    native: bytes | None = None,
+    native: NativeModel | None = None,
 ) -> Path:
     """Pack a model into an FMU for co-simulation.
 
@@ -58,7 +59,7 @@ def write_fmu(
         arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
         libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
             None.
-        native: From `native_file`: the model computes in C alone, without any Python.
+        native: From `native_model`: the model computes in C alone, without any Python.
 
     Returns:
         The path.
@@ -76,12 +77,16 @@ def write_fmu(
         stop_time,
         internal_step,
         model_class.any_step,
-        model_class.has_derivatives and native is None,
+        model_class.has_derivatives if native is None else native.has_derivatives,
         model_class.has_state,
         needs_tool=native is None,
+        sources=() if native is None else compiled_files(),
     )
     files = {_resource_name(name): _contents(source) for name, source in resources.items()}
-    files |= _python_files(model_class, ports) if native is None else _native_files(native)
+    if native is None:
+        files |= _python_files(model_class, ports)
+    else:
+        files |= {f"resources/{NATIVE_FILE}": native.contents} | source_files(model_name, fmi)
     guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
     files["modelDescription.xml"] = model_description(fmu, guid, fmi)
     files[f"resources/{_PORTS_FILE}"] = encode_port_table(
@@ -90,6 +95,8 @@ def write_fmu(
     if native is None:
         # Not in the fingerprint: the same model built by another Python is the same FMU.
         files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
+    if libraries is None:
+        libraries = {this_platform().tuple: library_path(native=native is not None)}
     files |= _binaries(libraries, model_name, fmi) | extra_files(fmu, fmi)
     write_archive(path, files)
     return path
@@ -103,16 +110,7 @@ def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[st
     return files | {f"resources/{MODEL_FILE}": record.encode()}
 
 
-def _native_files(native: bytes) -> dict[str, bytes]:
-    """What the C library needs to make the model."""
-    return {f"resources/{NATIVE_FILE}": native}
-
-
-def _binaries(
-    libraries: Mapping[str, Path] | None, model_name: str, fmi: FmiVersion
-) -> dict[str, bytes]:
-    if libraries is None:
-        libraries = {this_platform().tuple: library_path()}
+def _binaries(libraries: Mapping[str, Path], model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
     platforms = {find_platform(name): library for name, library in libraries.items()}
     return {
         f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": _contents(library)

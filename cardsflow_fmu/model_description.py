@@ -69,6 +69,7 @@ class FmuDescription:
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether it can go back to an earlier state.
         needs_tool: Whether a Python with this package has to be there.
+        sources: C files in the FMU that its library is compiled of, relative to its sources.
     """
 
     variables: Sequence[Variable]
@@ -81,6 +82,7 @@ class FmuDescription:
     has_derivatives: bool = False
     has_state: bool = True
     needs_tool: bool = True
+    sources: Sequence[str] = ()
 
     @property
     def ports(self) -> list[Port]:

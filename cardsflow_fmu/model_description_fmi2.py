@@ -39,7 +39,7 @@ def describe(fmu: FmuDescription, guid: str) -> ET.Element:
 
 
 def _co_simulation(fmu: FmuDescription) -> ET.Element:
-    return ET.Element(
+    element = ET.Element(
         "CoSimulation",
         modelIdentifier=fmu.model_name,
         needsExecutionTool=flag(fmu.needs_tool),
@@ -50,6 +50,10 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
         canSerializeFMUstate=flag(fmu.has_state),
         providesDirectionalDerivative=flag(fmu.has_derivatives),
     )
+    if fmu.sources:
+        files = ET.SubElement(element, "SourceFiles")
+        files.extend(ET.Element("File", name=name) for name in fmu.sources)
+    return element
 
 
 def _type_definitions(types: dict[str, str]) -> ET.Element:

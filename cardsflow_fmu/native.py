@@ -8,16 +8,20 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart import compile_blob
+from sim_dart.path_fields import ordered_wraps, pulley_muscles
 from sim_dart.tasks import point_rows, task_rows
 
 from .experiment import ControllerSettings, Experiment, TaskSettings
-from .muscle_ports import modelled_muscles
+from .models.muscle_control import late_periods
+from .models.start_commands import start
+from .muscle_ports import driven_muscles, ideal_muscles, modelled_muscles, state_order
 from .native_reference import reference_settings
 
 NATIVE_FILE = "native.bin"
@@ -31,8 +35,20 @@ _LAWS = ("joint_space", "operational_space")
 FloatArray = NDArray[np.float64]
 
 
-def native_file(experiment: Experiment, model: str) -> bytes:
-    """The contents of `resources/native.bin`.
+class NativeModel(NamedTuple):
+    """What a native FMU is made of.
+
+    Attributes:
+        contents: Of `resources/native.bin`.
+        has_derivatives: Whether it has directional derivatives.
+    """
+
+    contents: bytes
+    has_derivatives: bool = False
+
+
+def native_model(experiment: Experiment, model: str) -> NativeModel:
+    """The native model of an experiment.
 
     Args:
         experiment: What to simulate.
@@ -41,30 +57,39 @@ def native_file(experiment: Experiment, model: str) -> bytes:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
-    _require_native_plant(experiment)
+    straight = model == "plant" and not _bent_or_modelled(experiment.plant_robot)
+    return NativeModel(_native_file(experiment, model), straight)
+
+
+def _bent_or_modelled(robot: Robot) -> bool:
+    """Whether a cable is more than straight and ideal: of such a step has no derivatives in C."""
+    return bool(modelled_muscles(robot) or ordered_wraps(robot) or pulley_muscles(robot))
+
+
+def _native_file(experiment: Experiment, model: str) -> bytes:
+    """The contents of `resources/native.bin`."""
     if model == "reference":
         return _encode(model, b"", reference_settings(experiment))
     if model == "plant":
+        _require_native_plant(experiment)
         robot = experiment.plant_robot
-        return _encode(model, compile_blob(robot), _robot_settings(robot))
-    robot, controller = experiment.robot, experiment.controller
-    _require_native(controller)
-    settings = [*_robot_settings(robot), *_controller_settings(robot, controller)]
-    return _encode(model, compile_blob(robot), settings)
+        own = _plant_settings(robot, experiment.plant.substeps)
+    else:
+        robot, controller = experiment.robot, experiment.controller
+        _require_native(controller)
+        own = [*_muscle_settings(experiment), *_controller_settings(robot, controller)]
+    return _encode(model, compile_blob(robot), [*_robot_settings(robot), *own])
 
 
 def _require_native_plant(experiment: Experiment) -> None:
     """Refuse what plants in C lack."""
-    plant, robot = experiment.plant, experiment.robot
-    modelled = [robot.muscles[k].name for k in modelled_muscles(robot)]
+    plant, robot = experiment.plant, experiment.plant_robot
     rough = [c.name for c in robot.coordinates if c.friction]
     lacking = {
-        f"muscles with a law of their own ({', '.join(modelled)})": bool(modelled),
         f"friction in joints ({', '.join(rough)})": bool(rough),
         "worlds with contacts": experiment.scene is not None,
         f"the integrator {plant.integrator!r}": plant.integrator != "euler",
-        "substeps": plant.substeps != 1,
-        "books of energy": plant.energy,
+        "books of energy (plant.energy)": plant.energy,
         "wrenches on links": bool(plant.wrenches),
     }
     for what, is_there in lacking.items():
@@ -94,10 +119,31 @@ def _encode(model: str, blob: bytes, settings: Sequence[ArrayLike]) -> bytes:
     return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
 
 
+def _indices(indices: Sequence[int]) -> list[ArrayLike]:
+    """How many, and which."""
+    return [len(indices), indices]
+
+
 def _robot_settings(robot: Robot) -> list[ArrayLike]:
     points = [row // 3 for row in point_rows(robot)[::3]]
-    rows = task_rows(robot)
-    return [len(points), len(rows), points, rows]
+    return [*_indices(points), *_indices(task_rows(robot))]
+
+
+def _plant_settings(robot: Robot, substeps: int) -> list[ArrayLike]:
+    commanded = [*ideal_muscles(robot), *driven_muscles(robot)]
+    indices = (commanded, modelled_muscles(robot), state_order(robot))
+    return [substeps, *(number for some in indices for number in _indices(some))]
+
+
+def _muscle_settings(experiment: Experiment) -> list[ArrayLike]:
+    """What the controller knows of muscles with laws."""
+    robot = experiment.robot
+    indices = [*_indices(state_order(robot)), *_indices(driven_muscles(robot))]
+    if not modelled_muscles(robot):
+        return [*indices, 0.0]
+    begin = start(robot, experiment.start.q)
+    ahead = experiment.controller.muscle_horizon, late_periods(robot)
+    return [*indices, 1.0, ahead, begin.forces, begin.commands]
 
 
 def _controller_settings(robot: Robot, controller: ControllerSettings) -> list[ArrayLike]:

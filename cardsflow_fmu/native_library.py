@@ -12,7 +12,7 @@ from typing import Any
 from addin_sdfusion.robot import CardsflowError, InputError
 
 from .experiment import Experiment
-from .native import NATIVE_FILE, native_file
+from .native import NATIVE_FILE, native_model
 from .ports import Port
 from .runtime.library import library_path
 from .runtime.port_table import encode_port_table
@@ -36,7 +36,7 @@ def native_models(experiment: Experiment, names: Sequence[str]) -> dict[str, byt
     if lacking is not None:
         raise InputError(f"a native loop does not have {lacking}; {_INSTEAD}")
     try:
-        return {name: native_file(experiment, name) for name in names}
+        return {name: native_model(experiment, name).contents for name in names}
     except InputError as error:
         what = error.what.partition(";")[0]  # behind it stands what to build instead
         raise InputError(f"{what}; {_INSTEAD}", key=error.key) from None

@@ -31,13 +31,13 @@ from .models.hardware import HardwareModel
 from .models.plant import PlantModel
 from .models.reference import ReferenceModel
 from .muscle_ports import modelled_muscles
-from .native import NATIVE_MODELS, native_file
+from .native import NATIVE_MODELS, native_model
 from .native_loop import NativeLoop
 from .output import OutputFolder
 from .parquet import require_parquet
 from .participants import DirectParticipant, Participant
 from .results import TABLE, Result
-from .runtime.library import find_platform
+from .runtime.library import find_platform, prebuilt_libraries, this_platform
 from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
 from .summary import Speed, summarize
@@ -100,8 +100,8 @@ def build(
         folder: Where to.
         fmi: Version of FMI of the four; the .ssp holds FMUs of FMI 2.0.
         arrays: Whether FMUs of FMI 3.0 have arrays.
-        platforms: What the FMUs run on, such as `linux64`; on this platform when None. Others need
-            the extra `cross`.
+        platforms: What the FMUs run on, such as `linux64`. When None, on this platform; native
+            ones on all whose library came with the package. Others need the extra `cross`.
         native: Whether plant, controller and reference compute in C alone and need no Python where
             they run; hardware.fmu, which has its model in Python, is left out.
 
@@ -112,7 +112,9 @@ def build(
         InputError: The folder cannot be written, or the FMUs of others do not fit.
     """
     with tempfile.TemporaryDirectory() as aside:
-        libraries = None if platforms is None else libraries_for(platforms, Path(aside))
+        libraries = _libraries(platforms, Path(aside), native)
+        if fmi == "2.0" and platforms is None:
+            libraries = _of_fmi_2(libraries)
         names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
         files = _build(experiment, Path(aside), names, fmi, arrays, libraries, native)
         inner = files
@@ -130,6 +132,17 @@ def _buildable(experiment: Experiment) -> list[str]:
     """All models, but that of the hardware where muscles are not commanded by their forces."""
     has_hardware = not modelled_muscles(experiment.robot)
     return [name for name in MODELS if name != HARDWARE or has_hardware]
+
+
+def _libraries(
+    platforms: Sequence[str] | None, folder: Path, native: bool
+) -> dict[str, Path] | None:
+    """The libraries that are asked for; all that there are when nobody asks."""
+    if platforms is not None:
+        return libraries_for(platforms, folder, native=native)
+    if not native:
+        return None
+    return libraries_for([this_platform().tuple, *prebuilt_libraries()], folder, native=True)
 
 
 def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
@@ -169,7 +182,7 @@ def _build(
             fmi=fmi,
             arrays=arrays,
             libraries=libraries,
-            native=native_file(experiment, name) if native and name in NATIVE_MODELS else None,
+            native=native_model(experiment, name) if native and name in NATIVE_MODELS else None,
         )
         for name in names
         if name not in experiment.fmus

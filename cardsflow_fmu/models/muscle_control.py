@@ -23,6 +23,11 @@ LATE_PERIODS = 4
 """Horizon where a muscle has several states, in periods, unless an experiment has another."""
 
 
+def late_periods(robot: Robot) -> int:
+    """The horizon of a robot's muscles in periods, unless an experiment has another."""
+    return LATE_PERIODS if any(len(states_of(m.model)) > 1 for m in robot.muscles) else 1
+
+
 class MuscleControl:
     """The muscles of a robot under a control law.
 
@@ -35,8 +40,7 @@ class MuscleControl:
     """
 
     def __init__(self, robot: Robot, horizon: float = 0.0) -> None:
-        late = any(len(states_of(muscle.model)) > 1 for muscle in robot.muscles)
-        self._horizon, self._periods = horizon, LATE_PERIODS if late else 1
+        self._horizon, self._periods = horizon, late_periods(robot)
         self._drive = MuscleDrive(robot)
         self._driven = driven_muscles(robot)
         self._order = np.array(state_order(robot), dtype=np.intp)

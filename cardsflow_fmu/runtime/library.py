@@ -1,4 +1,4 @@
-"""The C library that every FMU carries: where it is built, and what FMI calls its platform."""
+"""The C libraries that FMUs carry: where they are, and what FMI calls their platforms."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from addin_sdfusion.robot import InputError, UnknownNameError
+
+from .sources import FMI, NATIVE, PREBUILT, PREBUILT_PLATFORMS
 
 
 class Platform(NamedTuple):
@@ -55,7 +57,6 @@ PLATFORMS = {
 
 _SYSTEMS = {"linux": "linux", "win32": "windows", "darwin": "darwin"}
 _MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
-_LOCATION = Path("cardsflow_fmu", "runtime", "lib", "cardsflow_fmi")
 
 
 def find_platform(name: str) -> Platform:
@@ -87,17 +88,20 @@ def this_platform() -> Platform:
     return found
 
 
-def library_path() -> Path:
+def library_path(*, native: bool = False) -> Path:
     """Path of the library that was built for this platform.
 
     The environment variable `CARDSFLOW_LIBRARY_DIR` names another folder than the installation to
     look below, such as one with a sanitized build.
 
+    Args:
+        native: Whether that of native FMUs.
+
     Raises:
         InputError: There is no library.
     """
-    root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR") or Path(__file__).parents[2])
-    path = root / _LOCATION.with_suffix(this_platform().suffix)
+    target = (NATIVE if native else FMI).target
+    path = _root() / f"{target}{this_platform().suffix}"
     if not path.is_file():
         raise InputError(
             "the FMI library is missing: install the package again, "
@@ -105,3 +109,18 @@ def library_path() -> Path:
             file=path,
         )
     return path
+
+
+def prebuilt_libraries() -> dict[str, Path]:
+    """The libraries of native FMUs that came with the package, by FMI 3.0's name of the platform.
+
+    An installed package has one for each of `PREBUILT_PLATFORMS`; a source tree those that
+    `python hatch_build.py --platforms` has made.
+    """
+    folder = _root() / PREBUILT
+    files = {name: folder / f"{name}{PLATFORMS[name].suffix}" for name in PREBUILT_PLATFORMS}
+    return {name: file for name, file in files.items() if file.is_file()}
+
+
+def _root() -> Path:
+    return Path(os.environ.get("CARDSFLOW_LIBRARY_DIR") or Path(__file__).parents[2])

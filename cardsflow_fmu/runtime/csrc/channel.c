@@ -1,5 +1,7 @@
 #include "channel.h"
 
+#include "clock.h"
+
 #include <stdlib.h>
 #include <string.h>
 

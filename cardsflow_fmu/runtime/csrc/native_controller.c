@@ -1,15 +1,18 @@
-/* The controller as a native model: state, reference and known loads in, muscle forces out.
+/* The controller as a native model: state, reference and known loads in, muscle forces and commands out.
  *
- * Values: q (n), qd (n), reference (3 r), loads (3 p); f (m), slack (r), at_bound, solve_time, infeasible,
- * limits_dropped in operational space; kp (r), kd (r), f_min (m), f_max (m), period, worker_timeout.
+ * Values: q (n), qd (n), reference (3 r), loads (3 p), states of muscles (s); f (m), commands (d), slack
+ * (r), at_bound, solve_time, infeasible, limits_dropped in operational space; kp (r), kd (r), f_min (m),
+ * f_max (m), period, worker_timeout.
  *
- * Settings, after those of the robot: whether it is in operational space; ki (r), bandwidth of the observer
- * in rad/s, delay, predict; H_f (m); and in operational space whether each task is an angle (k), H_q (n),
- * H_r (m), f_p (m), W (k), posture kp (n), posture kd (n), q0 (n), bandwidth of the limits, or 0. */
+ * Settings, after those of the robot and of the muscles: whether it is in operational space; ki (r),
+ * bandwidth of the observer in rad/s, delay, predict; H_f (m); and in operational space whether each task
+ * is an angle (k), H_q (n), H_r (m), f_p (m), W (k), posture kp (n), posture kd (n), q0 (n), bandwidth of
+ * the limits, or 0. */
 #include "../../../controllers/csrc/control_loop.h"
 #include "../../../sim_dart/csrc/elementary.h"
+#include "clock.h"
 #include "native_model.h"
-#include "waiting.h"
+#include "native_muscles.h"
 
 #include <float.h>
 #include <math.h>
@@ -23,7 +26,9 @@ struct controller {
     control_loop *loop;
     computed_torque *law;
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
-    double *q, *qd, *reference, *loads, *forces, *slack, *report, *kp, *kd, *f_min, *f_max, *period;
+    struct native_muscles muscles;
+    double *q, *qd, *reference, *loads, *states;
+    double *forces, *commands, *slack, *report, *kp, *kd, *f_min, *f_max, *period;
     const double *is_angle;
     double observer;
 };
@@ -114,6 +119,25 @@ static int check_parameters(struct model *model)
     return 0;
 }
 
+static void write_commands(const struct controller *c)
+{
+    for (size_t i = 0; i < c->muscles.d; i++)
+        c->commands[i] = c->muscles.told[(size_t)c->muscles.driven[i]];
+}
+
+/* Muscles with laws hold the robot until the first tick. */
+static void hold(const struct native_model *native)
+{
+    struct controller *c = native->own;
+    const size_t size = native->robot.m * sizeof(double);
+    size_t length;
+    native_muscles_reset(&c->muscles);
+    memcpy(c->forces, c->muscles.start_forces, size);
+    memcpy(loop_array(c, "acting", &length), c->muscles.start_forces, size);
+    memcpy(loop_array(c, "coming", &length), c->muscles.start_forces, size);
+    write_commands(c);
+}
+
 static int initialize(struct model *model)
 {
     struct native_model *native = model->backend;
@@ -123,6 +147,8 @@ static int initialize(struct model *model)
     apply_parameters(native);
     control_loop_reset(c->loop);
     memcpy(c->forces, c->f_min, native->robot.m * sizeof(double));
+    if (c->muscles.are_modelled)
+        hold(native);
     memset(c->slack, 0, (size_t)(c->kp - c->slack) * sizeof(double));
     return 0;
 }
@@ -130,9 +156,10 @@ static int initialize(struct model *model)
 static size_t count_at_bounds(const struct controller *c, size_t m)
 {
     const double *forces = law_array(c, "forces");
+    const double *f_min = law_array(c, "f_min"), *f_max = law_array(c, "f_max");
     size_t count = 0;
     for (size_t i = 0; i < m; i++) {
-        const double low = c->f_min[i], high = isfinite(c->f_max[i]) ? c->f_max[i] : DBL_MAX;
+        const double low = f_min[i], high = isfinite(f_max[i]) ? f_max[i] : DBL_MAX;
         count += forces[i] - low <= AT_BOUND * fmax(1, low) || high - forces[i] <= AT_BOUND * fmax(1, high);
     }
     return count;
@@ -146,11 +173,29 @@ static int all_finite(const double *values, size_t count)
     return 1;
 }
 
+/* The loop is to choose among the forces that the muscles can come to. */
+static void bound_by_muscles(const struct native_model *native, double period)
+{
+    struct controller *c = native->own;
+    struct native_muscles *muscles = &c->muscles;
+    const struct native_robot *robot = &native->robot;
+    const size_t size = robot->m * sizeof(double);
+    size_t length;
+    native_muscles_see(muscles, robot, c->q, c->qd, c->states, c->f_min, c->f_max, period);
+    for (size_t i = 0; i < robot->m; i++)
+        for (size_t j = 0; muscles->pushed[i] != 0 && j < robot->n; j++)
+            robot->load[j] += robot->jacobian[i * robot->n + j] * muscles->pushed[i];
+    memcpy(law_array(c, "f_min"), muscles->least, size);
+    memcpy(law_array(c, "f_max"), muscles->most, size);
+    if (muscles->has_ticked[0] != 0) /* what they really pulled with is what the observer is to know */
+        memcpy(loop_array(c, "seen_forces", &length), muscles->applied, size);
+}
+
 static int step(struct model *model)
 {
     struct native_model *native = model->backend;
     struct native_robot *robot = &native->robot;
-    const struct controller *c = native->own;
+    struct controller *c = native->own;
     size_t length;
     const size_t periods =
         native_whole_steps(native->clock[1], c->period[0], "the controller's period", &model->error);
@@ -165,12 +210,18 @@ static int step(struct model *model)
     }
     const double begin = monotonic_seconds();
     native_robot_load(robot, c->loads, -1); /* w_e = -J'F */
+    if (c->muscles.are_modelled)
+        bound_by_muscles(native, period);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (status > COMPUTED_TORQUE_SOFT) {
         text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
         return 1;
     }
     memcpy(c->forces, loop_array(c, "acting", &length), robot->m * sizeof(double));
+    if (c->muscles.are_modelled) {
+        native_muscles_tell(&c->muscles, robot, c->q, c->qd, c->forces, period);
+        write_commands(c);
+    }
     memcpy(c->slack, law_array(c, "slack"), c->r * sizeof(double));
     c->report[0] = (double)count_at_bounds(c, robot->m);
     c->report[1] = monotonic_seconds() - begin;
@@ -184,29 +235,35 @@ static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    size_t sizes[2];
+    size_t sizes[3];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                                   computed_torque_array(c->law, "memory", &sizes[1])};
-    return native_save(parts, sizes, 2, bytes, size, &model->error);
+                                   computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory};
+    sizes[2] = native_muscles_memory(&c->muscles);
+    return native_save(parts, sizes, 3, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    size_t sizes[2];
+    size_t sizes[3];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                             computed_torque_array(c->law, "memory", &sizes[1])};
-    return native_restore(parts, sizes, 2, bytes, size, &model->error);
+                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory};
+    sizes[2] = native_muscles_memory(&c->muscles);
+    return native_restore(parts, sizes, 3, bytes, size, &model->error);
+}
+
+static void free_controller(struct controller *c)
+{
+    native_muscles_close(&c->muscles);
+    free(c->loop);
+    free(c);
 }
 
 static void close_controller(struct model *model)
 {
     struct native_model *native = model->backend;
-    struct controller *c = native->own;
-    if (c)
-        free(c->loop);
-    free(c);
+    free_controller(native->own);
     native_close(native);
 }
 
@@ -295,8 +352,10 @@ static void place_values(struct native_model *native, struct controller *c)
     c->qd = c->q + robot->n;
     c->reference = c->qd + robot->n;
     c->loads = c->reference + 3 * c->r;
-    c->forces = c->loads + 3 * robot->p;
-    c->slack = c->forces + robot->m;
+    c->states = c->loads + 3 * robot->p;
+    c->forces = c->states + c->muscles.s;
+    c->commands = c->forces + robot->m;
+    c->slack = c->commands + c->muscles.d;
     c->report = c->slack + c->r;
     c->kp = c->report + (c->k ? 4 : 3);
     c->kd = c->kp + c->r;
@@ -308,27 +367,28 @@ static void place_values(struct native_model *native, struct controller *c)
 int native_controller_open(struct model *model, struct native_model *native, struct text *error)
 {
     const struct native_robot *robot = &native->robot;
-    struct settings settings = {native->file.settings, native->file.settings_count, 0};
-    struct controller *c = native->own = calloc(1, sizeof *c);
-    double operational = 0;
+    struct controller *c = calloc(1, sizeof *c);
     if (!c) {
         text_set(error, "there is no memory for the model");
         return 1;
     }
+    int failed = native_muscles_open(&c->muscles, robot, &native->file);
+    struct settings settings = {native->file.settings, native->file.settings_count, failed};
+    double operational = 0;
     take(&settings, &operational, 1);
     c->k = operational != 0 ? robot->k : 0;
     c->r = c->k ? c->k : robot->n;
-    int failed = !native_has_values(
-        native, 2 * robot->n + 6 * c->r + 3 * robot->p + 3 * robot->m + (c->k ? 4 : 3) + 2, error);
-    if (!failed && (open_loop(native, c) || take_settings(native, c, &settings))) {
+    if (failed || open_loop(native, c) || take_settings(native, c, &settings)) {
         text_set(error, "native.bin does not fit its controller");
         failed = 1;
     }
-    if (failed) {
-        free(c->loop);
-        free(c);
+    const size_t count = 2 * robot->n + 6 * c->r + 3 * robot->p + 3 * robot->m + (c->k ? 4 : 3) + 2 +
+                         c->muscles.s + c->muscles.d;
+    if (failed || !native_has_values(native, count, error)) {
+        free_controller(c);
         return 1;
     }
+    native->own = c;
     place_values(native, c);
     model->functions = &FUNCTIONS;
     return 0;

@@ -91,3 +91,32 @@ void native_file_free(struct native_file *file)
     free(file->bytes);
     file->bytes = NULL;
 }
+
+const double *native_file_take(struct native_file *file, size_t count)
+{
+    const double *taken = file->settings;
+    if (file->settings_count < count)
+        return NULL;
+    file->settings += count;
+    file->settings_count -= count;
+    return taken;
+}
+
+/* Whether it is a whole number from 0 on, below an end. */
+static int is_index(double value, double end)
+{
+    return value >= 0 && value < end && value == floor(value);
+}
+
+int native_file_take_indices(struct native_file *file, size_t end, size_t *count, const double **indices)
+{
+    const double *number = native_file_take(file, 1);
+    if (!number || !is_index(number[0], (double)file->settings_count + 1))
+        return 1;
+    *count = (size_t)number[0];
+    *indices = native_file_take(file, *count);
+    for (size_t i = 0; i < *count; i++)
+        if (!is_index((*indices)[i], (double)end))
+            return 1;
+    return 0;
+}

@@ -37,4 +37,9 @@ int native_file_exists(const char *folder);
 int native_file_read(struct native_file *file, const char *folder, struct text *error);
 void native_file_free(struct native_file *file);
 
+/* The next settings, taken off the file's; NULL where there are not so many left. */
+const double *native_file_take(struct native_file *file, size_t count);
+/* A count, and as many indices below `end`. 0, or nonzero where that is not what comes next. */
+int native_file_take_indices(struct native_file *file, size_t end, size_t *count, const double **indices);
+
 #endif

@@ -1,25 +1,58 @@
-/* The plant as a native model: forces and loads in; positions, velocities, lengths, tasks out.
+/* The plant as a native model: commands and loads in; positions, velocities, lengths, tasks, tensions and
+ * states of muscles out.
  *
- * Values: f (m), loads (3 p); q (n), qd (n), l (m), y (k); start q (n), start qd (n), step, worker_timeout.
- * It has no settings beyond those of the robot. */
-#include "native_model.h"
+ * Values: commands (c), loads (3 p); q (n), qd (n), l (m), y (k), tensions (t), states (s); start q (n),
+ * start qd (n), step, worker_timeout.
+ *
+ * Settings, after those of the robot: steps of the integrator in one of the plant; the muscles that take
+ * commands, whose tensions are outputs, and which of all muscles' states each output is: of each a number,
+ * then the indices. */
+#include "native_plant.h"
+
+#include "../../../sim_dart/csrc/tangent.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-struct plant {
-    double ticks;
-    double *forces, *loads, *q, *qd, *lengths, *tasks, *q_start, *qd_start, *step;
-};
-
-static void write_outputs(struct native_model *native)
+/* What every muscle is told, in the order of the robot. */
+static const double *told(const struct plant *plant)
 {
+    for (size_t i = 0; i < plant->c; i++)
+        plant->told[(size_t)plant->commanded[i]] = plant->commands[i];
+    return plant->told;
+}
+
+static int refuse_command(struct model *model, size_t muscle)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    for (size_t i = 0; i < plant->c; i++)
+        if ((size_t)plant->commanded[i] == muscle)
+            text_set(&model->error, "command %.17g of %s is not finite", plant->commands[i],
+                     native->ports->ports[plant->commands + i - native->values].name);
+    return 1;
+}
+
+/* The outputs at the core's state, with the commands as they stand. */
+static int write_outputs(struct model *model)
+{
+    const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     const struct native_robot *robot = &native->robot;
     memcpy(plant->q, robot->q, robot->n * sizeof(double));
     memcpy(plant->qd, robot->qd, robot->n * sizeof(double));
     memcpy(plant->lengths, robot->lengths, robot->m * sizeof(double));
     native_robot_tasks(robot, plant->tasks);
+    if (!plant->t)
+        return 0;
+    const int bad = core_drive(robot->core, robot->qd, told(plant));
+    if (bad)
+        return refuse_command(model, (size_t)bad - 1);
+    for (size_t i = 0; i < plant->t; i++)
+        plant->tensions[i] = robot->tensions[(size_t)plant->modelled[i]];
+    for (size_t i = 0; i < plant->s; i++)
+        plant->states[i] = robot->states[(size_t)plant->order[i]];
+    return 0;
 }
 
 static const char *port_name(const struct native_model *native, const double *value)
@@ -38,8 +71,15 @@ static int go(struct model *model)
                  port_name(native, plant->q + bad - 1));
         return 1;
     }
-    write_outputs(native);
-    return 0;
+    return write_outputs(model);
+}
+
+/* Muscles that have been at rest with their commands for long. */
+static int start_muscles(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    const int bad = core_start(native->robot.core, told(native->own));
+    return bad ? refuse_command(model, (size_t)bad - 1) : 0;
 }
 
 static int initialize(struct model *model)
@@ -61,6 +101,8 @@ static int initialize(struct model *model)
     plant->ticks = 0;
     memcpy(robot->q, plant->q_start, robot->n * sizeof(double));
     memcpy(robot->qd, plant->qd_start, robot->n * sizeof(double));
+    if (core_move_checked(robot->core, robot->q, robot->qd) == 0 && start_muscles(model))
+        return 1;
     return go(model);
 }
 
@@ -69,15 +111,17 @@ static int refuse_step(struct model *model, int bad)
     struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     const struct native_robot *robot = &native->robot;
+    const double time = plant->ticks * plant->step[0];
     if (bad < 0)
-        text_set(&model->error, "force %.17g of %s is not finite", plant->forces[-bad - 1],
-                 port_name(native, plant->forces - bad - 1));
+        return refuse_command(model, (size_t)-bad - 1);
+    if ((size_t)bad > robot->n)
+        text_set(&model->error,
+                 "the robot diverged at t = %.6g s: a muscle's state is no number; use a smaller step", time);
     else
         text_set(&model->error,
                  "the robot diverged at t = %.6g s: %s is %.17g with velocity %.17g; use a smaller step or "
                  "softer gains",
-                 plant->ticks * plant->step[0], port_name(native, plant->q + bad - 1), robot->q[bad - 1],
-                 robot->qd[bad - 1]);
+                 time, port_name(native, plant->q + bad - 1), robot->q[bad - 1], robot->qd[bad - 1]);
     return 1;
 }
 
@@ -90,50 +134,62 @@ static int has_loads(const struct native_model *native)
     return 0;
 }
 
+/* One step of the plant. */
+static int advance(struct native_robot *robot, const struct plant *plant, int is_loaded)
+{
+    for (double i = 0; i < plant->substeps; i++) {
+        if (is_loaded)
+            native_robot_load(robot, plant->loads, 1);
+        const int bad = core_step(robot->core, plant->told, is_loaded ? robot->load : NULL,
+                                  plant->step[0] / plant->substeps, 1);
+        if (bad)
+            return bad;
+    }
+    return 0;
+}
+
 static int step(struct model *model)
 {
     struct native_model *native = model->backend;
-    struct native_robot *robot = &native->robot;
     struct plant *plant = native->own;
-    const double h = plant->step[0];
-    const size_t steps = native_whole_steps(native->clock[1], h, "the plant's internal step", &model->error);
-    const int loaded = has_loads(native);
+    const size_t steps =
+        native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
+    const int is_loaded = has_loads(native);
     if (!steps)
         return 1;
-    for (size_t i = 0; i < steps; i++, plant->ticks++) {
-        if (loaded)
-            native_robot_load(robot, plant->loads, 1);
-        const int bad = core_step(robot->core, plant->forces, loaded ? robot->load : NULL, h, 1);
-        if (bad) {
-            plant->ticks++;
+    told(plant);
+    for (size_t i = 0; i < steps; i++) {
+        const int bad = advance(&native->robot, plant, is_loaded);
+        plant->ticks++;
+        if (bad)
             return refuse_step(model, bad);
-        }
     }
-    write_outputs(native);
-    return 0;
+    return write_outputs(model);
 }
 
 static int get_state(struct model *model, void **bytes, size_t *size)
 {
-    struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
-    const double *const parts[] = {&plant->ticks, native->robot.q, native->robot.qd};
-    const size_t sizes[] = {1, native->robot.n, native->robot.n};
-    return native_save(parts, sizes, 3, bytes, size, &model->error);
+    const struct native_model *native = model->backend;
+    const struct native_robot *robot = &native->robot;
+    const double *const parts[] = {&((const struct plant *)native->own)->ticks, robot->q, robot->qd,
+                                   robot->states};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s};
+    return native_save(parts, sizes, 4, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     struct native_model *native = model->backend;
-    struct plant *plant = native->own;
-    double *const parts[] = {&plant->ticks, native->robot.q, native->robot.qd};
-    const size_t sizes[] = {1, native->robot.n, native->robot.n};
-    return native_restore(parts, sizes, 3, bytes, size, &model->error) || go(model);
+    const struct native_robot *robot = &native->robot;
+    double *const parts[] = {&((struct plant *)native->own)->ticks, robot->q, robot->qd, robot->states};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s};
+    return native_restore(parts, sizes, 4, bytes, size, &model->error) || go(model);
 }
 
 static void close_plant(struct model *model)
 {
     struct native_model *native = model->backend;
+    free(((struct plant *)native->own)->told);
     free(native->own);
     native_close(native);
 }
@@ -147,26 +203,67 @@ static const struct model_functions FUNCTIONS = {
     .close = close_plant,
 };
 
+static const struct model_functions WITH_DERIVATIVES = {
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .derivative = native_plant_derivative,
+    .close = close_plant,
+};
+
+/* Nonzero where the settings do not fit the robot. */
+static int take_settings(struct plant *plant, const struct native_robot *robot, struct native_file *file)
+{
+    const double *substeps = native_file_take(file, 1);
+    if (!substeps || !(substeps[0] >= 1 && substeps[0] <= 1e6) || substeps[0] != (double)(size_t)substeps[0])
+        return 1;
+    plant->substeps = substeps[0];
+    return native_file_take_indices(file, robot->m, &plant->c, &plant->commanded) ||
+           native_file_take_indices(file, robot->m, &plant->t, &plant->modelled) ||
+           native_file_take_indices(file, robot->s, &plant->s, &plant->order) || file->settings_count;
+}
+
+static void place_values(struct plant *plant, const struct native_model *native)
+{
+    const struct native_robot *robot = &native->robot;
+    plant->commands = native->values;
+    plant->loads = plant->commands + plant->c;
+    plant->q = plant->loads + 3 * robot->p;
+    plant->qd = plant->q + robot->n;
+    plant->lengths = plant->qd + robot->n;
+    plant->tasks = plant->lengths + robot->m;
+    plant->tensions = plant->tasks + robot->k;
+    plant->states = plant->tensions + plant->t;
+    plant->q_start = plant->states + plant->s;
+    plant->qd_start = plant->q_start + robot->n;
+    plant->step = plant->qd_start + robot->n;
+}
+
 int native_plant_open(struct model *model, struct native_model *native, struct text *error)
 {
     const struct native_robot *robot = &native->robot;
-    const size_t n = robot->n, m = robot->m;
-    if (!native_has_values(native, 2 * m + 3 * robot->p + 4 * n + robot->k + 2, error))
-        return 1;
-    struct plant *plant = native->own = calloc(1, sizeof *plant);
-    if (!plant) {
+    struct plant *plant = calloc(1, sizeof *plant);
+    double *told = calloc(robot->m + 1, sizeof *told);
+    int failed = !plant || !told;
+    if (failed)
         text_set(error, "there is no memory for the model");
+    else if ((failed = take_settings(plant, robot, &native->file)))
+        text_set(error, "native.bin does not fit its plant");
+    else
+        failed = !native_has_values(native,
+                                    plant->c + 3 * robot->p + 4 * robot->n + robot->m + robot->k +
+                                        plant->t + plant->s + 2,
+                                    error);
+    if (failed) {
+        free(plant);
+        free(told);
         return 1;
     }
-    plant->forces = native->values;
-    plant->loads = plant->forces + m;
-    plant->q = plant->loads + 3 * robot->p;
-    plant->qd = plant->q + n;
-    plant->lengths = plant->qd + n;
-    plant->tasks = plant->lengths + m;
-    plant->q_start = plant->tasks + robot->k;
-    plant->qd_start = plant->q_start + n;
-    plant->step = plant->qd_start + n;
-    model->functions = &FUNCTIONS;
+    native->own = plant;
+    plant->told = told;
+    place_values(plant, native);
+    model->functions = core_tangent_size(robot->core) ? &WITH_DERIVATIVES : &FUNCTIONS;
     return 0;
 }

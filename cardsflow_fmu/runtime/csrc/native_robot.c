@@ -8,30 +8,10 @@ static double *array(core *c, const char *name, size_t *length)
     return core_array(c, name, length);
 }
 
-static int indices_below(const double *values, size_t count, size_t end)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!(values[i] >= 0 && values[i] < (double)end) || values[i] != (double)(size_t)values[i])
-            return 0;
-    return 1;
-}
-
 static int take_settings(struct native_robot *robot, struct native_file *file)
 {
-    const double *s = file->settings;
-    if (file->settings_count < 2 || !indices_below(s, 2, 1u << 20))
-        return 1;
-    robot->p = (size_t)s[0];
-    robot->k = (size_t)s[1];
-    const size_t taken = 2 + robot->p + robot->k;
-    if (file->settings_count < taken || !indices_below(s + 2, robot->p, robot->tasks) ||
-        !indices_below(s + 2 + robot->p, robot->k, 3 * robot->tasks))
-        return 1;
-    robot->points = s + 2;
-    robot->rows = s + 2 + robot->p;
-    file->settings += taken;
-    file->settings_count -= taken;
-    return 0;
+    return native_file_take_indices(file, robot->tasks, &robot->p, &robot->points) ||
+           native_file_take_indices(file, 3 * robot->tasks, &robot->k, &robot->rows);
 }
 
 int native_robot_open(struct native_robot *robot, struct native_file *file, struct text *error)
@@ -60,6 +40,8 @@ int native_robot_open(struct native_robot *robot, struct native_file *file, stru
     robot->task_bias = array(c, "task_bias", &length);
     robot->mass_matrix = array(c, "mass_matrix", &length);
     robot->bias = array(c, "coriolis", &length);
+    robot->tensions = array(c, "tensions", &length);
+    robot->states = array(c, "law_states", &robot->s);
     robot->lower = core_coordinates(c, "lower");
     robot->upper = core_coordinates(c, "upper");
     robot->damping = core_coordinates(c, "damping");

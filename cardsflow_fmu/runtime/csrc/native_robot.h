@@ -8,17 +8,17 @@
 #include <stddef.h>
 
 /* Settings of every kind of model begin with these:
- *     number of task points p, whose loads are inputs; number of task coordinates k
- *     index of each of the p points among the tasks
- *     index of each of the k coordinates among all three of every task
+ *     number of task points p, whose loads are inputs; index of each among the tasks
+ *     number of task coordinates k; index of each among all three of every task
  */
 struct native_robot {
     core *core;
     void *memory;
-    size_t n, m, tasks, p, k;
+    size_t n, m, s, tasks, p, k;
     const double *points, *rows;
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
     double *mass_matrix, *bias;
+    double *tensions, *states; /* m, s: of muscles with tension laws */
     const double *lower, *upper, *damping;
     double *load; /* generalised, n: room for the models */
 };

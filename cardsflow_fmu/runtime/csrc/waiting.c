@@ -1,15 +1,9 @@
 #include "waiting.h"
 
+#include "clock.h"
+
 #ifdef _WIN32
 #include <windows.h>
-
-double monotonic_seconds(void)
-{
-    LARGE_INTEGER count, per_second;
-    QueryPerformanceCounter(&count);
-    QueryPerformanceFrequency(&per_second);
-    return (double)count.QuadPart / (double)per_second.QuadPart;
-}
 
 static void let_others_run(void)
 {
@@ -17,14 +11,6 @@ static void let_others_run(void)
 }
 #else
 #include <sched.h>
-#include <time.h>
-
-double monotonic_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void let_others_run(void)
 {

@@ -9,9 +9,6 @@ struct patience {
     double usual; /* in s */
 };
 
-/* Seconds on a clock that only goes forward. */
-double monotonic_seconds(void);
-
 /* Whether the word took the value while it was looked at; not for longer than makes sense, which may
  * be next to nothing. */
 int wait_looking(const uint32_t *word, uint32_t value, const struct patience *patience);

@@ -1,0 +1,20 @@
+/* The inside of a native plant. */
+#ifndef NATIVE_PLANT_H
+#define NATIVE_PLANT_H
+
+#include "native_model.h"
+
+#include <stddef.h>
+
+struct plant {
+    double ticks, substeps;
+    size_t c, t, s;
+    const double *commanded, *modelled, *order;
+    double *told; /* m: the command of every muscle; of passive ones 0 */
+    double *commands, *loads, *q, *qd, *lengths, *tasks, *tensions, *states, *q_start, *qd_start, *step;
+};
+
+/* See model_functions.derivative: for robots whose muscles are ideal cables along straight segments. */
+int native_plant_derivative(struct model *model, const struct derivative *request);
+
+#endif

@@ -1,0 +1,112 @@
+"""The C libraries: what each is made of, and how they are compiled, here and for other platforms.
+
+hatch_build.py reads this file when the package is built, so that it needs the standard library
+only.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+
+# Contraction off: a fused multiply-add would make results depend on the processor.
+FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden")
+WARNINGS = ("-Wall", "-Wextra")
+
+RUNTIME = "cardsflow_fmu/runtime/csrc"
+CORE = ("sim_dart/csrc", "controllers/csrc")
+PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
+
+_PYTHON = ("bell_", "channel", "environment", "interpreters", "process_", "python_")
+_PYTHON += ("shared_memory_", "waiting", "worker", "backend.")
+_NATIVE = ("backend_native.",)
+
+
+class Library(NamedTuple):
+    """A shared library: the C files in folders make `target`, without a suffix.
+
+    Attributes:
+        folders: Where its files are.
+        target: What they make.
+        flags: Further flags.
+        without: How the names of files begin that are not for it.
+    """
+
+    folders: tuple[str, ...]
+    target: str
+    flags: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+
+    def sources(self, root: Path = ROOT) -> list[str]:
+        """Its C files, relative to the root, in order."""
+        return sorted(
+            path.relative_to(root).as_posix()
+            for folder in self.folders
+            for path in (root / folder).glob("*.c")
+            if not (folder == RUNTIME and path.name.startswith(self.without or "?"))
+        )
+
+    def headers(self, root: Path = ROOT) -> list[str]:
+        """The headers beside them."""
+        return sorted(
+            path.relative_to(root).as_posix()
+            for folder in self.folders
+            for path in (root / folder).glob("*.h")
+            if not (folder == RUNTIME and path.name.startswith(self.without or "?"))
+        )
+
+
+_INSIDE = ("-DCARDSFLOW_INSIDE",)
+FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
+"""That of FMUs whose model may be one in Python."""
+NATIVE = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_native", _INSIDE, _PYTHON)
+"""That of native FMUs: without what starts a Python."""
+LIBRARIES = (
+    Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),
+    Library(("controllers/csrc",), "controllers/lib/cardsflow_control"),
+    FMI,
+    NATIVE,
+)
+
+
+class Target(NamedTuple):
+    """A platform as ziglang knows it: an old C library serves newer ones too."""
+
+    name: str
+    suffix: str
+    flags: tuple[str, ...]
+
+
+# What no exported function needs is left out.
+_LINUX = ("-fPIC", "-D_GNU_SOURCE", "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
+_DARWIN = ("-fPIC", "-Wl,-dead_strip", "-Wl,-install_name,@rpath/cardsflow_fmi.dylib")
+_WINDOWS = ("-Wl,--gc-sections",)
+TARGETS = {
+    "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", _LINUX),
+    "aarch64-linux": Target("aarch64-linux-gnu.2.17", ".so", _LINUX),
+    "x86_64-windows": Target("x86_64-windows-gnu", ".dll", _WINDOWS),
+    "aarch64-windows": Target("aarch64-windows-gnu", ".dll", _WINDOWS),
+    "x86_64-darwin": Target("x86_64-macos", ".dylib", _DARWIN),
+    "aarch64-darwin": Target("aarch64-macos", ".dylib", _DARWIN),
+}
+"""By FMI 3.0's name."""
+
+PREBUILT_PLATFORMS = tuple(name for name in TARGETS if name != "aarch64-windows")
+"""Those whose native library comes with the package."""
+
+
+def cross_command(library: Library, platform: str, file: Path) -> list[str]:
+    """What compiles a library for a platform with the ziglang package, in the root.
+
+    Args:
+        library: Which.
+        platform: FMI 3.0's name.
+        file: What to make.
+    """
+    target = TARGETS[platform]
+    compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]
+    flags = [*FLAGS, *library.flags, "-shared", "-g0", "-s", "-ffunction-sections"]
+    return [*compiler, *flags, *library.sources(), "-o", str(file.absolute()), *target.flags]

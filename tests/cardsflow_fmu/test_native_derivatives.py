@@ -1,0 +1,290 @@
+"""Directional derivatives of native plants: against closed forms, and differences of high order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from every_joint import every_joint
+from fmpy import fmi2
+from fmu_host import refused
+from numpy.typing import NDArray
+from random_trees import random_tree
+from robots import EXAMPLES, random_robot
+
+from addin_sdfusion.robot import Robot
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.native import NativeModel, _encode, _plant_settings, _robot_settings
+from cardsflow_fmu.ports import plant_ports
+from cardsflow_fmu.simulation import build
+from sim_dart import CoreDynamics, compile_blob
+
+pytestmark = pytest.mark.native
+
+FloatArray = NDArray[np.float64]
+STEP = 1e-3
+EIGHTH = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+"""Weights of the central difference of eighth order."""
+
+Gamma = Callable[[FloatArray], FloatArray]
+
+
+def stretched(gamma: Gamma, at: FloatArray, direction: FloatArray, size: float) -> FloatArray:
+    """Slope of gamma along a direction, with an error of order size**8; angles may come round."""
+    slope = np.zeros_like(gamma(at))
+    for k, weight in EIGHTH.items():
+        change = gamma(at + k * size * direction) - gamma(at - k * size * direction)
+        slope += weight * (change - 2 * np.pi * np.round(change / (2 * np.pi)))
+    return slope / size
+
+
+class Slave:
+    """A native plant through FMI 2.0, as functions of arrays."""
+
+    def __init__(self, file: Path, folder: Path) -> None:
+        fmpy.extract(str(file), str(folder))
+        description = fmpy.read_model_description(str(folder))
+        assert description.coSimulation.providesDirectionalDerivative
+        self.slave = fmi2.FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier="plant",
+            instanceName="plant",
+        )
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        self.names = [v.name for v in description.modelVariables]
+        self.of = {
+            kind: [v.valueReference for v in description.modelVariables if v.causality == kind]
+            for kind in ("input", "output", "parameter")
+        }
+        self.time = 0.0
+
+    def references(self, *prefixes: str) -> list[int]:
+        """Of the variables whose names begin so, a dot behind; they stand in that order."""
+        return [k for k, name in enumerate(self.names) if name.split(".")[0] in prefixes]
+
+    def step(self, steps: int = 1) -> FloatArray:
+        self.slave.doStep(self.time, steps * STEP)
+        self.time += steps * STEP
+        return np.array(self.slave.getReal(self.of["output"]))
+
+    def derivative(self, knowns: list[int], seeds: FloatArray) -> FloatArray:
+        outputs = self.of["output"]
+        return np.array(self.slave.getDirectionalDerivative(outputs, knowns, list(seeds)))
+
+
+def plant_file(robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, substeps: int) -> Path:
+    """A native plant of any robot that starts anywhere."""
+    contents = _encode(
+        "plant", compile_blob(robot), [*_robot_settings(robot), *_plant_settings(robot, substeps)]
+    )
+    return write_fmu(
+        folder / "plant.fmu",
+        model_class=PlantModel,
+        model_name="plant",
+        ports=plant_ports(robot, q.tolist(), qd.tolist(), STEP),
+        resources={},
+        step=STEP,
+        native=NativeModel(contents, True),
+    )
+
+
+@contextmanager
+def started(
+    robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, substeps: int = 1
+) -> Iterator[Slave]:
+    slave = Slave(plant_file(robot, folder, q, qd, substeps), folder / "unpacked")
+    slave.slave.enterInitializationMode()
+    slave.slave.exitInitializationMode()
+    yield slave
+    slave.slave.terminate()
+    slave.slave.freeInstance()
+
+
+def gamma_of(slave: Slave, knowns: list[int]) -> Gamma:
+    """Outputs behind a step from the start as a function of inputs and start state."""
+    start = [slave.names.index(_start_of(slave.names[k])) for k in knowns]
+
+    def gamma(values: FloatArray) -> FloatArray:
+        slave.slave.reset()
+        slave.slave.setupExperiment(startTime=0.0)
+        slave.slave.setReal(start, list(values))
+        slave.slave.enterInitializationMode()
+        slave.slave.exitInitializationMode()
+        slave.time = 0.0
+        return slave.step()
+
+    return gamma
+
+
+def _start_of(name: str) -> str:
+    head, _, tail = name.partition(".")
+    return f"{head}_start.{tail}" if head in ("q", "qd") else name
+
+
+def check(robot: Robot, folder: Path, seed: int, substeps: int = 1, size: float = 2e-3) -> None:
+    """All knowns at once, along random directions, to 1e-9 of the largest."""
+    rng = np.random.default_rng(seed)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, qd = rng.uniform(-1, 1, n), rng.uniform(-2, 2, n)
+    with started(robot, folder, q, qd, substeps) as slave:
+        inputs = slave.of["input"]
+        knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
+        forces = np.concatenate([rng.uniform(5, 50, m), rng.uniform(-9, 9, len(inputs) - m)])
+        at = np.concatenate([forces, q, qd])
+        gamma = gamma_of(slave, knowns)
+        for _ in range(4):
+            direction = rng.uniform(-1, 1, at.size)
+            expected = stretched(gamma, at, direction, size)
+            slave.slave.reset()
+            slave.slave.setupExperiment(startTime=0.0)
+            slave.slave.enterInitializationMode()
+            slave.slave.exitInitializationMode()
+            slave.slave.setReal(inputs, list(forces))
+            found = slave.derivative(knowns, direction)
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_robots(seed: int, tmp_path: Path) -> None:
+    """Branches, turned frames, prismatic and fixed joints, muscles all over them, tasks."""
+    check(random_robot(seed), tmp_path, seed)
+
+
+def test_every_joint(tmp_path: Path) -> None:
+    check(every_joint(), tmp_path, 4)
+
+
+def test_substeps(tmp_path: Path) -> None:
+    check(random_robot(5), tmp_path, 5, substeps=3)
+
+
+def test_springs_and_damping(tmp_path: Path) -> None:
+    robot = random_robot(6)
+    joints = tuple(
+        replace(
+            joint,
+            coordinates=tuple(
+                replace(c, damping=0.3, stiffness=5.0, rest=0.1) for c in joint.coordinates
+            ),
+        )
+        for joint in robot.joints
+    )
+    check(replace(robot, joints=joints), tmp_path, 6)
+
+
+def test_a_joint_at_its_limit(tmp_path: Path) -> None:
+    """One runs into its stop within the step; by every known apart."""
+    robot, seed = random_robot(7), 7
+    rng = np.random.default_rng(seed)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, qd = rng.uniform(-1, 1, n), rng.uniform(-2, 2, n)
+    first, *others = robot.joints
+    qd[0] = 3.0
+    (stop,) = first.coordinates
+    first = replace(first, coordinates=(replace(stop, upper=float(q[0]) + 1e-3),))
+    robot = replace(robot, joints=(first, *others))
+    with started(robot, tmp_path, q, qd) as slave:
+        inputs = slave.of["input"]
+        knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
+        at = np.concatenate([np.linspace(5, 50, m), np.zeros(len(inputs) - m), q, qd])
+        gamma = gamma_of(slave, knowns)
+        assert gamma(at)[0] == pytest.approx(q[0] + 1e-3, abs=1e-15)
+        directions = np.eye(at.size)[[0, 1, m, len(inputs), len(inputs) + 1, len(at) - n + 1]]
+        for direction in directions:
+            expected = stretched(gamma, at, direction, 1e-4)
+            found = slave_at(slave, inputs, at).derivative(knowns, direction)
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-9 * max(scale, 1))
+
+
+def slave_at(slave: Slave, inputs: list[int], at: FloatArray) -> Slave:
+    slave.slave.reset()
+    slave.slave.setupExperiment(startTime=0.0)
+    slave.slave.enterInitializationMode()
+    slave.slave.exitInitializationMode()
+    slave.slave.setReal(inputs, list(at[: len(inputs)]))
+    return slave
+
+
+@pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
+def test_closed_forms(example: str, tmp_path: Path) -> None:
+    """dqd+ = -h (M + h D)^-1 L' df, dq+ = h dqd+, dl+ = L dq+, dy+ = J dq+: to 1e-12."""
+    experiment = Experiment.load(EXAMPLES / example)
+    slave = Slave(build(experiment, tmp_path, native=True)["plant"], tmp_path / "unpacked")
+    slave.slave.enterInitializationMode()
+    slave.slave.exitInitializationMode()
+    forces = slave.references("f")
+    slave.slave.setReal(forces, [20.0] * len(forces))
+    before = slave.step(5)
+    d = CoreDynamics(experiment.robot)
+    q, qd = before[: d.n], before[d.n : 2 * d.n]
+    matrix = np.array([slave.derivative([f], np.ones(1)) for f in forces]).T
+    after = slave.step()[: d.n]
+    qd_f = -STEP * np.linalg.solve(
+        d.mass_matrix(q) + STEP * np.diag(d.damping), d.muscle_jacobian(q).T
+    )
+    q_f = STEP * qd_f
+    rows = [q_f, qd_f, d.muscle_jacobian(after) @ q_f, d.task_jacobian(after) @ q_f]
+    expected = np.vstack(rows)
+    np.testing.assert_allclose(matrix, expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+    assert qd.any()
+
+
+def test_at_the_start(tmp_path: Path) -> None:
+    """dl/dq_start = L, dy/dq_start = J."""
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
+    slave = Slave(build(experiment, tmp_path, native=True)["plant"], tmp_path / "unpacked")
+    slave.slave.enterInitializationMode()
+    q = np.array(experiment.start.q)
+    found = np.array([slave.derivative([k], np.ones(1)) for k in slave.references("q_start")]).T
+    d = CoreDynamics(experiment.robot)
+    expected = np.vstack(
+        [np.eye(d.n), np.zeros((d.n, d.n)), d.muscle_jacobian(q), d.task_jacobian(q)]
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+    assert not slave.derivative(slave.references("f")[:1], np.ones(1)).any()
+
+
+def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
+    """A run with questions in between is the same bit for bit; what is no known is refused."""
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
+    file = build(experiment, tmp_path, native=True)["plant"]
+    rows = []
+    for asks in (False, True):
+        slave = Slave(file, tmp_path / str(asks))
+        slave.slave.enterInitializationMode()
+        slave.slave.exitInitializationMode()
+        slave.slave.setReal(slave.references("f"), [30.0] * len(slave.references("f")))
+        for _ in range(5):
+            slave.step()
+            if asks:
+                slave.derivative(slave.references("q"), np.ones(4))
+                for what in ("l", "q_start"):
+                    refused(lambda: slave.derivative(slave.references(what)[:1], np.ones(1)))  # noqa: B023
+        rows.append(slave.step())
+    assert (rows[0] == rows[1]).all()
+
+
+def test_wraps_and_laws_say_that_they_have_none(tmp_path: Path) -> None:
+    settings: dict[str, Any] = {"plant.energy": False}
+    experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", settings)
+    for file in build(experiment, tmp_path, native=True).values():
+        description = fmpy.read_model_description(str(file))
+        assert not description.coSimulation.providesDirectionalDerivative
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_trees(seed: int, tmp_path: Path) -> None:
+    """Joints of several degrees of freedom, and free bases."""
+    check(random_tree(seed, damping=0.1), tmp_path, seed)
