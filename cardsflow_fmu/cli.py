@@ -77,7 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _code_of(error: CardsflowError) -> int:
     if isinstance(error, InputError):
         return BAD_INPUT
-    return INTERRUPTED if str(error) == interruption.INTERRUPTED else FAILED
+    reason = str(error).partition(";")[0]
+    return INTERRUPTED if reason == interruption.INTERRUPTED else FAILED
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from .cli_parts import GOOD, add_command, add_json, print_files
-from .json_schema import KINDS, schema
 
+KINDS = ("experiment", "study")
 SHELLS = ("bash", "zsh", "fish")
 
 
@@ -86,6 +86,8 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _schema(options: argparse.Namespace) -> int:
+    from .json_schema import schema
+
     print(json.dumps(schema(options.kind), indent=1, ensure_ascii=False))
     return GOOD
 

@@ -10,7 +10,6 @@ from .experiment_forms import EXPERIMENT
 from .forms import Form
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-KINDS = ("experiment", "study")
 
 
 def schema(kind: str = "experiment") -> dict[str, Any]:

@@ -25,7 +25,7 @@ def run_script(
         realtime: Whether steps wait for their time by the clock.
     """
     is_system = experiment.suffix == ".ssp"
-    options = {} if output is None else {"output": str(output)}
+    options: dict[str, Any] = {} if output is None else {"output": str(output)}
     if is_system and settings:
         options["settings"] = dict(settings)
     if direct:

@@ -96,7 +96,7 @@ def experiment_text(robot: Robot, path: str, cable_set: str | None = None) -> st
     kp, kd = _SLOW_GAINS if modelled_muscles(robot) else _GAINS
     lines = [
         f"# {' '.join(robot.name.split())}: a gentle motion from the first pose to one nearby",
-        "# and back, simulated by `cardsflow run` of this file. Lines in `#` say what else there is;",
+        "# and back, simulated by `cardsflow run` of it. Lines in `#` say what else there is;",
         "# `cardsflow schema` prints what editors need to complete and check it.",
         "",
         "[robot]",
