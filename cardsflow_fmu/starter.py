@@ -15,6 +15,7 @@ from addin_sdfusion.exporting.experiment_text import (
     toml_key,
 )
 from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.readers import read
 
 from .experiment_forms import CONTROLLER, EXPERIMENT, MUSCLES, PLANT, REFERENCE, ROBOT, RUN
@@ -49,7 +50,7 @@ def init(
         RobotError: The robot cannot be used.
     """
     file = Path(output)
-    if file.is_dir() or not file.suffix:
+    if is_folder(file) or not file.suffix:
         file /= EXPERIMENT_TOML
     if file.suffix != ".toml":
         raise InputError("an experiment is a .toml", file=file, key="-o")
@@ -68,10 +69,10 @@ def _write_new(file: Path, text: str) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         with file.open("x", encoding="utf-8") as stream:
             stream.write(text)
-    except FileExistsError:
-        what = "is there already, and is not overwritten; choose another place by -o"
-        raise InputError(what, file=file) from None
     except (OSError, ValueError) as error:
+        if isinstance(error, FileExistsError) and os.path.lexists(file):
+            what = "is there already, and is not overwritten; choose another place by -o"
+            raise InputError(what, file=file) from None
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be written: {reason}", file=file) from None
 
