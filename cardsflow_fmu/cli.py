@@ -17,18 +17,24 @@ from typing import Any  # noqa: E402
 
 from addin_sdfusion.robot import CardsflowError, InputError, RobotError  # noqa: E402
 
+from . import interruption  # noqa: E402
 from .cli_addin import add_addin  # noqa: E402
 from .cli_hardware import add_hardware  # noqa: E402
 from .cli_parts import (  # noqa: E402
     BAD_INPUT,
+    EXIT_CODES,
     FAILED,
     GOOD,
+    INTERRUPTED,
     add_command,
     add_experiment,
+    add_json,
     experiment_of,
+    print_files,
 )
 from .cli_results import add_results  # noqa: E402
 from .cli_run import add_run  # noqa: E402
+from .cli_start import add_start  # noqa: E402
 from .cli_study import add_study  # noqa: E402
 from .cli_view import add_view  # noqa: E402
 from .version import __version__  # noqa: E402
@@ -41,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after `cardsflow`; the process' own when None.
 
     Returns:
-        0 for success, 1 for a failed check or run, 2 for bad input.
+        The exit code; see `EXIT_CODES`.
     """
     options = _parser().parse_args(arguments)
     try:
@@ -59,13 +65,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return FAILED
         if isinstance(error, CardsflowError):
             print(f"cardsflow: {error}", file=sys.stderr)
-            return BAD_INPUT if isinstance(error, InputError) else FAILED
+            return _code_of(error)
         what = f"{type(error).__name__}: {error}"
         print(f"cardsflow: internal error: {what} (--debug shows where)", file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
-        print("cardsflow: interrupted", file=sys.stderr)
-        return FAILED
+        print(f"cardsflow: {interruption.INTERRUPTED}", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _code_of(error: CardsflowError) -> int:
+    if isinstance(error, InputError):
+        return BAD_INPUT
+    reason = str(error).partition(";")[0]
+    return INTERRUPTED if reason == interruption.INTERRUPTED else FAILED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -74,9 +87,12 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="cardsflow",
         description="Cable-driven robots: simulate, control, package as FMUs.",
+        epilog=f"example:\n  cardsflow run examples/planar_2r -o results\n\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"cardsflow {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    add_start(commands, common, parser)
     add_run(commands, common, _STARTED)
     _add_build(commands, common)
     _add_check(commands, common)
@@ -124,6 +140,7 @@ def _add_build(commands: Any, common: argparse.ArgumentParser) -> None:
         action="store_true",
         help="plant, controller and reference in C alone: they need no Python where they run",
     )
+    add_json(parser, "the files")
     parser.set_defaults(command=_build)
 
 
@@ -204,6 +221,7 @@ def _add_convert(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--repair", action="store_true", help="undo the known defects of published inertias"
     )
+    add_json(parser, "files and findings")
     parser.set_defaults(command=_convert)
 
 
@@ -218,8 +236,7 @@ def _build(options: argparse.Namespace) -> int:
         platforms=options.platforms,
         native=options.native,
     )
-    for path in (*files.values(), options.output / SYSTEM_FILE):
-        print(path)
+    print_files((*files.values(), options.output / SYSTEM_FILE), options.json)
     return GOOD
 
 
@@ -277,10 +294,12 @@ def _convert(options: argparse.Namespace) -> int:
     reading = read(options.robot, options.cable_set, repair=options.repair)
     robot = reading.require()
     conversion = convert(robot, options.to, options.output)
-    for finding in (*reading.findings, *conversion.findings):
-        print(finding, file=sys.stderr)
-    for path in conversion.files:
-        print(path)
+    findings = (*reading.findings, *conversion.findings)
+    if not options.json:
+        for finding in findings:
+            print(finding, file=sys.stderr)
+    told = [finding.as_dict() for finding in findings]
+    print_files(conversion.files, options.json, findings=told)
     return GOOD
 
 

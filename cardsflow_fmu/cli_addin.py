@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import RobotError
 
-from .cli_parts import FAILED, GOOD, add_command, settings_of
+from .cli_parts import FAILED, GOOD, add_command, add_json, print_files, settings_of
 
 
 def add_addin(commands: Any, common: argparse.ArgumentParser) -> None:
     """Add `addin` and its actions."""
     text = "The add-in for Fusion: export without Fusion, install it, pack it."
-    group = commands.add_parser("addin", help=text, description=text)
+    group = commands.add_parser(
+        "addin",
+        help=text,
+        description=text,
+        epilog="example:\n  cardsflow addin install",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     actions = group.add_subparsers(metavar="ACTION", required=True)
     parser = add_command(
         actions,
@@ -34,7 +39,7 @@ def add_addin(commands: Any, common: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="change a setting of the export, such as up_axis=y; may be repeated",
     )
-    parser.add_argument("--json", action="store_true", help="print files and findings as JSON")
+    add_json(parser, "files and findings")
     parser.set_defaults(command=_export_snapshot)
     parser = add_command(
         actions,
@@ -44,6 +49,7 @@ def add_addin(commands: Any, common: argparse.ArgumentParser) -> None:
         "cardsflow addin install",
     )
     parser.add_argument("--folder", type=Path, help="Fusion's folder of add-ins, if it is another")
+    add_json(parser, "the folder")
     parser.set_defaults(command=_install_addin)
     parser = add_command(
         actions,
@@ -53,6 +59,7 @@ def add_addin(commands: Any, common: argparse.ArgumentParser) -> None:
         "cardsflow addin zip -o addin_sdfusion.zip",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the archive")
+    add_json(parser, "the file")
     parser.set_defaults(command=_zip_addin)
 
 
@@ -64,26 +71,22 @@ def _export_snapshot(options: argparse.Namespace) -> int:
         findings, files = exported.findings, exported.files
     except RobotError as error:
         findings, files = error.findings, ()
-    if options.json:
-        rows = [finding.as_dict() for finding in findings]
-        print(json.dumps({"files": [str(file) for file in files], "findings": rows}, indent=1))
-    else:
+    if not options.json:
         for finding in findings:
             print(finding, file=sys.stderr)
-        for file in files:
-            print(file)
+    print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
     return FAILED if any(finding.is_error for finding in findings) else GOOD
 
 
 def _install_addin(options: argparse.Namespace) -> int:
     from .addin import install
 
-    print(install(options.folder))
+    print_files([install(options.folder)], options.json)
     return GOOD
 
 
 def _zip_addin(options: argparse.Namespace) -> int:
     from .addin import zip_addin
 
-    print(zip_addin(options.output))
+    print_files([zip_addin(options.output)], options.json)
     return GOOD

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import json
+import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +15,15 @@ from addin_sdfusion.robot import InputError
 
 if TYPE_CHECKING:
     from .experiment import Experiment
+    from .master import Progress
 
-BAD_INPUT, FAILED, GOOD = 2, 1, 0
+INTERRUPTED, BAD_INPUT, FAILED, GOOD = 130, 2, 1, 0
+
+EXIT_CODES = """exit codes:
+  0    it is done
+  1    it failed, or has found what it looks for: errors, differences, too weak muscles
+  2    the input or the options are wrong; nothing has been done
+  130  interrupted by Ctrl-C; what a run gave so far is there"""
 
 
 def add_command(
@@ -29,6 +39,47 @@ def add_command(
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     return parser
+
+
+def add_json(parser: argparse.ArgumentParser, what: str = "it") -> None:
+    """Add `--json`."""
+    parser.add_argument("--json", action="store_true", help=f"print {what} as JSON")
+
+
+def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:
+    """Print which files have been written, a line each, or all as JSON.
+
+    Args:
+        files: The files.
+        as_json: Whether as JSON.
+        others: What JSON tells besides.
+    """
+    paths = [str(file) for file in files]
+    if as_json:
+        print(json.dumps({"files": paths} | others, indent=1))
+    else:
+        for path in paths:
+            print(path)
+
+
+@contextmanager
+def progress_bar(steps: int | None = None) -> Iterator[Progress | None]:
+    """A progress bar on a terminal, nothing elsewhere.
+
+    Args:
+        steps: How many there will be; None if nobody knows.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=steps, unit="step", leave=False) as bar:
+
+        def show(done: int) -> None:
+            bar.update(done - bar.n)
+
+        yield show
 
 
 def settings_of(words: Sequence[str]) -> dict[str, Any]:

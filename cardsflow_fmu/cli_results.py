@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .cli_parts import FAILED, GOOD, add_command
+from .cli_parts import FAILED, GOOD, add_command, add_json, print_files
 
 _RESULTS = "the folder of a run, or a table: .csv, .parquet"
 
@@ -50,6 +50,7 @@ def _add_plot(commands: Any, common: argparse.ArgumentParser) -> None:
         metavar="PATTERN,...",
         help="columns by name, such as 'q.*,f.cable_1'",
     )
+    add_json(parser, "the file")
     parser.set_defaults(command=_plot)
 
 
@@ -79,7 +80,7 @@ def _add_compare(commands: Any, common: argparse.ArgumentParser) -> None:
         metavar="PATTERN,...",
         help="compare these alone, such as 'q.*,f.cable_1'",
     )
-    parser.add_argument("--json", action="store_true", help="print it as JSON")
+    add_json(parser)
     parser.set_defaults(command=_compare)
 
 
@@ -100,6 +101,7 @@ def _add_report(commands: Any, common: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="where to; report.html",
     )
+    add_json(parser, "the file")
     parser.set_defaults(command=_report)
 
 
@@ -113,7 +115,8 @@ def _plot(options: argparse.Namespace) -> int:
     from .saved_run import read_any
 
     with read_any(options.results) as result:
-        print(plot(result, options.output, options.what, options.columns))
+        file = plot(result, options.output, options.what, options.columns)
+    print_files([file], options.json)
     return GOOD
 
 
@@ -128,5 +131,5 @@ def _compare(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from .report import report
 
-    print(report(options.results, options.output))
+    print_files([report(options.results, options.output)], options.json)
     return GOOD

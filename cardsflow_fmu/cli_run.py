@@ -5,21 +5,27 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError
 
-from .cli_parts import GOOD, add_command, add_experiment, experiment_of, settings_of
+from .cli_parts import (
+    GOOD,
+    add_command,
+    add_experiment,
+    add_json,
+    experiment_of,
+    progress_bar,
+    settings_of,
+)
 from .cli_view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
     from .experiment import Experiment
-    from .master import Progress
     from .results import SystemResult
+    from .simulation import Through
 
 
 def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> None:
@@ -55,7 +61,10 @@ def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> N
     parser.add_argument(
         "--realtime", action="store_true", help="let steps wait for their time by the clock"
     )
-    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_json(parser, "the summary")
+    parser.add_argument(
+        "--as-script", action="store_true", help="print the Python that does it, and run nothing"
+    )
     parser.add_argument(
         "--view", action="store_true", help="show the run in the browser while it goes on"
     )
@@ -66,7 +75,7 @@ def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> N
 def _run(started: float, options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
         return _run_system(started, options)
-    from .simulation import RunError, Through, run
+    from .simulation import RunError, run
 
     if options.hardware is not None:
         options.set += [f"hardware.link={json.dumps(options.hardware)}", "hardware.use=true"]
@@ -74,14 +83,15 @@ def _run(started: float, options: argparse.Namespace) -> int:
     _require_hardware(experiment)
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
-    through: Through = "direct" if options.direct else "native" if options.native else "fmu"
+    if options.as_script:
+        return _print_script(options)
     try:
         with watched(experiment, options) as (watch, replay):
-            with _progress_bar(experiment.run.steps) as progress:
+            with progress_bar(experiment.run.steps) as progress:
                 result = run(
                     experiment,
                     options.output,
-                    through=through,
+                    through=_through(options),
                     realtime=options.realtime,
                     progress=progress,
                     watch=watch,
@@ -122,13 +132,20 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
         if not options.hardware.startswith("loopback:"):  # whose device hardware.fmu makes
             open_link(options.hardware)  # is refused where no link understands it
         settings["variant"] = "hardware"
+    if options.as_script:
+        if options.hardware is not None:
+            what = "FMUs of an .ssp learn of hardware by the environment, which is not in a script"
+            raise InputError(what, key="--hardware")
+        return _print_script(options)
     try:
-        with environment(HardwareSettings(link=options.hardware or "")):
+        link = HardwareSettings(link=options.hardware or "")
+        with environment(link), progress_bar() as progress:
             result = run_system(
                 options.experiment,
                 options.output,
                 settings,
                 realtime=options.realtime,
+                progress=progress,
                 started=started,
             )
     except SystemRunError as error:
@@ -138,20 +155,25 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
     return GOOD
 
 
-@contextmanager
-def _progress_bar(steps: int) -> Iterator[Progress | None]:
-    """A progress bar on a terminal, nothing elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
+def _through(options: argparse.Namespace) -> Through:
+    return "direct" if options.direct else "native" if options.native else "fmu"
 
-    with tqdm(total=steps, unit="step", leave=False) as bar:
 
-        def show(done: int) -> None:
-            bar.update(done - bar.n)
+def _print_script(options: argparse.Namespace) -> int:
+    from .run_script import run_script
 
-        yield show
+    refuse_view(options, "is not in a script; leave it out")
+    print(
+        run_script(
+            options.experiment,
+            options.output,
+            settings_of(options.set),
+            through=_through(options),
+            realtime=options.realtime,
+        ),
+        end="",
+    )
+    return GOOD
 
 
 def _print_result(result: SystemResult, as_json: bool) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError
 
-from .cli_parts import GOOD, add_command
+from .cli_parts import GOOD, add_command, add_json, print_files
 
 if TYPE_CHECKING:
     from .experiment import Experiment
@@ -42,7 +42,14 @@ def add_view(commands: Any, common: argparse.ArgumentParser) -> None:
         action="store_true",
         help="colours reach to f_max, instead of the largest tension of the run",
     )
+    parser.add_argument(
+        "--rrd",
+        type=Path,
+        metavar="FILE",
+        help="write a recording for Rerun and open nothing; needs the extra `rerun`",
+    )
     add_live_options(parser)
+    add_json(parser, "the files of --html and --rrd")
     parser.set_defaults(command=_view)
 
 
@@ -64,12 +71,16 @@ def _port(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from .viewer.view import acts_of, view, write_page
+    from .viewer.view import acts_of, view, write_page, write_recording
 
     paths = [options.thing] + ([options.other] if options.other else [])
-    if options.html:
+    if options.html or options.rrd:
         acts = acts_of(paths, cable_set=options.cable_set, full_scale=options.full_scale)
-        print(write_page(acts, options.html))
+        files = [write_page(acts, options.html)] if options.html else []
+        files += [write_recording(acts, options.rrd)] if options.rrd else []
+        print_files(files, options.json)
+    elif options.json:
+        raise InputError("tells of files: give --html or --rrd besides", key="--json")
     else:
         view(
             paths,
@@ -101,17 +112,18 @@ def watched(
     from .viewer.page_data import Act
     from .viewer.scene import Stage
 
-    robot = experiment.robot
+    robot, world = experiment.robot, experiment.scene
     meshes = link_meshes(robot, experiment.robot_path.parent)
     with live.server(options.port, browser=not options.no_browser) as opened:
         _tell(f"{live.address(opened)}  (Ctrl-C ends)")
 
         def replay(result: Result) -> None:
-            stage = Stage(robot, motion_of(robot, result), meshes)
+            motion = motion_of(robot, result, world=world)
+            stage = Stage(robot, motion, meshes, world=world)
             with view.interruption() as ended:
                 live.replay(opened, [Act(stage, experiment.name, view.notes(result))], ended)
 
-        yield live.follower(opened, robot, meshes), replay
+        yield live.follower(opened, robot, meshes, world), replay
 
 
 def _tell(line: str) -> None:

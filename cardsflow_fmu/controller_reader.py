@@ -21,11 +21,9 @@ from .experiment import (
     StartSettings,
     TaskSettings,
 )
+from .experiment_forms import EXACT
 from .ports import task_names
 from .tables import Table
-
-EXACT = "exact"
-"""Stands for an infinite weight, which no number in a file does."""
 
 _INFINITY = -1.0  # in tables, which hold finite numbers only
 _POSTURE_KP, _POSTURE_KD = 25.0, 10.0

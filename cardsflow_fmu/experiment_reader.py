@@ -25,6 +25,7 @@ from .experiment import (
     Rule,
     RunSettings,
 )
+from .experiment_forms import EXPERIMENT
 from .foreign_fmu import ROLES, read_fmus
 from .hardware_reader import read_hardware
 from .muscle_reader import with_muscle_settings
@@ -59,7 +60,9 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> Experiment:
     data = _read_data(file)
     for key, value in settings.items():
         set_value(data, key, value, file)
-    return _experiment(Table(data, file))
+    top = Table(data, file, form=EXPERIMENT)
+    top.refuse_unknown()
+    return _experiment(top)
 
 
 def _read_data(file: Path) -> dict[str, Any]:
@@ -127,7 +130,7 @@ def _parts(top: Table) -> tuple[RobotPart, ...]:
         raise top.error("robots", "there is a [robot] as well; give one of them")
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         raise top.error("robots", "must be a list of tables: [[robots]]")
-    tables = [Table(row, top.file, top.key(f"robots[{k}]")) for k, row in enumerate(rows)]
+    tables = [top.element("robots", k, row) for k, row in enumerate(rows)]
     return read_parts(tables, _robot)
 
 

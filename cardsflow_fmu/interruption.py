@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+INTERRUPTED = "interrupted"
+"""What an error says that stands for Ctrl-C or SIGTERM."""
+
 
 @contextmanager
 def interruptible() -> Iterator[list[int]]:

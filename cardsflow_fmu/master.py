@@ -13,7 +13,7 @@ from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 
 from .coupling import Coupling
 from .hardware.pacing import Pacer
-from .interruption import interruptible
+from .interruption import INTERRUPTED, interruptible
 from .participants import FloatArray, Participant
 from .ports import SOLVE_TIME
 from .units import Conversion
@@ -154,7 +154,7 @@ class Master:
                     if journal is not None:
                         journal.update(self._recorded)
                     if interrupted:
-                        raise SimulationError("interrupted")
+                        raise SimulationError(INTERRUPTED)
                     if progress and done % 128 == 0:
                         progress(done)
                     if watch and done % 128 == 0:
@@ -162,7 +162,7 @@ class Master:
             except CardsflowError as error:
                 failure = error
             except KeyboardInterrupt:
-                failure = SimulationError("interrupted")
+                failure = SimulationError(INTERRUPTED)
             if journal is not None:
                 failure = self._end(journal) or failure
         if progress:

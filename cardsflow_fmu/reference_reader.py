@@ -195,10 +195,9 @@ def _inline_trajectory(table: Table, robot: Robot) -> Trajectory:
 
 
 def _point(table: Table, index: int, row: Any, spline: Spline, rows: _Rows) -> TrajectoryPoint:
-    path = table.key(f"points[{index}]")
     if not isinstance(row, dict):
         raise table.error(f"points[{index}]", f"must be a table, not {row!r}")
-    point = Table(row, table.file, path)
+    point = table.element("points", index, row)
     rates, accelerations = spline in _WITH_RATES, spline in _WITH_ACCELERATIONS
     blends = spline == "parabolic_blend" and index > 0
     result = TrajectoryPoint(

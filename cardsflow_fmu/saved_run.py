@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.mesh_files import own_name
 
 from .archive import unpack_archive, write_archive
 from .experiment import Experiment
 from .journal import STARTED
 from .master import Recording
-from .mesh_files import mesh_files, own_name
 from .parquet import read_parquet
 from .results import (
     PARQUET,
@@ -33,6 +33,7 @@ from .results import (
     SystemResult,
 )
 from .summary import Speed, summarize
+from .visual_meshes import visual_files
 
 EXPERIMENT = "experiment.zip"
 """The experiment as its FMUs carry it, with the robot's files, and its meshes besides."""
@@ -50,12 +51,21 @@ def experiment_archive(experiment: Experiment) -> bytes:
         InputError: A file of the robot cannot be read.
     """
     files = experiment.resources()
-    meshes = mesh_files(experiment.robot, experiment.robot_path.parent)
-    files |= {f"robot/{own_name(uri)}": file for uri, file in meshes.items()}
+    if experiment.parts:
+        for part in experiment.parts:
+            files |= _visual_meshes(f"robots/{part.name}", part.robot, part.folder)
+    else:
+        files |= _visual_meshes("robot", experiment.robot, experiment.robot_path.parent)
     with tempfile.TemporaryDirectory() as aside:
         archive = Path(aside) / EXPERIMENT
         write_archive(archive, {name: _bytes(source) for name, source in files.items()})
         return archive.read_bytes()
+
+
+def _visual_meshes(place: str, robot: Robot, folder: Path) -> dict[str, bytes | Path]:
+    """The visual meshes of a robot, by where they stand in the archive."""
+    meshes = visual_files(robot, folder)
+    return {f"{place}/{own_name(uri)}": file for uri, file in meshes.items()}
 
 
 def is_run(path: Path) -> bool:

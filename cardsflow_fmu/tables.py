@@ -10,6 +10,7 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
+from .forms import ANYTHING, Form, form_at, item_of, keys_of
 from .setting_paths import EVERY_OTHER, PathError
 from .timing import whole_steps
 
@@ -24,10 +25,14 @@ class Table:
         data: The table.
         file: Where it comes from.
         path: Its own key, such as `controller`; empty for the whole file.
+        form: What it may hold; nothing else can be read.
     """
 
-    def __init__(self, data: Mapping[str, Any], file: Path, path: str = "") -> None:
+    def __init__(
+        self, data: Mapping[str, Any], file: Path, path: str = "", form: Form = ANYTHING
+    ) -> None:
         self._data = data
+        self._form = form
         self._read: list[str] = []
         self.file = file
         self.path = path
@@ -72,6 +77,7 @@ class Table:
 
     def value(self, key: str, default: Any = _REQUIRED) -> Any:
         """The raw value."""
+        assert form_at(self._form, key) is not None, f"{self.key(key)} has no form"
         self._read.append(key)
         if key in self._data:
             return self._data[key]
@@ -84,7 +90,29 @@ class Table:
         data = self.value(key, {})
         if not isinstance(data, dict):
             raise self.error(key, f"must be a table, not {data!r}")
-        return Table(data, self.file, self.key(key))
+        return Table(data, self.file, self.key(key), form_at(self._form, key) or ANYTHING)
+
+    def element(self, key: str, index: int, row: Mapping[str, Any]) -> Table:
+        """A table of a list in this one."""
+        form = item_of(form_at(self._form, key) or ANYTHING)
+        return Table(row, self.file, self.key(f"{key}[{index}]"), form)
+
+    def refuse_unknown(self) -> None:
+        """Refuse keys that the form does not have, here and in all tables inside.
+
+        Raises:
+            UnknownNameError: There is one; the message names the nearest known.
+        """
+        for key, value in self._data.items():
+            form = form_at(self._form, key)
+            if form is None:
+                raise self.unknown(key, "key", key, keys_of(self._form))
+            if isinstance(value, dict):
+                Table(value, self.file, self.key(key), form).refuse_unknown()
+            elif isinstance(value, list):
+                for index, row in enumerate(value):
+                    if isinstance(row, dict):
+                        self.element(key, index, row).refuse_unknown()
 
     def text(self, key: str, default: Any = _REQUIRED) -> str:
         """A text that is not empty where it is given."""

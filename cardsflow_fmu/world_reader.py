@@ -208,7 +208,7 @@ def _tables(table: Table, key: str) -> Iterator[Table]:
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise table.error(key, f"must be a list of tables, not {rows!r}")
     for k, row in enumerate(rows):
-        yield Table(row, table.file, table.key(f"{key}[{k}]"))
+        yield table.element(key, k, row)
 
 
 def _made(table: Table, key: str, make: Callable[[], _Made]) -> _Made:

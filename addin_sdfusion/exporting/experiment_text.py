@@ -88,7 +88,7 @@ def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
         'path = "model.sdf"          # relative to this file',
         "",
         "# Force bounds of a muscle, where they are to differ from the robot's:",
-        f"# [muscles.{_key(muscle.name)}]",
+        f"# [muscles.{toml_key(muscle.name)}]",
         f"# f_min = {muscle.f_min!r}   # [N]",
         f"# f_max = {100.0 if muscle.f_max == math.inf else muscle.f_max!r}   # [N]",
         "",
@@ -97,7 +97,7 @@ def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
         "# of their times; with `qd` and `qdd` tables like `q` the robot need not stop in a point.",
         "[reference]",
         f'spline = "{trajectory.spline}"          # or "linear", "cubic"',
-        *_points(robot.coordinates, trajectory.points),
+        *point_lines(robot.coordinates, trajectory.points),
         "",
         "[controller]",
         'type = "joint_space"        # computed torque',
@@ -116,8 +116,16 @@ def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _points(coordinates: Sequence[Coordinate], points: Iterable[TrajectoryPoint]) -> Iterator[str]:
-    keys = [_key(c.name) for c in coordinates]
+def point_lines(
+    coordinates: Sequence[Coordinate], points: Iterable[TrajectoryPoint]
+) -> Iterator[str]:
+    """The points of a reference, a table each, with units and limits behind the first.
+
+    Args:
+        coordinates: Of the robot, in order.
+        points: With a position of each.
+    """
+    keys = [toml_key(c.name) for c in coordinates]
     for i, point in enumerate(points):
         yield ""
         yield "[[reference.points]]"
@@ -142,7 +150,7 @@ def _nearby(c: Coordinate, q: float) -> float:
     return q + up if up >= down else q - down
 
 
-def _key(name: str) -> str:
+def toml_key(name: str) -> str:
     """A name as a TOML key."""
     return name if _BARE.fullmatch(name) else json.dumps(name, ensure_ascii=False)
 

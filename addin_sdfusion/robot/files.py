@@ -36,6 +36,14 @@ def read_file(file: Path, largest: int) -> bytes:
         raise InputError(f"cannot be read: {reason}", file=file) from error
 
 
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder; a path that nothing can have is none."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list[Path]:
     """Write files into a folder: all of them aside first, then each into place.
 

@@ -16,6 +16,7 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError, InputError, UnknownNameError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.interruption import INTERRUPTED
 from cardsflow_fmu.simulation import build
 from cardsflow_fmu.summary import versions
 
@@ -100,7 +101,7 @@ def run_study(
                     search = work.optimised(hands)
             return _finished(study, work, search)
         except (StudyError, KeyboardInterrupt) as error:
-            reason = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+            reason = INTERRUPTED if isinstance(error, KeyboardInterrupt) else str(error)
             what = f"{reason}; {work.done} of {work.total} runs are done, --resume goes on"
             raise StudyError(what) from None
         finally:

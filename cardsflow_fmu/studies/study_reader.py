@@ -6,7 +6,7 @@ import importlib.util
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
@@ -28,14 +28,13 @@ from .study import (
     Study,
     TableKind,
 )
+from .study_forms import ENGINES, STUDY, TABLES
 from .trial import Trial
 from .variation_reader import read_variations
 from .variations import Seed, Variation
 
 _MAX_BYTES = 16 * 2**20
 _MOST_RUNS = 1_000_000
-_ENGINES = get_args(Engine)
-_TABLES = ("csv", "parquet")
 
 
 def read_study(file: Path) -> Study:
@@ -57,7 +56,9 @@ def read_study(file: Path) -> Study:
         raise InputError(
             " ".join(str(error).split()) or "is nested too deeply", file=file
         ) from None
-    return _study(Table(data, file))
+    top = Table(data, file, form=STUDY)
+    top.refuse_unknown()
+    return _study(top)
 
 
 def _study(top: Table) -> Study:
@@ -94,7 +95,7 @@ def _study(top: Table) -> Study:
 
 def _engine(top: Table, base: Experiment) -> Engine:
     """What steps the runs; the loop in C must have all that the experiment has."""
-    engine = cast(Engine, top.choice("engine", "engine", _ENGINES, "direct"))
+    engine = cast(Engine, top.choice("engine", "engine", ENGINES, "direct"))
     if engine == "native":
         from cardsflow_fmu.native_library import native_models
 
@@ -214,8 +215,7 @@ def _optimise(table: Table, variations: Sequence[Variation]) -> Optimise:
         generations=table.whole("generations", 30),
         seeds=_seeds(table),
         constraints=tuple(
-            _constraint(Table(row, table.file, table.key(f"constraints[{k}]")))
-            for k, row in enumerate(rows)
+            _constraint(table.element("constraints", k, row)) for k, row in enumerate(rows)
         ),
     )
     table.close()
@@ -254,10 +254,10 @@ def _constraint(table: Table) -> Constraint:
 def _tables(top: Table) -> tuple[TableKind, ...]:
     kinds = top.value("tables", ["csv"])
     if not isinstance(kinds, list) or not kinds:
-        raise top.error("tables", f"must be a list of {' and '.join(_TABLES)}")
+        raise top.error("tables", f"must be a list of {' and '.join(TABLES)}")
     for kind in kinds:
-        if kind not in _TABLES:
-            raise top.unknown("tables", "kind of table", str(kind), _TABLES)
+        if kind not in TABLES:
+            raise top.unknown("tables", "kind of table", str(kind), TABLES)
     if "parquet" in kinds and importlib.util.find_spec("pyarrow") is None:
         raise top.error("tables", "parquet needs pyarrow: pip install 'cardsflow[parquet]'")
     return tuple(dict.fromkeys(kinds))

@@ -38,7 +38,7 @@ def read_variations(table: Table, rows: Sequence[Any], trial: Trial) -> list[Var
     for k, row in enumerate(rows):
         if not isinstance(row, dict):
             raise table.error("vary", "must be tables, each under [[vary]]")
-        found += _variations(Table(row, table.file, f"vary[{k}]"), trial)
+        found += _variations(table.element("vary", k, row), trial)
     names = [variation.name for variation in found]
     paths = [path for variation in found for path in variation.paths]
     for kind, words in (("name", names), ("path", paths)):

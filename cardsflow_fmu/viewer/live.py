@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
-from sim_dart import MusclePaths
+from sim_dart import MusclePaths, Scene
 
 from ..master import Watch
 from ..results import SystemResult
@@ -249,13 +249,14 @@ def _row(tag: str, cells: Sequence[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-def follower(opened: Any, robot: Robot, meshes: LinkMeshes) -> Watch:
+def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None = None) -> Watch:
     """What draws a run while it goes on, as `run(..., watch=...)` takes it.
 
     Args:
         opened: The server.
         robot: The robot of the run.
         meshes: What its links look like.
+        world: What stands around it.
     """
     painters: list[Painter] = []
     due = 0.0
@@ -265,7 +266,8 @@ def follower(opened: Any, robot: Robot, meshes: LinkMeshes) -> Watch:
         begin = time.perf_counter()
         if begin < due:
             return
-        stage = Stage(robot, motion_of(robot, SystemResult(names, rows, {}, {})), meshes)
+        motion = motion_of(robot, SystemResult(names, rows, {}, {}), world=world)
+        stage = Stage(robot, motion, meshes, world=world)
         if not painters:
             painters.extend(_painters(opened, [stage]))
         painters[0].draw(stage.scene(len(stage) - 1))

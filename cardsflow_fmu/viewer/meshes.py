@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import Mesh, Robot
 from sim_dart.frames import transform
 
-from ..mesh_files import mesh_files, visuals
+from ..visual_meshes import visual_files, visuals
 from .shapes import FloatArray, Triangles
 
 MOST_FACES = 6000
@@ -30,7 +30,7 @@ def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
         robot: The robot.
         folder: Where its main file stands.
     """
-    read = {uri: _read(file) for uri, file in mesh_files(robot, folder).items()}
+    read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder).items()}
     meshes = {}
     for link in robot.links:
         placed = [_placed(mesh, read.get(mesh.uri)) for mesh in visuals(link)]
@@ -40,8 +40,12 @@ def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
     return meshes
 
 
-def _read(file: Path) -> Triangles | None:
-    """The surface in a file; None where trimesh cannot read it, or a reader of it is missing."""
+def read_triangles(file: Path) -> Triangles | None:
+    """The surface in a file; None where trimesh cannot read it, or a reader of it is missing.
+
+    Args:
+        file: Any file that trimesh reads.
+    """
     import trimesh
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)

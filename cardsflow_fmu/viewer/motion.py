@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import InputError, Link, Robot, TaskFrame
+from sim_dart.scene import Scene
 
 from ..ports import coordinate_signals, identifier, muscle_signals, signal_names
 from ..results import SystemResult
@@ -28,7 +30,8 @@ class Motion:
         q_d: Joint positions to be followed, shape (K, n); None where they are not known.
         y_d: Task points to be followed, shape (K, 3), in [m], by the name of the task frame; nan
             for axes that are not followed.
-        contacts: Contact force on a link, world axes, shape (K, 3), in [N], by the link's name.
+        contacts: Contact force on a link or an object, world axes, shape (K, 3), in [N], by name.
+        objects: Poses of the objects that move, shape (K, 4, 4), by their names.
     """
 
     time: FloatArray
@@ -37,6 +40,7 @@ class Motion:
     q_d: FloatArray | None = None
     y_d: dict[str, FloatArray] = field(default_factory=dict)
     contacts: dict[str, FloatArray] = field(default_factory=dict)
+    objects: dict[str, FloatArray] = field(default_factory=dict)
 
     @staticmethod
     def still(q: ArrayLike) -> Motion:
@@ -58,13 +62,19 @@ def frame_rows(time: FloatArray, rate: float = RATE) -> NDArray[np.int64]:
     return np.unique(np.append(rows, len(time) - 1))
 
 
-def motion_of(robot: Robot, result: SystemResult, rows: NDArray[np.int64] | None = None) -> Motion:
+def motion_of(
+    robot: Robot,
+    result: SystemResult,
+    rows: NDArray[np.int64] | None = None,
+    world: Scene | None = None,
+) -> Motion:
     """The frames of a result.
 
     Args:
         robot: The robot of the run.
         result: What the run gave.
         rows: Which rows; those of `frame_rows` when None.
+        world: What stands around the robot.
 
     Raises:
         InputError: The result has no rows, or lacks a joint position.
@@ -83,7 +93,8 @@ def motion_of(robot: Robot, result: SystemResult, rows: NDArray[np.int64] | None
         columns.all(_tensions(robot, result)),
         columns.all(coordinate_signals("q_d", robot)),
         _followed_points(robot, columns),
-        _contacts(robot.links, columns),
+        _contacts(robot.links, world, columns),
+        {} if world is None else _objects(world, columns),
     )
 
 
@@ -131,9 +142,35 @@ def _followed_points(robot: Robot, columns: _Columns) -> dict[str, FloatArray]:
     return {name: points for name, points in found.items() if points is not None}
 
 
-def _contacts(links: tuple[Link, ...], columns: _Columns) -> dict[str, FloatArray]:
+def _contacts(
+    links: tuple[Link, ...], world: Scene | None, columns: _Columns
+) -> dict[str, FloatArray]:
+    names = [link.name for link in links]
+    names += [] if world is None else [thing.name for thing in world.objects]
     found = {
-        link.name: columns.all([f"contact.{identifier(link.name)}.f{axis}" for axis in "xyz"])
-        for link in links
+        name: columns.all([f"contact.{identifier(name)}.f{axis}" for axis in "xyz"])
+        for name in names
     }
     return {name: forces for name, forces in found.items() if forces is not None}
+
+
+def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
+    """The poses of the objects that move, where the results have them."""
+    names = [thing.name for thing in world.moving_objects]
+    signals = signal_names("object", names)
+    axes = (*"xyz", "qx", "qy", "qz", "qw")
+    found = {
+        name: columns.all([f"{signal}.{axis}" for axis in axes])
+        for name, signal in zip(names, signals, strict=True)
+    }
+    return {name: _poses(values) for name, values in found.items() if values is not None}
+
+
+def _poses(values: FloatArray) -> FloatArray:
+    """Positions and quaternions (x, y, z, w), shape (K, 7), as poses."""
+    turns = np.nan_to_num(values[:, 3:])
+    turns[~turns.any(axis=1)] = (0.0, 0.0, 0.0, 1.0)
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    T[:, :3, :3] = Rotation.from_quat(turns).as_matrix()
+    T[:, :3, 3] = values[:, :3]
+    return T

@@ -135,6 +135,7 @@ def _act(act: Act, tables: _Tables) -> dict[str, Any]:
         "notes": list(act.notes),
         "up": stage.up.tolist(),
         "reach": stage.reach,
+        "floor": stage.floor,
         "time": [round(float(t), 6) for t in stage.motion.time],
         "tensions": _legend(stage),
         "shapes": [_shape(track, tables) for track in tracks.values()],

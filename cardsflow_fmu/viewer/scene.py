@@ -8,40 +8,46 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import WORLD, Link, Robot
+from addin_sdfusion.robot import WORLD, Robot
 from sim_dart.frames import transform
+from sim_dart.scene import Scene
 
 from ..results import SystemResult
 from . import colours
 from . import shapes as s
 from .beads import beads_along
+from .bones import bones
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .paths import MusclePath, muscle_paths, pulls
 from .poses import FloatArray, link_poses, moved_point
+from .surroundings import Surroundings
 from .wraps import wrap_shape
 
 _NEAR = 0.05
 """Joints nearer than this part of the robot's reach have their labels one above another."""
 
+_UPRIGHT = 0.999
+
 _BEAD = 0.0045
 """Radius of a sphere of the trail, as a part of the robot's reach."""
 
 
-def scene(robot: Robot, result: SystemResult, k: int) -> list[s.Shape]:
+def scene(robot: Robot, result: SystemResult, k: int, world: Scene | None = None) -> list[s.Shape]:
     """What there is to see at row k of a result. For many rows, keep a `Stage`.
 
     Args:
         robot: The robot of the run.
         result: What the run gave.
         k: The row.
+        world: What stands around the robot.
 
     Raises:
         InputError: The result does not hold what is needed, or has no such row.
     """
     rows = frame_rows(result["time"])
     with_k = np.union1d(rows, [range(len(result.rows))[k]]) if len(result.rows) else rows
-    stage = Stage(robot, motion_of(robot, result, with_k))
+    stage = Stage(robot, motion_of(robot, result, with_k, world), world=world)
     return stage.scene(int(np.searchsorted(with_k, k % max(len(result.rows), 1))))
 
 
@@ -54,10 +60,12 @@ class Stage:
         robot: The robot.
         motion: Its motion.
         meshes: What its links look like; capsules take the place of those that are missing.
+        world: What stands around the robot.
         full_scale: Whether colours reach to f_max, instead of the largest tension of the motion.
 
     Attributes:
         robot, motion: As given.
+        around: What stands around the robot.
         box: The two corners of the box that holds the robot in all its frames, in [m].
         reach: The diagonal of that box, in [m].
     """
@@ -68,6 +76,7 @@ class Stage:
         motion: Motion,
         meshes: LinkMeshes | None = None,
         *,
+        world: Scene | None = None,
         full_scale: bool = False,
     ) -> None:
         self.robot, self.motion = robot, motion
@@ -79,6 +88,7 @@ class Stage:
             frame.name: moved_point(self._poses[frame.link], frame.position)
             for frame in task_points(robot)
         }
+        self.around = Surroundings(world, motion.objects)
         self.box = self._box()
         self.reach = float(np.linalg.norm(self.box[1] - self.box[0])) or 1.0
         self._joints = self._joint_poses()
@@ -93,6 +103,7 @@ class Stage:
         """The shapes of frame k."""
         return [
             *self._links(k),
+            *self.around.shapes(k, self.box),
             *self._wrap_surfaces(k),
             *self._muscles(k),
             *self._forces(k),
@@ -180,7 +191,7 @@ class Stage:
                         lever=self.reach / 2,
                     )
                 continue
-            for i, (a, b) in enumerate(self._bones(link)):
+            for i, (a, b) in enumerate(bones(self.robot, link)):
                 yield s.Capsule(
                     name=f"links/{link.name}/{i}",
                     group=s.LINKS,
@@ -198,20 +209,6 @@ class Stage:
                     centre=poses[k, :3, 3],
                     radius=0.015 * self.reach,
                 )
-
-    def _bones(self, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """The capsules of a link: to its end or its child joints, and from there to task points."""
-        origin = np.zeros(3)
-        ends = [np.array(link.end)] if link.end is not None else []
-        if not any(end.any() for end in ends):
-            children = [j for j in self.robot.joints if j.parent == link.name]
-            ends = [np.array(j.T_parent_joint.position) for j in children]
-        yield from ((origin, end) for end in ends if end.any())
-        hub = ends[0] if ends else origin
-        for frame in task_points(self.robot):
-            tip = np.array(frame.position)
-            if frame.link == link.name and np.linalg.norm(tip - hub) > 1e-9:
-                yield hub, tip
 
     def _wrap_surfaces(self, k: int) -> Iterator[s.Shape]:
         for surface in self.robot.wrap_surfaces:
@@ -300,14 +297,19 @@ class Stage:
         up: FloatArray = -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
         return up
 
+    @property
+    def floor(self) -> float | None:
+        """Height of a ground that things fall onto, in [m]."""
+        return self.around.floor if self.up[2] > _UPRIGHT else None
+
     def _contacts(self, k: int) -> Iterator[s.Shape]:
-        """The contact force on a link, ending at its centre of mass; the largest has the length."""
+        """The contact force on a body, ending at its middle; the largest has a fixed length."""
         contacts = self.motion.contacts
         largest = max(
             (float(np.nanmax(np.abs(f), initial=0.0)) for f in contacts.values()), default=0
         )
         for name, forces in contacts.items():
-            com = moved_point(self._poses[name][k : k + 1], self.robot.link(name).inertia.com)[0]
+            com = self._middle(name, k)
             yield s.Arrow(
                 name=f"contacts/{name}",
                 group=s.CONTACTS,
@@ -316,6 +318,15 @@ class Stage:
                 end=com,
                 radius=0.003 * self.reach,
             )
+
+    def _middle(self, name: str, k: int) -> FloatArray:
+        """The centre of mass of a link, or the place of an object."""
+        if name in self.around.places:
+            places = self.around.places[name]
+        else:
+            places = moved_point(self._poses[name], self.robot.link(name).inertia.com)
+        middle: FloatArray = places[min(k, len(places) - 1)]
+        return middle
 
     def _ways(self, k: int) -> Iterator[s.Shape]:
         for name, way in self.reference.items():

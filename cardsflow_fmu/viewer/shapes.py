@@ -16,6 +16,8 @@ FloatArray = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 LINKS = "links"
+OBJECTS = "objects"
+GROUND = "ground"
 MUSCLES = "muscles"
 VIA_POINTS = "via points"
 FORCES = "forces"
@@ -29,6 +31,8 @@ REFERENCE = "reference"
 
 GROUPS = (
     LINKS,
+    OBJECTS,
+    GROUND,
     MUSCLES,
     VIA_POINTS,
     FORCES,

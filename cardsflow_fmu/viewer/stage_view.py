@@ -10,6 +10,7 @@ from .scene import Stage
 from .shapes import FloatArray
 
 _FLAT = 0.02
+_NEAR = 2.0  # objects farther away than so many reaches are not looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ def view_of(stage: Stage) -> StageView:
     Args:
         stage: What to look at.
     """
-    low, high = stage.box
+    low, high = _seen(stage)
     up, centre = stage.up, 0.5 * (low + high)
     level = [axis for axis in np.eye(3) if abs(axis @ up) < 0.9]
     thin = min(level, key=lambda axis: float(axis @ (high - low)))
@@ -50,4 +51,18 @@ def view_of(stage: Stage) -> StageView:
     turn, rise = (0.2, 0.14) if flat else (0.5, 0.35)
     eye = centre + 1.25 * stage.reach * (back + turn * aside + rise * up)
     drop = 0.5 * float(np.abs(up) @ (high - low)) + 0.06 * stage.reach
-    return StageView(centre, eye, up, centre - drop * up, stage.reach, aside)
+    floor = centre - drop * up
+    if stage.floor is not None:
+        floor = np.array([centre[0], centre[1], stage.floor])
+    return StageView(centre, eye, up, floor, stage.reach, aside)
+
+
+def _seen(stage: Stage) -> tuple[FloatArray, FloatArray]:
+    """The two corners of the box that holds the robot and the objects near it."""
+    low, high = stage.box
+    middle = 0.5 * (low + high)
+    for places in stage.around.places.values():
+        near = places[np.linalg.norm(places - middle, axis=1) < _NEAR * stage.reach]
+        if len(near):
+            low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
+    return low, high

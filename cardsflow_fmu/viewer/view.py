@@ -50,8 +50,9 @@ def act_of(result: Result, *, full_scale: bool = False) -> Act:
     """
     experiment = result.experiment
     meshes = link_meshes(experiment.robot, experiment.robot_path.parent)
-    motion = motion_of(experiment.robot, result)
-    stage = Stage(experiment.robot, motion, meshes, full_scale=full_scale)
+    world = experiment.scene
+    motion = motion_of(experiment.robot, result, world=world)
+    stage = Stage(experiment.robot, motion, meshes, world=world, full_scale=full_scale)
     return Act(stage, str(result.summary.get("experiment", experiment.name)), notes(result))
 
 
@@ -96,6 +97,21 @@ def write_page(acts: Sequence[Act], file: str | Path) -> Path:
     """
     file = Path(file)
     return write_files(file.parent, {file.name: replay_page(acts)})[0]
+
+
+def write_recording(acts: Sequence[Act], file: str | Path) -> Path:
+    """Write a recording of motions for Rerun.
+
+    Args:
+        acts: What to show.
+        file: Where to; a .rrd.
+
+    Raises:
+        InputError: rerun-sdk is missing, or the file cannot be written.
+    """
+    from .rerun_file import write_rrd
+
+    return write_rrd(acts, file)
 
 
 def view(

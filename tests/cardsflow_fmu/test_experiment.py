@@ -83,7 +83,11 @@ def test_points_of_a_reference_may_stand_in_the_experiment(folder: Path) -> None
 
 
 BAD = {
-    "misspelt key": ("kp = 2000.0", "kpp = 2000.0", "controller.kp: missing"),
+    "misspelt key": (
+        "kp = 2000.0",
+        "kpp = 2000.0",
+        "controller.kpp: no key 'kpp'; did you mean 'kp'",
+    ),
     "misspelt key beside": ("[plant]", "[plant]\nstpe = 1", "plant.stpe: .*did you mean 'step'"),
     "misspelt table": ("[plant]", "[plnt]", "plnt: no key 'plnt'; did you mean 'plant'"),
     "unknown muscle": (

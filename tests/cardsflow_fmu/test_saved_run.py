@@ -10,9 +10,10 @@ import pytest
 from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.mesh_files import mesh_file, own_name
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.mesh_files import mesh_files, own_name
 from cardsflow_fmu.saved_run import EXPERIMENT, is_run, opened_run, read_results
+from cardsflow_fmu.visual_meshes import visual_files
 
 TRIANGLE = (
     b"solid t\nfacet normal 0 0 1\nouter loop\n%s\nendloop\nendfacet\nendsolid t\n"
@@ -93,7 +94,7 @@ def test_meshes_travel_with_the_results(tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "arm")
     with opened_run(tmp_path / "out") as back:
         experiment = back.experiment
-        (file,) = mesh_files(experiment.robot, experiment.robot_path.parent).values()
+        (file,) = visual_files(experiment.robot, experiment.robot_path.parent).values()
         assert file.read_bytes() == TRIANGLE
 
 
@@ -114,3 +115,52 @@ def test_a_mesh_travels_below_its_robots_folder(uri: str, name: str) -> None:
 def test_the_summary_lists_the_archive(finished: tuple[Path, Result]) -> None:
     summary = json.loads((finished[0] / "summary.json").read_text())
     assert EXPERIMENT in summary["files"]
+
+
+def test_meshes_of_several_robots_travel_each_with_its_own(tmp_path: Path) -> None:
+    names = ("left", "right")
+    for name in names:
+        shutil.copytree(EXAMPLES / "planar_2r/robot", tmp_path / name)
+        shutil.copytree(EXAMPLES / "pick_up/robot", tmp_path / name, dirs_exist_ok=True)
+        (tmp_path / name / "planar_2r_bodies.xml").unlink()
+    pad = tmp_path / "right/meshes/pad.stl"
+    other = TRIANGLE.replace(b"vertex 1 0 0", b"vertex 2 0 0")
+    (pad.parent / "other one.stl").write_bytes(other)
+    sdf = tmp_path / "right/model.sdf"
+    sdf.write_text(sdf.read_text().replace("meshes/pad.stl", "meshes/other%20one.stl", 1))
+    q = {"*": 0.0, "left_shoulder": -1.8, "right_shoulder": -1.8}
+    q |= {"left_elbow": 1.8, "right_elbow": 1.8}
+    table = ", ".join(f'"{name}" = {value}' for name, value in q.items())
+    (tmp_path / "experiment.toml").write_text(
+        "".join(f"[[robots]]\nname = '{n}'\npath = '{n}/model.sdf'\n" for n in names)
+        + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
+        + "".join(f"[[reference.points]]\ntime = {t}\nq = {{ {table} }}\n" for t in (0.0, 0.002))
+    )
+    run(Experiment.load(tmp_path), tmp_path / "out", through="direct")
+    for name in names:
+        shutil.rmtree(tmp_path / name)
+    kept = zipfile.ZipFile(tmp_path / "out" / EXPERIMENT).namelist()
+    assert not [name for name in kept if str(tmp_path.parts[1]) in name.split("/")]
+    with opened_run(tmp_path / "out") as back:
+        robot = back.experiment.robot
+        files = visual_files(robot, back.experiment.robot_path.parent)
+        assert set(files) == {m.uri for x in robot.links for m in x.meshes if m.role == "visual"}
+        assert other in [file.read_bytes() for file in files.values()]
+
+
+def test_names_of_meshes_may_be_percent_encoded(tmp_path: Path) -> None:
+    (tmp_path / "robot/meshes").mkdir(parents=True)
+    for name in ("a b.stl", "c%20d.stl"):
+        (tmp_path / "robot/meshes" / name).write_bytes(TRIANGLE)
+    folder = tmp_path / "robot"
+    for uri, name in {
+        "meshes/a%20b.stl": "a b.stl",
+        "meshes/a b.stl": "a b.stl",
+        "meshes/c%20d.stl": "c%20d.stl",  # a file of that very name comes first
+        "model://robot/meshes/a%20b.stl": "a b.stl",
+        "model://renamed/meshes/a%20b.stl": "a b.stl",
+        "file://meshes/a%20b.stl": "a b.stl",
+    }.items():
+        found = mesh_file(uri, folder)
+        assert found.is_file(), uri
+        assert found.name == name

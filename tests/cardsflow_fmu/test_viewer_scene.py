@@ -105,7 +105,7 @@ def test_the_whole_list_of_things_to_see_is_there() -> None:
     hand = {f"y_d.hand.{axis}": np.full(len(result.rows), 0.1) for axis in "xyz"}
     shapes = scene(robot, with_columns(result, hand), 50)
     groups = {shape.group for shape in shapes}
-    assert groups == set(s.GROUPS) - {s.WRAP_SURFACES, s.CONTACTS}
+    assert groups == set(s.GROUPS) - {s.WRAP_SURFACES, s.CONTACTS, s.OBJECTS, s.GROUND}
     assert sum(shape.group == s.MUSCLES for shape in shapes) == 11
     assert all(np.isfinite(shape.points).all() for shape in shapes)
 

@@ -9,9 +9,11 @@ const sum = (a, b, factor = 1) => a.map((x, i) => x + factor * b[i]);
 function surroundings(act) {
   const up = act.up, east = unit(cross(Math.abs(up[1]) < 0.9 ? [0, 1, 0] : [0, 0, 1], up)), north = cross(up, east);
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (const { kind, points } of act.shapes) {
-    if (kind === "MeshShape" || kind === "Frame" || kind === "Arrow") continue; // their points are not all their own
-    for (let i = 0; i < points.numbers.length; i += 3) {
+  for (const { kind, name, points } of act.shapes) {
+    if (kind === "Frame" || kind === "Arrow") continue; // their points are not all their own
+    if (kind === "MeshShape" && !name.startsWith("objects/")) continue;
+    const step = kind === "MeshShape" ? points.columns : 3; // of a mesh, its origin alone
+    for (let i = 0; i < points.numbers.length; i += step) {
       const p = points.numbers.subarray(i, i + 3);
       [east, north, up].forEach((axis, j) => {
         low[j] = Math.min(low[j], dot(axis, p));
@@ -21,7 +23,7 @@ function surroundings(act) {
   }
   const size = high.map((x, j) => x - low[j]), mid = high.map((x, j) => (x + low[j]) / 2);
   const place = (e, n, u) => sum(sum(east.map(x => e * x), north, n), up, u);
-  const floorHeight = low[2] - 0.06 * act.reach;
+  const floorHeight = act.floor ?? low[2] - 0.06 * act.reach;
   return {
     up, east, north, reach: act.reach, floorHeight,
     centre: place(...mid), middle: place(mid[0], mid[1], floorHeight),

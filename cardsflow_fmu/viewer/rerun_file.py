@@ -1,0 +1,176 @@
+"""Recordings for Rerun: the shapes of every frame, and plots on the same time line.
+
+Rerun's own viewer tells its makers about its use unless it is told not to; writing a file does not
+need it, opens no connection and leaves nothing behind but the file.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import write_files
+
+from . import shapes as s
+from .bodies import AXES
+from .page_data import Act
+
+_MOST_BEADS = 400
+"""Of a trail: every frame holds all of it."""
+
+
+def require_rerun() -> Any:
+    """The module rerun.
+
+    Raises:
+        InputError: It is missing.
+    """
+    try:
+        import rerun
+    except ImportError:
+        what = "a recording needs rerun-sdk: pip install 'cardsflow[rerun]'"
+        raise InputError(what, key="--rrd") from None
+    return rerun
+
+
+def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
+    """Write a recording that Rerun opens.
+
+    Args:
+        acts: What to show; each under a name of its own.
+        file: Where to; a .rrd.
+
+    Raises:
+        InputError: rerun-sdk is missing, or the file cannot be written.
+    """
+    file = Path(file)
+    if file.suffix != ".rrd":
+        raise InputError("a recording for Rerun is a .rrd", file=file)
+    rr = require_rerun()
+    with tempfile.TemporaryDirectory() as aside:
+        draft = Path(aside) / "recording.rrd"
+        recording = rr.RecordingStream("cardsflow", recording_id=acts[0].title)
+        recording.save(draft)
+        for number, act in enumerate(acts):
+            _Recorder(rr, recording, f"{number + 1} {act.title}").record(act)
+        recording.flush()
+        recording.disconnect()
+        return write_files(file.parent, {file.name: draft.read_bytes()})[0]
+
+
+class _Recorder:
+    """Logs an act below a root of its own.
+
+    Args:
+        rr: The module rerun.
+        recording: Where to.
+        root: Name of everything that is logged.
+    """
+
+    def __init__(self, rr: Any, recording: Any, root: str) -> None:
+        self._rr, self._recording, self._root = rr, recording, root
+        self._meshes: set[str] = set()
+
+    def record(self, act: Act) -> None:
+        stage = act.stage
+        for k, t in enumerate(stage.motion.time):
+            self._recording.set_time("time", duration=float(t))
+            groups: defaultdict[str, list[s.Shape]] = defaultdict(list)
+            for shape in stage.scene(k):
+                groups[shape.group].append(shape)
+            for group, shapes in groups.items():
+                self._draw(group, shapes)
+            if stage.motion.tensions is not None:
+                names = [muscle.name for muscle in stage.robot.muscles]
+                self._plot("tensions", names, stage.motion.tensions[k])
+            self._plot("joints", [c.name for c in stage.robot.coordinates], stage.motion.q[k])
+
+    def _log(self, path: str, entity: Any, *, static: bool = False) -> None:
+        self._recording.log(f"{self._path(self._root)}/{path}", entity, static=static)
+
+    def _path(self, *parts: str) -> str:
+        return self._rr.escape_entity_path_part("/".join(parts))  # type: ignore[no-any-return]
+
+    def _plot(self, what: str, names: Sequence[str], values: Sequence[float]) -> None:
+        for name, value in zip(names, values, strict=True):
+            self._log(f"{what}/{self._path(name)}", self._rr.Scalars([float(value)]))
+
+    def _draw(self, group: str, shapes: Sequence[s.Shape]) -> None:
+        """One entity for all lines of a group, one for all balls, one for all arrows."""
+        rr, place = self._rr, self._path(group)
+        lines, line_colours, line_radii = _lines(shapes)
+        if lines:
+            drawn = rr.LineStrips3D(lines, colors=line_colours, radii=line_radii)
+            self._log(f"{place}/lines", drawn)
+        balls, ball_colours, ball_radii = _balls(shapes)
+        if balls:
+            self._log(f"{place}/balls", rr.Points3D(balls, colors=ball_colours, radii=ball_radii))
+        arrows = [shape for shape in shapes if isinstance(shape, s.Arrow)]
+        if arrows:
+            drawn = rr.Arrows3D(
+                origins=[arrow.start for arrow in arrows],
+                vectors=[arrow.end - arrow.start for arrow in arrows],
+                colors=[arrow.colour for arrow in arrows],
+                radii=[arrow.radius for arrow in arrows],
+            )
+            self._log(f"{place}/arrows", drawn)
+        labels = [shape for shape in shapes if isinstance(shape, s.Label)]
+        if labels:
+            drawn = rr.Points3D(
+                [label.position for label in labels],
+                colors=[label.colour for label in labels],
+                labels=[label.text for label in labels],
+                radii=1e-6,
+            )
+            self._log(f"{place}/labels", drawn)
+        for shape in shapes:
+            if isinstance(shape, s.MeshShape):
+                self._draw_mesh(place, shape)
+
+    def _draw_mesh(self, place: str, mesh: s.MeshShape) -> None:
+        path = f"{place}/{self._path(mesh.name)}"
+        if path not in self._meshes:
+            self._meshes.add(path)
+            surface = self._rr.Mesh3D(
+                vertex_positions=mesh.triangles.vertices,
+                triangle_indices=mesh.triangles.faces,
+                albedo_factor=mesh.colour,
+            )
+            self._log(path, surface, static=True)
+        pose = self._rr.Transform3D(translation=mesh.T[:3, 3], mat3x3=mesh.T[:3, :3])
+        self._log(path, pose)
+
+
+def _lines(shapes: Sequence[s.Shape]) -> tuple[list[s.FloatArray], list[s.Colour], list[float]]:
+    """Everything long: its corners, colour and radius."""
+    found: list[tuple[s.FloatArray, s.Colour, float]] = []
+    for shape in shapes:
+        if isinstance(shape, s.Line | s.Capsule | s.Cylinder):
+            found.append((shape.points, shape.colour, shape.radius))
+        elif isinstance(shape, s.Frame):
+            origin, *tips = shape.points
+            found += [
+                (np.stack([origin, tip]), colour, shape.radius)
+                for tip, colour in zip(tips, AXES, strict=True)
+            ]
+    return [f[0] for f in found], [f[1] for f in found], [f[2] for f in found]
+
+
+def _balls(shapes: Sequence[s.Shape]) -> tuple[list[s.FloatArray], list[s.Colour], list[float]]:
+    """Everything round: centre, colour and radius."""
+    centres: list[s.FloatArray] = []
+    tints: list[s.Colour] = []
+    radii: list[float] = []
+    for shape in shapes:
+        if isinstance(shape, s.Sphere | s.Trail):
+            points = shape.points[:: 1 + len(shape.points) // _MOST_BEADS]
+            centres += list(points)
+            tints += [shape.colour] * len(points)
+            radii += [shape.radius] * len(points)
+    return centres, tints, radii

@@ -1,0 +1,400 @@
+"""The command line as a whole: help, exit codes, JSON, progress, what is said of a script."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import fcntl
+import io
+import json
+import os
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from robots import EXAMPLES, PLANAR_2R
+from small_studies import write_study
+
+from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.cli import _parser, main
+from cardsflow_fmu.cli_parts import EXIT_CODES
+
+SHORT = ["--set", "run.duration=0.05"]
+CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli"]
+ROBOT = str(PLANAR_2R / "robot")
+
+
+def commands(
+    parser: argparse.ArgumentParser, words: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], argparse.ArgumentParser]]:
+    """Every command with its parser, groups of commands among them."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, inner in action.choices.items():
+                yield (*words, name), inner
+                yield from commands(inner, (*words, name))
+
+
+COMMANDS = dict(commands(_parser()))
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    """Exit code, output and messages of a command."""
+    try:
+        code = main(words)
+    except SystemExit as end:
+        code = int(end.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("results")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), folder, through="direct")
+    return folder
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_the_help_of_every_command_has_an_example_that_parses(
+    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = said(capsys, *words, "--help")
+    assert code == 0
+    name = f"cardsflow {' '.join(words)} "
+    begin = out.index("example:\n  ") + len("example:\n  ")
+    example = out[begin:].splitlines()[0]
+    assert f"{example} ".startswith(name)
+    arguments = example.partition(" > ")[0].split()[1:]
+    assert callable(_parser().parse_args(arguments).command)
+
+
+def test_the_help_of_all_tells_the_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = said(capsys, "--help")
+    assert code == 0
+    assert "example:\n  cardsflow run" in out
+    assert EXIT_CODES in out
+    for number in ("0", "1", "2", "130"):
+        assert f"\n  {number} " in out
+
+
+# Bad input: one line, exit code 2
+
+MISSING = {
+    ("init",): ["nowhere"],
+    ("schema",): ["nothing"],
+    ("completion",): ["nothing"],
+    ("run",): ["nowhere"],
+    ("build",): ["nowhere", "-o", "fmus"],
+    ("check",): ["nowhere"],
+    ("info",): ["nowhere"],
+    ("convert",): ["nowhere", "--to", "mjcf", "-o", "there"],
+    ("size",): ["nowhere"],
+    ("device",): ["nowhere"],
+    ("replay-hardware",): ["nowhere"],
+    ("addin", "export-snapshot"): ["nowhere", "-o", "there"],
+    ("addin", "install"): ["--folder", "a/file"],
+    ("addin", "zip"): ["-o", "a/file/archive.zip"],
+    ("view",): ["nowhere", "--html", "page.html"],
+    ("plot",): ["nowhere"],
+    ("compare",): ["nowhere", "nowhere"],
+    ("report",): ["nowhere"],
+    ("study",): ["nowhere.toml"],
+}
+
+
+@pytest.mark.parametrize(
+    "words", [words for words in COMMANDS if words != ("addin",)], ids=" ".join
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    words: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/file").write_text("mine")
+    code, out, err = said(capsys, *words, *MISSING[words])
+    assert (code, out) == (2, "")
+    assert "Traceback" not in err
+    assert len(err.splitlines()) == 1 or err.startswith("usage: ")
+    assert [file.name for file in tmp_path.rglob("*")] == ["a", "file"]
+    assert (tmp_path / "a/file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_unknown_options_are_exit_code_2(
+    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = said(capsys, *words, "--no-such-option")
+    assert (code, out) == (2, "")
+    assert err.startswith("usage: ")
+
+
+def test_what_a_command_looks_for_is_exit_code_1(
+    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other.csv"
+    other.write_text("time,q.joint_1\n0.0,7.0\n")
+    assert said(capsys, "compare", str(results), str(results))[0] == 0
+    assert said(capsys, "compare", str(results), str(other))[0] == 1
+    assert said(capsys, "check", ROBOT)[0] == 0
+    weightless = tmp_path / "model.sdf"
+    text = (EXAMPLES / "hill_arm/robot/model.sdf").read_text()
+    weightless.write_text(text.replace("<mass>", "<mass>-"))
+    assert said(capsys, "check", str(weightless))[0] == 1
+    assert said(capsys, "size", str(PLANAR_2R), *SHORT)[0] == 0
+
+
+# JSON
+
+
+def json_of(capsys: pytest.CaptureFixture[str], *words: str) -> Any:
+    code, out, err = said(capsys, *words, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+@pytest.mark.native
+def test_whatever_writes_files_tells_them_as_json(
+    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words in (
+        ("init", ROBOT, "-o", str(tmp_path / "experiment.toml")),
+        ("convert", ROBOT, "--to", "mjcf", "-o", str(tmp_path / "mjcf")),
+        ("build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path / "fmus")),
+        ("plot", str(results), "-o", str(tmp_path / "plot.svg")),
+        ("report", str(results), "-o", str(tmp_path / "report.html")),
+        ("view", str(results), "--html", str(tmp_path / "page.html")),
+        ("addin", "zip", "-o", str(tmp_path / "addin.zip")),
+        ("addin", "install", "--folder", str(tmp_path / "addins")),
+    ):
+        told = json_of(capsys, *words)
+        assert told["files"]
+        assert all(Path(file).exists() for file in told["files"])
+
+
+def test_every_command_but_those_for_people_and_shells_has_json() -> None:
+    without = {("schema",), ("completion",), ("addin",)}  # which print what others read as it is
+    for words, parser in COMMANDS.items():
+        options = {option for action in parser._actions for option in action.option_strings}
+        assert ("--json" in options) == (words not in without), words
+
+
+@pytest.mark.parametrize("what", ["run", "info", "check", "size"])
+def test_what_is_told_of_one_thing_is_json(
+    what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = {
+        "run": ("run", str(PLANAR_2R), *SHORT, "--direct", "-o", str(tmp_path)),
+        "info": ("info", ROBOT),
+        "check": ("check", ROBOT),
+        "size": ("size", str(PLANAR_2R), *SHORT),
+    }[what]
+    assert isinstance(json_of(capsys, *words), dict | list)
+
+
+# Scripts
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("direct", [True, False])
+def test_the_script_of_a_run_gives_the_same_bits(
+    direct: bool,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    settings = ["--set", "run.duration=0.1", "--set", 'robot.cable_set="basic_2018_07"']
+    words = ["run", str(PLANAR_2R), *settings, *(["--direct"] if direct else [])]
+    code, script, _ = said(capsys, *words, "-o", "scripted", "--as-script")
+    assert code == 0
+    assert not any(tmp_path.iterdir())
+    with contextlib.redirect_stdout(io.StringIO()) as told:
+        exec(compile(script, "script.py", "exec"), {})
+    assert "complete" in told.getvalue()
+    assert said(capsys, *words, "-o", "ran")[0] == 0
+    scripted, ran = (Path(name, "results.csv").read_bytes() for name in ("scripted", "ran"))
+    assert scripted == ran
+
+
+@pytest.mark.native
+def test_the_script_of_an_ssp_gives_the_same_bits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said(capsys, "build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path))[0] == 0
+    words = ["run", str(tmp_path / "system.ssp"), "--set", "run.duration=0.02"]
+    script = said(capsys, *words, "-o", str(tmp_path / "scripted"), "--as-script")[1]
+    with contextlib.redirect_stdout(io.StringIO()):
+        exec(compile(script, "script.py", "exec"), {})
+    assert said(capsys, *words, "-o", str(tmp_path / "ran"))[0] == 0
+    scripted, ran = ((tmp_path / name / "results.csv").read_bytes() for name in ("scripted", "ran"))
+    assert scripted == ran
+
+
+def test_no_script_is_printed_of_bad_input_or_a_view(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["run", str(PLANAR_2R), "--as-script"]
+    code, out, err = said(capsys, *words, "--set", "controller.kpp=1")
+    assert (code, out) == (2, "")
+    assert "did you mean 'kp'" in err
+    code, out, err = said(capsys, *words, "--view")
+    assert (code, out) == (2, "")
+    assert "--view" in err
+
+
+# Interruption
+
+
+def interrupted(words: list[str], there: Path, sign: signal.Signals = signal.SIGINT) -> int:
+    """Exit code of a command that is interrupted as soon as a file is there."""
+    with subprocess.Popen(
+        [*CARDSFLOW, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+    ) as process:
+        begin = time.monotonic()
+        while not there.exists():
+            assert process.poll() is None, process.stderr and process.stderr.read()
+            assert time.monotonic() - begin < 120.0
+            time.sleep(0.01)
+        time.sleep(0.1)
+        process.send_signal(sign)
+        _, err = process.communicate(timeout=120)
+    assert b"Traceback" not in err
+    assert b"interrupted" in err
+    return process.returncode
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
+    out = tmp_path / "out"
+    words = ["run", str(PLANAR_2R), "--direct", "-o", str(out), "--set", "run.duration=600"]
+    words += ["--set", 'reference={spline="linear", points=[{time=0, q=0}, {time=600, q=0.5}]}']
+    assert interrupted(words, out / "results.csv", sign) == 130
+    result = Result.load(out)
+    assert result.summary["error"] == "interrupted"
+    assert len(result.rows) > 0
+
+
+@pytest.mark.native
+def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path) -> None:
+    long = "[settings]\nrun.duration = 8.0\n"
+    study = write_study(tmp_path, short=long)
+    out = tmp_path / "out"
+    assert interrupted(["study", str(study), "-j", "1", "-o", str(out)], out) == 130
+
+
+# Progress
+
+CONTROL = {chr(k).encode() for k in range(32)} - {b"\n"} | {b"\x7f", b"\x1b"}
+
+
+def long_work(folder: Path) -> list[list[str]]:
+    return [
+        ["run", str(PLANAR_2R), "--direct", "--set", "run.duration=1", "-o", str(folder / "run")],
+        ["study", str(write_study(folder)), "-j", "1", "-o", str(folder / "study")],
+    ]
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("k", [0, 1], ids=["run", "study"])
+def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
+    words = long_work(tmp_path)[k]
+    done = subprocess.run([*CARDSFLOW, *words], capture_output=True, check=True, timeout=300)
+    assert not any(sign in done.stdout + done.stderr for sign in CONTROL)
+    (tmp_path / "again").mkdir()
+    shown = on_terminal(long_work(tmp_path / "again")[k])
+    assert b"\r" in shown
+    assert b"run/s" in shown or b"step/s" in shown
+
+
+def on_terminal(words: list[str]) -> bytes:
+    """What a command writes to stderr when that is a terminal; its output goes to a pipe."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    with subprocess.Popen([*CARDSFLOW, *words], stdout=subprocess.PIPE, stderr=theirs) as process:
+        os.close(theirs)
+        shown = b""
+        with contextlib.suppress(OSError):  # which is how a terminal that was left ends
+            while block := os.read(ours, 4096):
+                shown += block
+        assert process.stdout is not None
+        piped = process.stdout.read()
+    os.close(ours)
+    assert process.returncode == 0
+    assert not any(sign in piped for sign in CONTROL)
+    return shown
+
+
+# Completion
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_completion_knows_all_commands_and_options(
+    shell: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = said(capsys, "completion", shell)
+    assert code == 0
+    for words, parser in COMMANDS.items():
+        assert words[-1] in out
+        for action in parser._actions:
+            for option in action.option_strings:
+                assert option.lstrip("-") in out
+
+
+@pytest.mark.parametrize(
+    ("line", "wanted"),
+    [
+        ("cardsflow re", {"report", "replay-hardware"}),
+        ("cardsflow compare --t", {"--tol"}),
+        ("cardsflow build --fmi ", {"2.0", "3.0"}),
+        ("cardsflow info exp", {"experiment.toml"}),
+        ("cardsflow addin ", {"export-snapshot", "install", "zip"}),
+    ],
+)
+def test_bash_completes(
+    line: str, wanted: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "completion.sh").write_text(said(capsys, "completion", "bash")[1])
+    (tmp_path / "experiment.toml").touch()
+    script = f"""
+source completion.sh
+COMP_LINE={line!r}; COMP_POINT=${{#COMP_LINE}}
+read -ra COMP_WORDS <<< "$COMP_LINE"; [[ "$COMP_LINE" == *" " ]] && COMP_WORDS+=("")
+COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
+$(complete -p cardsflow | sed 's/.*-F \\([^ ]*\\).*/\\1/')
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+    try:
+        done = subprocess.run(
+            ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+    except FileNotFoundError:
+        pytest.skip("no bash")
+    assert wanted <= {word.strip() for word in done.stdout.splitlines()}, done.stderr
+
+
+def test_a_completion_is_not_asked_of_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = said(capsys, "completion", "csh")
+    assert code == 2
+    assert "invalid choice" in err
+
+
+def test_the_summary_of_json_is_that_of_the_file(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    compared = json_of(capsys, "compare", str(results), str(results))
+    assert compared["equal"]
+    assert np.all([column["largest"] == 0.0 for column in compared["columns"].values()])

@@ -1,0 +1,299 @@
+"""The JSON Schemas and the readers: two views of the same forms."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu import experiment_forms, world_reader
+from cardsflow_fmu.experiment_forms import EXPERIMENT
+from cardsflow_fmu.experiment_reader import read_experiment
+from cardsflow_fmu.forms import ANYTHING, Form, form_at
+from cardsflow_fmu.json_schema import schema
+from cardsflow_fmu.studies.study_forms import STUDY
+from cardsflow_fmu.studies.study_reader import read_study
+
+EXPERIMENTS = sorted(file.parent for file in EXAMPLES.glob("*/experiment.toml"))
+STUDIES = sorted((EXAMPLES / "design_study").glob("*.toml"))
+VALIDATORS = {kind: Draft202012Validator(schema(kind)) for kind in ("experiment", "study")}
+Path_ = tuple[str | int, ...]
+
+
+def content(file: Path) -> dict[str, Any]:
+    return tomllib.loads(file.read_text())
+
+
+def errors(kind: str, data: dict[str, Any]) -> list[str]:
+    return [error.message for error in VALIDATORS[kind].iter_errors(data)]
+
+
+@pytest.mark.parametrize("kind", VALIDATORS)
+def test_a_schema_is_one(kind: str) -> None:
+    Draft202012Validator.check_schema(schema(kind))
+
+
+@pytest.mark.parametrize("folder", EXPERIMENTS, ids=lambda folder: folder.name)
+def test_every_examples_experiment_fits_the_schema(folder: Path) -> None:
+    assert errors("experiment", content(folder / "experiment.toml")) == []
+
+
+@pytest.mark.parametrize("folder", EXPERIMENTS, ids=lambda folder: folder.name)
+def test_what_is_written_of_an_experiment_fits_the_schema(folder: Path) -> None:
+    data = read_experiment(folder, {}).data
+    assert errors("experiment", data) == []
+
+
+@pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.name)
+def test_every_examples_study_fits_the_schema(file: Path) -> None:
+    assert errors("study", content(file)) == []
+
+
+def tables(form: Form, path: Path_ = ()) -> Iterator[Path_]:
+    """The paths of all tables that have keys of their own; `name` stands for names, 0 in lists."""
+    for own in form.get("anyOf", (form,)):
+        if own.get("type") == "array":
+            yield from tables(own.get("items", {}), (*path, 0))
+        if own.get("type") != "object":
+            continue
+        more = own.get("additionalProperties")
+        if more is False:
+            yield path
+            for key, inner in own["properties"].items():
+                yield from tables(inner, (*path, key))
+        elif more:
+            yield from tables(more, (*path, "name"))
+
+
+def with_key(data: dict[str, Any], path: Path_, key: str, value: Any) -> dict[str, Any]:
+    """The data with a key more in the table at a path, which is made where there is none."""
+    data = copy.deepcopy(data)
+    place: Any = data
+    for k, part in enumerate(path):
+        empty: Any = [] if k + 1 < len(path) and isinstance(path[k + 1], int) else {}
+        if isinstance(place, list):
+            place.extend([] if place else [copy.deepcopy(empty)])
+        elif not isinstance(place.get(part), type(empty)):
+            place[part] = copy.deepcopy(empty)
+        place = place[part]
+    place[key] = value
+    return data
+
+
+def written(path: Path_) -> str:
+    """A path as messages have it."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
+
+
+def read_data(data: dict[str, Any], file: Path) -> None:
+    """Read an experiment as data of the planar arm's file."""
+    from cardsflow_fmu.experiment_reader import _experiment
+    from cardsflow_fmu.tables import Table
+
+    top = Table(data, file, form=EXPERIMENT)
+    top.refuse_unknown()
+    _experiment(top)
+
+
+@pytest.mark.parametrize("path", list(tables(EXPERIMENT)), ids=written)
+def test_an_unknown_key_is_refused_by_schema_and_reader(path: Path_) -> None:
+    file = PLANAR_2R / "experiment.toml"
+    data = with_key(content(file), path, "nonsense", 1.0)
+    with pytest.raises(UnknownNameError, match="no key 'nonsense'") as caught:
+        read_data(data, file)
+    assert caught.value.key == f"{written(path)}.nonsense".lstrip(".")
+    wrong = {
+        "/".join(map(str, e.absolute_path)) for e in VALIDATORS["experiment"].iter_errors(data)
+    }
+    assert any("/".join(map(str, path)).startswith(place) for place in wrong)
+    assert errors("experiment", data)
+
+
+@pytest.mark.parametrize("path", list(tables(STUDY)), ids=written)
+def test_an_unknown_key_of_a_study_is_refused_by_both(path: Path_) -> None:
+    from cardsflow_fmu.tables import Table
+
+    file = STUDIES[0]
+    data = with_key(content(file), path, "nonsense", 1.0)
+    with pytest.raises(UnknownNameError, match="no key 'nonsense'"):
+        Table(data, file, form=STUDY).refuse_unknown()
+    assert errors("study", data)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("engin = 'fmu'\n", "engin: no key 'engin'; did you mean 'engine'"),
+        ("[optimize]\nobjective = 'x'\n", "optimize: .*did you mean 'optimise'"),
+        ("[[vary]]\npth = 'x'\n", r"vary\[0\].pth: no key 'pth'; did you mean 'path'"),
+        ("[[vary]]\nunifrm = [0, 1]\n", r"vary\[0\].unifrm: .*did you mean 'uniform'"),
+        ("[workspace]\npoint = 3\n", "workspace.point: .*did you mean 'points'"),
+    ],
+)
+def test_an_unknown_key_of_a_study_names_the_nearest(
+    tmp_path: Path, text: str, message: str
+) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text(f"experiment = {str(PLANAR_2R)!r}\n{text}")
+    with pytest.raises(UnknownNameError, match=message):
+        read_study(file)
+
+
+# What a key needs beside it, or a table in it, so that the reader looks there.
+BESIDE: dict[str, dict[str, Any]] = {
+    "run.order": {"coupling": "gauss_seidel"},
+    "start.seed": {"y": 1.0},
+    "reference.points": {"spline": "linear"},
+    "reference.name": {"spline": "linear", "points": []},
+    "reference.spline": {"points": []},
+    "reference.file": {"trajectory": "simple_joint_motion"},
+}
+INSIDE: dict[str, dict[str, Any]] = {
+    "disturbance": {"force": {"hand": [0.0, 0.0, 1.0]}},
+    "hardware.motors": {"command": "length", "stiffness": 5e3},
+    "robots[0]": {"name": "arm", "path": "robot"},
+    "muscles.name.model": {"kind": "hill_degroote2016"},
+    "world": {"ground": True},
+    "world.objects[0]": {"name": "thing", "shape": "sphere", "radius": 0.1},
+    "world.shapes[0]": {"link": "link_1", "shape": "sphere", "radius": 0.1},
+}
+OF_SHAPES: dict[str, dict[str, Any]] = {
+    "length": {"shape": "capsule"},
+    "size": {"shape": "box"},
+    "file": {"shape": "mesh"},
+    "scale": {"shape": "mesh", "file": "experiment.toml"},
+}
+OPERATIONAL = {"y", "seed", "flower", "approach", "posture", "disturbance", "yd", "ydd"} | {
+    *("task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
+    *("pretension", "limit_bandwidth"),
+}
+NOTHING_FITS: Any = [[{}]]
+
+
+def leaves(form: Form, path: Path_ = ()) -> Iterator[tuple[Path_, str]]:
+    """Every key of every table."""
+    for place in tables(form, path):
+        own: Form = form
+        for part in place:
+            own = inner(own, part)
+        for table in own.get("anyOf", (own,)):
+            for key in table.get("properties", {}):
+                yield place, key
+
+
+def inner(form: Form, part: str | int) -> Form:
+    if isinstance(part, int):
+        return next(o for o in form.get("anyOf", (form,)) if o.get("type") == "array")["items"]
+    return form_at(form, part) or ANYTHING
+
+
+def is_free(place: Path_, key: str) -> bool:
+    """Whether the reader takes anything there, or looks at it where no table leads."""
+    return (not place and key in ("robots",)) or (place[:1] == ("fmus",) and len(place) > 1)
+
+
+LAW_PARAMETERS = set(experiment_forms._parameters())
+LEAVES = [
+    (place, key)
+    for place, key in leaves(EXPERIMENT)
+    if not is_free(place, key) and not (key in LAW_PARAMETERS and place[-1:] == ("model",))
+]
+
+
+@pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
+def test_the_reader_looks_at_every_key_of_the_schema(place: Path_, key: str) -> None:
+    operational = OPERATIONAL & {key, *map(str, place)}
+    folder = EXAMPLES / ("roboy_left_arm" if operational else "planar_2r")
+    file = folder / "experiment.toml"
+    data = content(file)
+    path = tuple("cable_1" if part == "name" else part for part in place)
+    if place[:1] == ("robots",):
+        del data["robot"]
+    if place[:1] == ("reference",) and not operational:
+        data["reference"] = {}
+    around = BESIDE.get(written((*place, key))) or INSIDE.get(written(place), {})
+    if place[:1] == ("world",):
+        around = around | OF_SHAPES.get(key, {})
+    if place == ("reference", "points", 0):
+        begin: dict[str, Any] = {"time": 0.0, "y" if key.startswith("y") else "q": 0.0}
+        begin.pop(key, None)
+        spline = "parabolic_blend" if key == "blend_time" else "quintic"
+        data["reference"] = {"spline": spline, "points": [begin, begin | {"time": 1.0}]}
+        path = ("reference", "points", 1 if key == "blend_time" else 0)
+    for k, v in around.items():
+        data = with_key(data, path, k, v)
+    data = with_key(data, path, key, NOTHING_FITS)
+    with pytest.raises(InputError) as caught:
+        read_data(data, file)
+    wanted = written((*path, key))
+    assert (caught.value.key or "").startswith(wanted), str(caught.value)
+    assert errors("experiment", data)
+
+
+VALUES: tuple[Any, ...] = ("x", "", -1, 0, 0.5, 2, True, [], [1.0], {}, {"x": 1.0}, None)
+
+
+def mutated(data: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
+    """Where a value stands in settings, not inside of lists of numbers."""
+    for key, value in data.items():
+        if isinstance(value, dict):
+            yield from mutated(value, (*path, key))
+        yield (*path, key), value
+
+
+@pytest.mark.parametrize("name", ["planar_2r", "hill_arm", "pick_up"])
+def test_what_the_reader_takes_the_schema_takes(name: str) -> None:
+    """An editor never marks what runs: values of every kind, at every place."""
+    file = EXAMPLES / name / "experiment.toml"
+    data = content(file)
+    taken = refused = 0
+    for path, _ in mutated(data):
+        for value in VALUES:
+            other = with_key(data, path[:-1], str(path[-1]), value)
+            if not (wrong := errors("experiment", other)):
+                continue
+            refused += 1
+            try:
+                read_data(other, file)
+            except InputError:
+                continue
+            taken += 1
+            pytest.fail(f"{written(path)} = {value!r} is read, but: {wrong[0]}")
+    assert refused > 100
+    assert taken == 0
+
+
+def test_names_that_stand_in_forms_are_those_that_are_read() -> None:
+    from typing import get_args
+
+    from cardsflow_fmu.experiment import Rule
+    from sim_dart.scene import FrictionLaw, LinkGeometry
+
+    assert list(experiment_forms.SHAPES) == list(world_reader._KINDS)
+    assert get_args(FrictionLaw) == experiment_forms.FRICTION_LAWS
+    assert get_args(LinkGeometry) == experiment_forms.LINK_GEOMETRIES
+    assert get_args(Rule) == experiment_forms.INTEGRATORS
+
+
+def test_defaults_that_the_schema_tells_change_nothing() -> None:
+    """Written out, every default of [plant], [run] and [controller] gives the same experiment."""
+    plain = read_experiment(PLANAR_2R, {})
+    joint = {"ki", "observer", "delay", "predict", "muscle_horizon"}
+    settings = {
+        f"{name}.{key}": own["default"]
+        for name in ("plant", "run", "controller")
+        for key, own in EXPERIMENT["properties"][name]["properties"].items()
+        if "default" in own and (name != "controller" or key in joint)
+    }
+    assert len(settings) > 10
+    assert read_experiment(PLANAR_2R, settings).data == plain.data

@@ -1,0 +1,147 @@
+"""`cardsflow init`: experiments that run as they are, and as their comments say."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from robots import EXAMPLES, PLANAR_2R, planar_2r
+
+from addin_sdfusion.robot import InputError, RobotError, write_caspr, write_sdf
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.json_schema import schema
+from cardsflow_fmu.starter import init
+
+ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "robot").is_dir())
+VALID = Draft202012Validator(schema())
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.parent.name)
+def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
+    file = init(robot, tmp_path / "arm/experiment.toml")
+    assert list(VALID.iter_errors(tomllib.loads(file.read_text()))) == []
+    experiment = Experiment.load(file)
+    assert experiment.warnings() == []
+    result = run(experiment, tmp_path / "out", through="direct")
+    assert result.complete
+    assert result.summary["infeasible_ticks"] == 0
+    assert result.summary["tracking"]["max"] < 0.03
+    names = [f"q.{c.name}" for c in experiment.robot.coordinates]
+    assert max(abs(result[name] - result[name][0]).max() for name in names) > 0.005
+
+
+@pytest.mark.parametrize("form", ["sdf", "caspr", "file"])
+def test_whatever_a_run_takes_is_taken(form: str, tmp_path: Path) -> None:
+    robot = planar_2r()
+    folder = tmp_path / "robot"
+    if form == "sdf":
+        write_sdf(robot, folder)
+        path = folder / "model.sdf"
+    else:
+        write_caspr(robot, folder)
+        path = folder if form == "caspr" else next(folder.glob("*_bodies.xml"))
+    loaded = Experiment.load(init(path, tmp_path / "experiment.toml")).robot
+    assert [m.name for m in loaded.muscles] == [m.name for m in robot.muscles]
+
+
+def test_a_cable_set_is_kept(tmp_path: Path) -> None:
+    file = init(PLANAR_2R / "robot", tmp_path, "basic_2018_07")
+    assert file == tmp_path / "experiment.toml"
+    assert Experiment.load(file).robot.cable_set == "basic_2018_07"
+
+
+def test_the_experiment_finds_its_robot_from_where_it_stands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_sdf(planar_2r(), tmp_path / "a robot")
+    monkeypatch.chdir(tmp_path / "a robot")
+    file = init(".", Path("../experiments/first.toml"))
+    assert tomllib.loads(file.read_text())["robot"]["path"] == "../a robot"
+    os.chdir(tmp_path)
+    assert Experiment.load(tmp_path / "experiments/first.toml").robot.name == "planar_2r"
+
+
+COMMENTED = re.compile(r"^# (\[?[a-z_]+(?:\.[\w\"]+)?\]? = .*|\[muscles\..*\])$")
+
+
+def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
+    """One by one, and all at once."""
+    file = init(PLANAR_2R / "robot", tmp_path)
+    plain, lines = Experiment.load(file).data, file.read_text().splitlines()
+    commented = [k for k, line in enumerate(lines) if COMMENTED.match(line)]
+    assert len(commented) >= 14
+    head = next(k for k in commented if lines[k].startswith("# [muscles."))
+    for used in [*([k] for k in commented), commented]:
+        in_muscles = {head} if head + 2 >= used[0] >= head else set()
+        chosen = {*used, *in_muscles}
+        text = "\n".join(x.removeprefix("# ") if k in chosen else x for k, x in enumerate(lines))
+        file.write_text(text)
+        assert Experiment.load(file).data == plain, [lines[k] for k in chosen]
+
+
+@pytest.mark.parametrize(
+    "name", ["ellenbogen größe", 'a "quoted" \\ name', "日本", "a.b", "x\ny", "#", "\u202e"]
+)
+def test_odd_names_are_written_so_that_they_read_back(name: str, tmp_path: Path) -> None:
+    robot = planar_2r()
+    muscles = [replace(m, name=f"{name}{k}") for k, m in enumerate(robot.muscles)]
+    odd = replace(robot.with_muscles(muscles), name=name)
+    from cardsflow_fmu.starter import experiment_text
+
+    data = tomllib.loads(experiment_text(odd, f"robots/{name}"))
+    assert data["robot"]["path"] == f"robots/{name}"
+
+
+def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "experiment.toml"
+    file.write_text("mine")
+    for place in (file, tmp_path):
+        with pytest.raises(InputError, match="is there already, and is not overwritten"):
+            init(PLANAR_2R / "robot", place)
+    assert main(["init", str(PLANAR_2R / "robot"), "-o", str(file)]) == 2
+    assert str(file) in capsys.readouterr().err
+    assert file.read_text() == "mine"
+    dangling = tmp_path / "link.toml"
+    dangling.symlink_to(tmp_path / "nowhere.toml")
+    with pytest.raises(InputError, match="is there already"):
+        init(PLANAR_2R / "robot", dangling)
+
+
+@pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        ("experiment.json", "an experiment is a .toml"),
+        ("file/experiment.toml", "cannot be written"),
+        ("x" * 300 + ".toml", "cannot be written"),
+        ("a\0b.toml", "cannot be written"),
+    ],
+)
+def test_places_that_cannot_be_written(output: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match=message):
+        init(PLANAR_2R / "robot", tmp_path / output)
+    assert [file.name for file in tmp_path.iterdir()] == ["file"]
+
+
+def robots_without(what: str) -> Any:
+    robot = planar_2r()
+    if what == "muscles":
+        return robot.with_muscles([])
+    joints = tuple(replace(j, motions=(), coordinates=()) for j in robot.joints)
+    return replace(robot, joints=joints)
+
+
+@pytest.mark.parametrize("what", ["muscles", "joints that move"])
+def test_a_robot_that_cannot_move_is_refused(what: str, tmp_path: Path) -> None:
+    write_sdf(robots_without(what), tmp_path / "robot")
+    with pytest.raises((InputError, RobotError), match=what):
+        init(tmp_path / "robot", tmp_path / "experiment.toml")
+    assert not (tmp_path / "experiment.toml").exists()
