@@ -27,7 +27,7 @@ def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
         "report, and a file a run, so that it can be resumed.",
         "cardsflow study examples/design_study/attachments.toml -j 2",
     )
-    parser.add_argument("study", type=Path, help="a study.toml")
+    parser.add_argument("study", type=Path, help="a study.toml, or its folder")
     parser.add_argument(
         "-j", "--jobs", type=int, metavar="N", help="runs at once; one a core if left out"
     )

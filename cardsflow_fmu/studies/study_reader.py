@@ -18,6 +18,7 @@ from .metrics import DEFAULT_METRICS, spelled_out
 from .study import (
     METHODS,
     SAMPLERS,
+    STUDY_FILE,
     Box,
     Constraint,
     Engine,
@@ -41,13 +42,13 @@ def read_study(file: Path) -> Study:
     """Read and check a study.
 
     Args:
-        file: A study.toml.
+        file: A study.toml, or the folder that holds one.
 
     Raises:
         InputError: Something in it, or in its experiment, is wrong; file and key are named.
     """
     if file.is_dir():
-        raise InputError("is a folder; name the study's file in it", file=file)
+        file /= STUDY_FILE
     try:
         data = tomllib.loads(read_file(file, _MAX_BYTES).decode("utf-8-sig"))
     except UnicodeDecodeError:
@@ -82,13 +83,18 @@ def _study(top: Table) -> Study:
         metrics=_metrics(top, base, optimise),
         box=_box(top.table("workspace"), base),
         optimise=optimise,
-        output=top.file.parent / top.text("output", f"results/{top.file.stem}"),
+        output=top.file.parent / top.text("output", _results(top.file)),
         tables=_tables(top),
     )
     for key in ("optimise", "workspace"):
         top.value(key, None)
     top.close()
     return study
+
+
+def _results(file: Path) -> str:
+    """The usual folder for results: one a study, where several stand in one folder."""
+    return "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
 
 
 def _settings(top: Table) -> dict[str, Any]:
