@@ -19,6 +19,7 @@ td,th{padding:.15em .7em;border-bottom:1px solid #ddd;text-align:right}
 td:first-child,th:first-child,td.text{text-align:left}code{font-size:12px;word-break:break-all}
 td code{display:block;text-align:left}"""
 
+_LARGEST = 1e100  # beyond this nothing is drawn: its axes could not hold it
 _SHOWN = ("count", "min", "p05", "median", "mean", "p95", "max", "deviation")
 
 
@@ -98,7 +99,7 @@ def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iter
 
 def _histograms(collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
     for name, values in collected.metrics.items():
-        there = values[np.isfinite(values)]
+        there = values[np.abs(values) < _LARGEST]
         if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
             yield histogram(name, units[name], there)
 
@@ -119,7 +120,7 @@ def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
     found = {n: p for n, p in summary["sensitivity"].items() if parted(n)[1] is None}
     if found:
         kinds = next(iter(next(iter(found.values())).values()))
-        what = "Sobol's indices" if "first" in kinds else "rank correlations"
+        what = "Sobol's indices" if "first" in kinds else "rank correlations, shares of variance"
         yield f"<h2>Sensitivity: {what}</h2>"
     for name, parts in found.items():
         yield sensitivity_bars(name, parts)

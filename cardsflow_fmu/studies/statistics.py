@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 _WORST = 5
 _MOST_ERRORS = 50
+_GROUPS = 10
+_ENOUGH = 5 * _GROUPS  # runs, for a share of the variance
 _QUANTILES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
@@ -73,18 +75,23 @@ def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
 def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
     """How every metric is distributed over the runs that have it."""
     found: dict[str, dict[str, float | int]] = {}
-    for name, values in collected.metrics.items():
-        there = values[np.isfinite(values)]
-        if there.size:
-            found[name] = {
-                "count": int(there.size),
-                "min": float(there.min()),
-                "mean": float(there.mean()),
-                "max": float(there.max()),
-                "deviation": float(there.std()),
-                **{key: float(np.quantile(there, q)) for key, q in _QUANTILES.items()},
-            }
+    with np.errstate(over="ignore"):  # squares of what is very large
+        for name, values in collected.metrics.items():
+            there = values[np.isfinite(values)]
+            if there.size:
+                found[name] = _distribution(there)
     return found
+
+
+def _distribution(there: FloatArray) -> dict[str, float | int]:
+    return {
+        "count": int(there.size),
+        "min": float(there.min()),
+        "mean": float(there.mean()),
+        "max": float(there.max()),
+        "deviation": float(there.std()),
+        **{key: float(np.quantile(there, q)) for key, q in _QUANTILES.items()},
+    }
 
 
 def worst_runs(collected: Collected) -> dict[str, list[int]]:
@@ -96,7 +103,7 @@ def worst_runs(collected: Collected) -> dict[str, list[int]]:
     for name, values in collected.metrics.items():
         metric, muscle = parted(name)
         there = np.flatnonzero(~np.isnan(values))
-        if muscle is None and there.size and np.ptp(values[there]) > 0:
+        if muscle is None and there.size and np.any(values[there] != values[there[0]]):
             badness = values[there] if metric.large_is_good else -values[there]
             found[name] = there[np.argsort(badness, kind="stable")][:_WORST].tolist()
     return found
@@ -107,7 +114,8 @@ def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any
 
     A study with the sampler `sensitivity` gives Sobol's indices: `first`, the part of the variance
     that a variation makes alone, and `total`, with all it makes together with others. The others
-    give `rank`, Spearman's rank correlation, from -1 to 1.
+    give `rank`, Spearman's rank correlation, from -1 to 1, and of enough runs `share`: the part of
+    the variance that the variation makes alone, whatever its direction, estimated from groups.
     """
     names = [v.name for v in study.variations if is_searched(v)]
     if study.sampler == "sensitivity" and study.optimise is None:
@@ -145,9 +153,32 @@ def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
                     warnings.simplefilter("ignore")
                     rank = float(stats.spearmanr(inputs[both], values[both]).statistic)
                 ranks[name] = {"rank": rank}
+                if both.sum() >= _ENOUGH:
+                    ranks[name]["share"] = variance_share(inputs[both], values[both])
         if ranks:
             found[metric] = ranks
     return found
+
+
+def variance_share(x: FloatArray, y: FloatArray) -> float:
+    """The part of the variance of y that its mean over groups of equal x makes, from 0 to 1.
+
+    The correlation ratio, adjusted for what as many groups would make of noise; a first-order Sobol
+    index from runs that were made for something else.
+
+    Args:
+        x: A variation, shape (n,); in groups of its neighbours where it has many values.
+        y: A metric, shape (n,).
+    """
+    n = len(x)
+    known = np.unique(x)
+    if len(known) <= _GROUPS:
+        groups = [y[x == value] for value in known]
+    else:
+        groups = np.array_split(y[np.argsort(x, kind="stable")], _GROUPS)
+    between = sum(len(group) * (group.mean() - y.mean()) ** 2 for group in groups)
+    ratio = between / np.sum((y - y.mean()) ** 2)
+    return float(max(0.0, 1.0 - (1.0 - ratio) * (n - 1) / (n - len(groups))))
 
 
 def _number(value: Any) -> float:

@@ -71,6 +71,11 @@ class Optimise:
     seeds: tuple[int, ...]
     constraints: tuple[Constraint, ...]
 
+    @property
+    def most_runs(self) -> int:
+        """How many runs all searches have together, unless one ends early."""
+        return len(self.seeds) * self.generations * self.population
+
 
 @dataclass(frozen=True, slots=True)
 class Box:

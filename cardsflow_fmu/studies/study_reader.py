@@ -29,11 +29,12 @@ from .study import (
     TableKind,
 )
 from .trial import Trial
-from .variation_reader import read_variations
+from .variation_reader import read_variations, require_free_names
 from .variations import Seed, Variation
 
 _MAX_BYTES = 16 * 2**20
 _MOST_RUNS = 1_000_000
+_MOST_POSES = 100_000
 _ENGINES = ("direct", "fmu")
 _TABLES = ("csv", "parquet")
 
@@ -71,6 +72,8 @@ def _study(top: Table) -> Study:
     variations = tuple(read_variations(top, rows, trial))
     optimise = _optimise(top.table("optimise"), variations) if "optimise" in top else None
     sampler, count = _sampling(top, variations, optimise)
+    metrics = _metrics(top, base, optimise)
+    require_free_names(top, variations, metrics)
     study = Study(
         file=top.file,
         experiment=path,
@@ -80,7 +83,7 @@ def _study(top: Table) -> Study:
         variations=variations,
         sampler=sampler,
         count=count,
-        metrics=_metrics(top, base, optimise),
+        metrics=metrics,
         box=_box(top.table("workspace"), base),
         optimise=optimise,
         output=top.file.parent / top.text("output", _results(top.file)),
@@ -189,7 +192,7 @@ def _box(table: Table, base: Experiment) -> Box | None:
     table.close()
     if any(a > b for a, b in zip(box.lower, box.upper, strict=True)):
         raise table.error("lower", "must not be above upper")
-    if not 1 <= box.points ** len(names) <= 100_000:
+    if box.points < 1 or box.points ** len(names) > _MOST_POSES:
         raise table.error("points", f"{box.points} along each axis are too few or too many poses")
     return box
 
@@ -215,6 +218,10 @@ def _optimise(table: Table, variations: Sequence[Variation]) -> Optimise:
         raise table.error("population", f"must be at least 5, not {settings.population}")
     if settings.generations < 1:
         raise table.error("generations", f"must be at least 1, not {settings.generations}")
+    if settings.most_runs > _MOST_RUNS:
+        raise table.error("generations", f"{settings.most_runs} runs; at most {_MOST_RUNS}")
+    if "*" in settings.objective:
+        raise table.error("objective", "must be one metric, without `*`")
     if any(isinstance(v.range, Seed) for v in variations) or all(
         v.is_listed and len(v.listed) == 1 for v in variations
     ):

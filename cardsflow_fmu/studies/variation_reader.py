@@ -17,6 +17,7 @@ from cardsflow_fmu.setting_paths import EVERY_OTHER, indexed, join_path, split_p
 from cardsflow_fmu.tables import Table
 
 from .nominal import nominal_value
+from .table import OWN_COLUMNS
 from .trial import Trial
 from .variations import (
     RELATIVE,
@@ -59,6 +60,25 @@ def read_variations(table: Table, rows: Sequence[Any], trial: Trial) -> list[Var
             raise table.error("vary", f"the {kind} {twice[0]!r} stands there twice")
     _require_order(table, paths)
     return found
+
+
+def require_free_names(
+    table: Table, variations: Sequence[Variation], metrics: Sequence[str]
+) -> None:
+    """Refuse variations that are called as another column of the table is.
+
+    Args:
+        table: The study.
+        variations: Its variations.
+        metrics: Its metrics.
+
+    Raises:
+        InputError: One is.
+    """
+    for variation in variations:
+        if variation.name in (*OWN_COLUMNS, *metrics):
+            what = f"the table has another column {variation.name!r}; give the variation a name"
+            raise table.error("vary", what)
 
 
 def _require_order(table: Table, paths: Sequence[str]) -> None:
