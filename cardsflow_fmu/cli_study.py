@@ -68,7 +68,8 @@ def _study(options: argparse.Namespace) -> int:
         print(summary_text(result.summary), end="")
     else:
         _print(result)
-    return GOOD if result.summary["complete"] else FAILED
+    has_found = study.optimise is None or result.summary["best"] is not None
+    return GOOD if result.summary["complete"] and has_found else FAILED
 
 
 def _only(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ FloatArray = NDArray[np.float64]
 _WORST = 5
 _MOST_ERRORS = 50
 _GROUPS = 10
+_ENOUGH_POINTS = 8  # of Saltelli's design, for Sobol's indices
 _ENOUGH = 5 * _GROUPS  # runs, for a share of the variance
 _QUANTILES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
@@ -127,18 +128,33 @@ def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any
 def _sobol(names: list[str], count: int, collected: Collected) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for metric, values in collected.metrics.items():
-        if not np.isfinite(values).all() or np.ptp(values) == 0:
-            continue
         f = values.reshape(len(names) + 2, count)
-        answers: Any = {"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, np.newaxis, :]}
-        indices = stats.sobol_indices(func=answers, n=count)
-        found[metric] = {
-            name: {"first": float(first), "total": float(total)}
-            for name, first, total in zip(
-                names, np.ravel(indices.first_order), np.ravel(indices.total_order), strict=True
-            )
-        }
+        f = f[:, np.isfinite(f).all(axis=0)]  # a point counts with all its runs, or not at all
+        if f.shape[1] >= _ENOUGH_POINTS and np.ptp(f[:2]) > 0:
+            first, total = sobol_indices(f)
+            found[metric] = {
+                name: {"first": float(a), "total": float(b)}
+                for name, a, b in zip(names, first, total, strict=True)
+            }
     return found
+
+
+def sobol_indices(f: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First-order and total indices, both of shape (d,).
+
+    The estimators are those of A. Saltelli et al., "Variance based sensitivity analysis of model
+    output", Computer Physics Communications, 2010, table 2.
+
+    Args:
+        f: A metric at the points A, at B, and at A with one column of B after another, shape
+            (d + 2, n).
+    """
+    f = f - f[:2].mean()
+    f_A, f_B, f_AB = f[0], f[1], f[2:]
+    variance = f[:2].var()
+    first = np.mean(f_B * (f_AB - f_A), axis=1) / variance
+    total = 0.5 * np.mean((f_A - f_AB) ** 2, axis=1) / variance
+    return first, total
 
 
 def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 from small_studies import small_study
 
 from cardsflow_fmu.studies.execution import summary_text
@@ -19,6 +21,7 @@ from cardsflow_fmu.studies.statistics import (
     collect,
     distributions,
     sensitivities,
+    sobol_indices,
     variance_share,
     worst_runs,
 )
@@ -60,6 +63,28 @@ def test_sobols_indices_of_a_product_have_a_part_that_is_made_together(tmp_path:
     f = sensitivities(study, collected(study, lambda a, b: (a - 1.5) * (b - 1.5)))["force.peak"]
     assert f["a"]["first"] == pytest.approx(0.0, abs=0.05)
     assert f["a"]["total"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_sobols_indices_are_scipys() -> None:
+    f = np.random.default_rng(3).normal(size=(5, 64))
+    f[2:] += f[:1]
+    answers: Any = {"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, np.newaxis, :]}
+    expected = stats.sobol_indices(func=answers, n=64)
+    first, total = sobol_indices(f)
+    assert np.allclose(first, np.ravel(expected.first_order), rtol=1e-12, atol=1e-12)
+    assert np.allclose(total, np.ravel(expected.total_order), rtol=1e-12, atol=1e-12)
+
+
+def test_points_with_a_failed_run_do_not_count(tmp_path: Path) -> None:
+    study = small_study(
+        tmp_path, TWO, "sampler = 'sensitivity'\ncount = 512\nmetrics=['force.peak']"
+    )
+    data = collected(study, lambda a, b: 3.0 * a + b)
+    data.metrics["force.peak"][[7, 600, 1300]] = np.nan
+    found = sensitivities(study, data)["force.peak"]
+    assert found["a"]["first"] == pytest.approx(0.9, abs=0.02)
+    data.metrics["force.peak"][:508] = np.nan
+    assert sensitivities(study, data) == {}
 
 
 def test_ranks_tell_the_direction(tmp_path: Path) -> None:
