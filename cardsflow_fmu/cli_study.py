@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from .studies.execution import Progress, StudyResult
 
 
+_ERRORS = 5
+
+
 def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
     """Add `study`."""
     parser = add_command(
@@ -27,7 +30,7 @@ def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
         "report, and a file a run, so that it can be resumed.",
         "cardsflow study examples/design_study/attachments.toml -j 2",
     )
-    parser.add_argument("study", type=Path, help="a study.toml")
+    parser.add_argument("study", type=Path, help="a study.toml, or its folder")
     parser.add_argument(
         "-j", "--jobs", type=int, metavar="N", help="runs at once; one a core if left out"
     )
@@ -46,11 +49,11 @@ def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
 
 
 def _study(options: argparse.Namespace) -> int:
-    from .studies.execution import run_study
+    from .studies.execution import run_study, summary_text
     from .studies.study import Study
 
     study = Study.load(options.study)
-    if options.only:
+    if options.only is not None:
         return _only(options)
     with _crew(options) as crew, _progress() as progress:
         result = run_study(
@@ -62,10 +65,11 @@ def _study(options: argparse.Namespace) -> int:
             progress=progress,
         )
     if options.json:
-        print(json.dumps(result.summary, indent=1))
+        print(summary_text(result.summary), end="")
     else:
         _print(result)
-    return GOOD
+    has_found = study.optimise is None or result.summary["best"] is not None
+    return GOOD if result.summary["complete"] and has_found else FAILED
 
 
 def _only(options: argparse.Namespace) -> int:
@@ -89,7 +93,8 @@ def _crew(options: argparse.Namespace) -> Iterator[Crew | None]:
 
     from .studies.dask_crew import dask_crew
 
-    with dask_crew(options.dask, options.jobs or os.cpu_count() or 1) as crew:
+    jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
+    with dask_crew(options.dask, jobs) as crew:
         yield crew
 
 
@@ -115,6 +120,8 @@ def _progress() -> Iterator[Progress | None]:
 def _print(result: StudyResult) -> None:
     summary = result.summary
     print(f"{summary['study']}: {summary['runs']} runs, {summary['failed']} failed")
+    for error, count in list(summary["failures"].items())[:_ERRORS]:
+        print(f"  {count} of them: {error}")
     for name, numbers in summary["metrics"].items():
         print(
             f"  {name:<24} median {numbers['median']:.4g}, 5 to 95 % {numbers['p05']:.4g} to "

@@ -341,6 +341,25 @@ _MOTORS = table(
     },
 )
 
+_CHANCE = "chance of a frame on its way, from 0 to 1"
+
+_EMULATOR = table(
+    "What is imperfect about an emulated robot, and its line.",
+    {
+        "motor_lag": number("time constant of the motors, in s", 0.0, least=0),
+        "seed": whole("where noise and faults come from", 0, least=0),
+        "joint_counts": positive("counts a radian or metre of the joints' encoders"),
+        "length_counts": positive("counts a metre of the cables' encoders"),
+        "noise": number("standard deviation of positions, in rad or m", 0.0, least=0),
+        "differences": flag("whether velocities are differences of positions", False),
+        **{key: number(_CHANCE, 0.0, least=0) for key in ("loss", "duplicate", "reorder")},
+        "corrupt": number(_CHANCE, 0.0, least=0),
+        "delay": number("of every frame, in s", 0.0, least=0),
+        "jitter": number("most further delay, in s", 0.0, least=0),
+        "outages": rows(numbers(2, "begin and length, in s"), "when no frame comes through"),
+    },
+)
+
 HARDWARE = table(
     "What can be driven instead of the plant.",
     {
@@ -369,6 +388,7 @@ HARDWARE = table(
         "position_margin": by_name("beyond the joints' limits, in rad or m", of=_FROM_ZERO),
         "start_tolerance": by_name("from the start of the experiment, in rad or m", of=_FROM_ZERO),
         "motors": _MOTORS,
+        "emulator": _EMULATOR,
     },
 )
 

@@ -7,11 +7,13 @@ from typing import Any, cast
 
 from addin_sdfusion.robot import Robot
 
+from .emulator_reader import emulator_data, read_emulator
 from .hardware.settings import (
     COMMAND_KINDS,
     LONGEST_RAMP_DOWN,
     MODES,
     CommandKind,
+    EmulatorSettings,
     HardwareSettings,
     Mode,
     MotorSettings,
@@ -50,6 +52,7 @@ def read_hardware(table: Table, robot: Robot, step: float) -> HardwareSettings:
         approach=table.positive("approach") if "approach" in table else None,
         safety=_safety(table, robot),
         motors=_motors(table.table("motors"), robot),
+        emulator=read_emulator(table.table("emulator")),
     )
     for key in ("key_file", "approach"):
         table.value(key, None)
@@ -66,6 +69,8 @@ def _check(settings: HardwareSettings, table: Table, step: float) -> None:
         raise table.error("watchdog", f"{what}: the device would not keep running")
     if settings.approach is not None:
         table.multiple("approach", settings.approach, step, "run.step")
+    if settings.emulator.faults.any and settings.link.startswith("loopback"):
+        raise table.error("emulator", "frames of loopback: meet no faults; use link = 'emulated:'")
     if settings.safety.tension_max and not settings.has_tensions:
         raise table.error("tension_max", "limits what has_tensions = false says is not measured")
 
@@ -181,6 +186,8 @@ def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
         limits = zip(robot.muscles, getattr(safety, key), strict=False)
         # no number stands for infinity in JSON
         data[key] = {muscle.name: limit for muscle, limit in limits if math.isfinite(limit)}
+    if settings.emulator != EmulatorSettings():
+        data["emulator"] = emulator_data(settings.emulator)
     return data | {"motors": _motor_data(settings.motors)}
 
 

@@ -75,7 +75,7 @@ class Pace:
         self, step: float, realtime: bool, hardware: HardwareSettings | None = None
     ) -> None:
         self._step, self._hardware = step, hardware
-        self._paces_itself = hardware is not None and hardware.is_paced
+        self._paces_itself = hardware is not None and hardware.goes_by_clock
         is_paced = realtime and not self._paces_itself
         self.pacer = Pacer(step) if is_paced else None
         self._conditions = ExitStack()

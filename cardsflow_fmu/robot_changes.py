@@ -30,7 +30,9 @@ KINDS = {
 }
 """The tables of changes, and what is named in them."""
 
-_ALIASES = {"points": "via_points"}
+ALIASES = {"points": "via_points"}
+"""Names of fields in files, where they are others."""
+
 _FIXED = ("name", "motions")  # what other parts, and the order of the coordinates, rest on
 
 
@@ -97,9 +99,9 @@ def _changed(item: Any, table: Table) -> Any:
     fields = dict(known)
     for key in table:
         name, index = indexed(key)
-        name = _ALIASES.get(name, name)
+        name = ALIASES.get(name, name)
         if name not in known:
-            names = [next((a for a, n in _ALIASES.items() if n == k), k) for k in known]
+            names = [next((a for a, n in ALIASES.items() if n == k), k) for k in known]
             raise table.unknown(key, "field", key, names)
         new = _value if index is None else _element
         fields[name] = new(fields[name], table, key)
@@ -130,7 +132,7 @@ def _value(old: Any, table: Table, key: str) -> Any:
         return table.text(key)
     if isinstance(old, tuple) and old and all(isinstance(x, int | float) for x in old):
         return table.numbers(key, len(old))
-    if _is_parameters(old):
+    if is_parameters(old):
         given = table.table(key)
         for name in given:
             if name not in dict(old):
@@ -145,7 +147,7 @@ def _no_way(table: Table, key: str, what: str) -> PathError:
     return PathError(what, file=table.file, key=table.key(key))
 
 
-def _is_parameters(old: Any) -> bool:
+def is_parameters(old: Any) -> bool:
     """Whether a value is pairs of name and number."""
     if not isinstance(old, tuple) or not old:
         return False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,9 @@ def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
     """
     *path, last = split_path(key)
     for part in path:
-        inner = data.setdefault(part, {})
+        inner = _row(data, part, key, file)
+        if inner is None:
+            inner = data.setdefault(part, {})
         if isinstance(inner, int | float) and not isinstance(inner, bool):
             inner = data[part] = {EVERY_OTHER: inner}
         if not isinstance(inner, dict):
@@ -85,3 +87,14 @@ def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
     if index >= len(there):
         raise PathError(f"{name!r} has {len(there)} elements", file=file, key=key)
     there[index] = copy.deepcopy(value)
+
+
+def _row(data: Mapping[str, Any], part: str, key: str, file: Path) -> Any:
+    """The row of an array of tables, for a part such as `objects[0]`; None for other parts."""
+    name, index = indexed(part)
+    rows = data.get(name)
+    if index is None or not isinstance(rows, list):
+        return None
+    if index >= len(rows):
+        raise PathError(f"{name!r} has {len(rows)} elements", file=file, key=key)
+    return rows[index]

@@ -261,7 +261,7 @@ def _prepare(
     driven = with_approach(experiment)
     if through != "fmu":
         return driven, {}
-    names = [_performer(role, experiment) for role in ROLES]
+    names = [performer(role, experiment) for role in ROLES]
     if driven is experiment:
         return driven, _build(experiment, folder, names, **forms)
     names.remove("controller")  # which is the same wherever the robot begins
@@ -271,8 +271,13 @@ def _prepare(
     }
 
 
-def _performer(role: str, experiment: Experiment) -> str:
-    """Whose model plays a role: the hardware's that of the plant, where it is used."""
+def performer(role: str, experiment: Experiment) -> str:
+    """Whose model plays a role: the hardware's that of the plant, where it is used.
+
+    Args:
+        role: One of `ROLES`.
+        experiment: What is run.
+    """
     return HARDWARE if role == "plant" and experiment.hardware.use else role
 
 
@@ -410,7 +415,7 @@ def _participants(
         unpacked = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         participants: dict[str, Participant] = {}
         for role in reversed(ROLES):
-            name = _performer(role, experiment)
+            name = performer(role, experiment)
             model, foreign = MODELS[name], experiment.fmus.get(name)
             participant: Participant
             with environment(experiment.hardware, streamed):

@@ -6,6 +6,7 @@ import importlib.metadata
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -261,9 +262,15 @@ def _speed(recording: Recording, speed: Speed) -> dict[str, Any]:
 
 def versions() -> dict[str, str]:
     """Versions of what took part in a run."""
-    packages = ("numpy", "scipy", "dartpy", "qpsolvers", "daqp", "fmpy")
     return {
         "cardsflow": __version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
-    } | {package: importlib.metadata.version(package) for package in packages}
+    } | dict(_installed())
+
+
+@cache
+def _installed() -> tuple[tuple[str, str], ...]:
+    """Versions of packages; looking for them takes as long as a short run."""
+    packages = ("numpy", "scipy", "dartpy", "qpsolvers", "daqp", "fmpy")
+    return tuple((package, importlib.metadata.version(package)) for package in packages)

@@ -19,22 +19,27 @@ def emulated_device(
     settings: HardwareSettings,
     key: bytes | None = None,
     *,
-    motor_lag: float = 0.0,
+    motor_lag: float | None = None,
     sensors: SensorSettings | None = None,
 ) -> Device:
-    """What answers at `loopback:`, in this process, or at the address of `cardsflow device`.
+    """What answers at `loopback:` and `emulated:`, or at the address of `cardsflow device`.
 
     Args:
         experiment: Whose robot.
         settings: What its motors take, what it measures, its watchdog.
         key: The pre-shared key; None for unsigned frames.
-        motor_lag: Time constant of the motors, in [s].
-        sensors: How good the sensors are; perfect when None.
+        motor_lag: Time constant of the motors, in [s]; that of the settings when None.
+        sensors: How good the sensors are; as in the settings when None.
 
     Raises:
         InputError: A value is out of range.
     """
-    robot = EmulatedRobot.of_experiment(experiment, motor_lag=motor_lag, sensors=sensors)
+    emulator = settings.emulator
+    robot = EmulatedRobot.of_experiment(
+        experiment,
+        motor_lag=emulator.motor_lag if motor_lag is None else motor_lag,
+        sensors=emulator.sensors if sensors is None else sensors,
+    )
     return device_of(robot, settings, key)
 
 

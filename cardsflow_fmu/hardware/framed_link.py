@@ -12,6 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .clock import Clock
 from .errors import HardwareError
 from .frame import Flag, Frame, FrameError, FrameWriter, Keys, Kind, is_newer, pack
 from .hello import ACK_VALUES, HELLO_VALUES, REFUSALS, ErrorCode, Hello, whole
@@ -36,20 +37,25 @@ class FramedLink(ABC):
         uri: The address, for messages.
         key: The pre-shared key; unsigned frames when None.
         timeout: How long `open` waits, in [s].
+        clock: What tells the time at both ends.
 
     Raises:
         InputError: The key is too short.
 
     Attributes:
         uri: The address.
+        clock: What tells the time.
         run_id: Number of the run; 0 before `open`.
         agreed: What the device has agreed to; None before `open`.
         start_state: The device's state when it agreed, shape (states,), in SI units.
         counters: How many frames were sent, received, and dropped for what reason.
     """
 
-    def __init__(self, uri: str, *, key: bytes | None, timeout: float = 2.0) -> None:
+    def __init__(
+        self, uri: str, *, key: bytes | None, timeout: float = 2.0, clock: Clock = time
+    ) -> None:
         self.uri, self._timeout = uri, timeout
+        self.clock = clock
         self.run_id = 0
         self.agreed: Hello | None = None
         self.start_state: FloatArray = np.zeros(0)
@@ -84,7 +90,7 @@ class FramedLink(ABC):
         What has already come is given out even when the deadline has passed.
 
         Args:
-            deadline: On the clock of `time.monotonic`, in [s].
+            deadline: On the link's clock, in [s].
         """
 
     def open(self, hello: Hello) -> None:
@@ -100,14 +106,14 @@ class FramedLink(ABC):
     def _agree(self, hello: Hello) -> None:
         """Say hello until the device agrees."""
         run_id = secrets.randbelow(0xFFFFFFFF) + 1
-        end = time.monotonic() + self._timeout
+        end = self.clock.monotonic() + self._timeout
         busy = False
-        while time.monotonic() < end:
+        while self.clock.monotonic() < end:
             flags = _LOCKSTEP if hello.lockstep else 0
-            sent = time.monotonic_ns()
+            sent = self.clock.monotonic_ns()
             frame = Frame(Kind.HELLO, flags, run_id, 0, 0.0, sent, 0, hello.values())
             self._send(pack(frame, self._pre_shared.pre_shared))
-            until = min(time.monotonic() + _HELLO_EVERY, end)
+            until = min(self.clock.monotonic() + _HELLO_EVERY, end)
             while (answer := self._next(self._pre_shared, run_id, until)) is not None:
                 if answer.kind is Kind.HELLO_ACK:
                     self._begin(hello, answer)
@@ -168,11 +174,13 @@ class FramedLink(ABC):
         sent = self._set_point(t, command, agreed)
         self._send(sent)
         newest: Frame | None = None
-        until = min(deadline, time.monotonic() + _REPEAT_EVERY) if agreed.lockstep else deadline
+        until = (
+            min(deadline, self.clock.monotonic() + _REPEAT_EVERY) if agreed.lockstep else deadline
+        )
         for _ in range(_MOST_FRAMES):
             frame = self._next(self._keys, self.run_id, until)
             if frame is None:
-                now = time.monotonic()
+                now = self.clock.monotonic()
                 if now >= deadline:
                     break
                 self._send(sent)
@@ -189,7 +197,7 @@ class FramedLink(ABC):
         writer.values[:] = command if agreed.scale == 1.0 else command / agreed.scale
         flags = _LOCKSTEP if agreed.lockstep else 0
         key = self._keys.of(Kind.SETPOINT)
-        now = time.monotonic_ns()
+        now = self.clock.monotonic_ns()
         return writer.pack(Kind.SETPOINT, flags, self.run_id, self._seq, t, now, 0, key)
 
     def _is_news(self, frame: Frame, agreed: Hello) -> bool:
@@ -200,11 +208,11 @@ class FramedLink(ABC):
         if not is_newer(frame.seq, self._newest_seq) or is_newer(frame.seq, self._seq):
             self.counters["stale"] += 1
             return False
-        self._newest_seq, self._newest_at = frame.seq, time.monotonic()
+        self._newest_seq, self._newest_at = frame.seq, self.clock.monotonic()
         return True
 
     def _outcome(self, newest: Frame | None, agreed: Hello) -> Exchange:
-        age = time.monotonic() - self._newest_at
+        age = self.clock.monotonic() - self._newest_at
         if newest is None:
             self.counters["missed"] += 1
             return Exchange(None, self._newest_seq, age, math.nan, 0)
@@ -237,10 +245,10 @@ class FramedLink(ABC):
         self._moving = False
         key = self._keys.of(Kind.STOP)
         for _ in range(_STOPS):
-            sent = time.monotonic_ns()
+            sent = self.clock.monotonic_ns()
             frame = Frame(Kind.STOP, 0, self.run_id, self._seq, 0.0, sent, 0, ())
             self._send(pack(frame, key))
-            until = time.monotonic() + _STOP_EVERY
+            until = self.clock.monotonic() + _STOP_EVERY
             while (answer := self._next(self._keys, self.run_id, until)) is not None:
                 if answer.kind is Kind.STOPPED:
                     return True

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
 
+from .clock import Clock
+from .faults import Faults
 from .hello import Hello as Hello
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-FORMS = "udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback:"
+FORMS = "udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback:, emulated:"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +51,10 @@ class HardwareLink(Protocol):
         agreed: What the device has agreed to; None before `open`.
         start_state: The device's state when it agreed, shape (states,), in SI units.
         counters: How many frames were sent, received, and dropped for what reason.
+        clock: What tells the time.
     """
 
+    clock: Clock
     run_id: int
     agreed: Hello | None
     start_state: FloatArray
@@ -72,7 +76,7 @@ class HardwareLink(Protocol):
         Args:
             t: Time of the run, in [s].
             command: Shape (commands,), in SI units.
-            deadline: Until when to wait, on the clock of `time.monotonic`, in [s].
+            deadline: Until when to wait, on the link's clock, in [s].
         """
 
     def stop(self) -> bool:
@@ -88,14 +92,16 @@ def open_link(
     key: bytes | None = None,
     bind: str = "",
     loopback: Callable[[], Device] | None = None,
+    faults: Faults | None = None,
 ) -> HardwareLink:
     """The link of an address; its `open` is the first to speak to the device.
 
     Args:
-        uri: udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000 or loopback:
+        uri: udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback: or emulated:
         key: The pre-shared key that frames are signed with; unsigned when None.
         bind: Address of this machine to send from; found by the device's when empty.
-        loopback: Makes the device of loopback:
+        loopback: Makes the device of loopback: and emulated:
+        faults: What happens to frames of emulated: on their way; nothing when None.
 
     Raises:
         InputError: The address cannot be understood.
@@ -115,4 +121,10 @@ def open_link(
         if loopback is None:
             raise InputError("loopback: needs a device in this process; here is none")
         return LoopbackLink(loopback, key=key)
+    if scheme == "emulated":
+        from .emulated_link import EmulatedLink, EmulatedWorld
+
+        if loopback is None:
+            raise InputError("emulated: needs a device in this process; here is none")
+        return EmulatedLink(EmulatedWorld(loopback(), faults or Faults()), key=key)
     raise InputError(f"no hardware at {uri!r}: an address is one of {FORMS}")

@@ -88,10 +88,11 @@ def session_of(experiment: Experiment) -> HardwareSession:
         key=key,
         bind=settings.bind,
         loopback=lambda: emulated_device(experiment, settings, key),
+        faults=settings.emulator.faults,
     )
     file = os.environ.get(RECORDING)
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
-    return HardwareSession(robot, settings, link, hello, make_recorder)
+    return HardwareSession(robot, settings, link, hello, make_recorder, link.clock)
 
 
 def measured_start(experiment: Experiment) -> tuple[float, ...]:

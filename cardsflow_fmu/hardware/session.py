@@ -13,6 +13,7 @@ from addin_sdfusion.robot import CardsflowError, Robot
 from cardsflow_fmu.interruption import ignoring_interrupts
 from sim_dart import MusclePaths
 
+from .clock import Clock
 from .errors import HardwareError
 from .frame import Flag
 from .holding import holding_forces
@@ -42,6 +43,7 @@ class HardwareSession:
         link: The way to it; not open yet.
         hello: What is to be agreed with it.
         make_recorder: Makes what takes every exchange, once the link is open; nothing when None.
+        clock: What tells the time at both ends of the link.
 
     Attributes:
         state: The newest state, shape (states,); q, qd, lengths and tensions are parts of it.
@@ -62,6 +64,7 @@ class HardwareSession:
         link: HardwareLink,
         hello: Hello,
         make_recorder: Callable[[], Recorder] | None = None,
+        clock: Clock = time,
     ) -> None:
         n, m = len(robot.coordinates), len(robot.muscles)
         self._robot = robot
@@ -71,7 +74,8 @@ class HardwareSession:
         self._guard = Guard(robot, settings.safety)
         self._motors = MotorMap(settings.motors, [muscle.name for muscle in robot.muscles])
         self._paths = MusclePaths(robot)
-        self._pacer = Pacer(hello.step)
+        self._clock = clock
+        self._pacer = Pacer(hello.step, clock=clock.monotonic, sleep=clock.sleep)
         self._priority = ExitStack()
         self.state: FloatArray = np.zeros(hello.states)
         lengths = m if settings.has_lengths else 0
@@ -97,7 +101,7 @@ class HardwareSession:
             InputError: The recording cannot be written.
         """
         self._link.open(self._hello)
-        self._opened = time.monotonic()
+        self._opened = self._clock.monotonic()
         self._take(self._link.start_state)
         self._rest = holding_forces(self._robot, self.q)
         if self._make_recorder is not None:
@@ -159,14 +163,14 @@ class HardwareSession:
     def _start(self, t: float) -> None:
         self._guard.start(t, self._rest)
         self._motors.calibrate(self.lengths, self._rates(), self._guard.forces)
-        if self._settings.is_paced:
+        if self._settings.goes_by_clock:
             self._priority.enter_context(real_time_priority())
         self.mode = RUNNING
 
     def _deadline(self) -> float:
         """Until when an answer is waited for, on the monotonic clock."""
         patience = _ANSWER * self.step if self._settings.is_paced else self._settings.timeout
-        return time.monotonic() + patience
+        return self._clock.monotonic() + patience
 
     def _send(self, t: float, forces: FloatArray, deadline: float) -> Exchange:
         command = self._motors.commands(
@@ -185,7 +189,7 @@ class HardwareSession:
         Raises:
             HardwareError: It cannot.
         """
-        self.age = min(came.age, time.monotonic() - self._opened)
+        self.age = min(came.age, self._clock.monotonic() - self._opened)
         if not np.isnan(came.round_trip):
             self.round_trip = came.round_trip
         if came.state is not None and came.device_flags & Flag.FAULT:
@@ -211,7 +215,7 @@ class HardwareSession:
     def _ramp_down(self) -> None:
         """Give forces that fall to f_min, for as long as a run would go on, too."""
         patience = self._settings.max_missed if self._settings.is_paced else 0
-        end = time.monotonic() + self._settings.safety.ramp_down + _SPARE
+        end = self._clock.monotonic() + self._settings.safety.ramp_down + _SPARE
         t, lost = self._time, 0
         with suppress(CardsflowError, OSError):
             for forces in self._guard.ramp_down(self.step):
@@ -220,7 +224,7 @@ class HardwareSession:
                     self._pacer.wait(t)
                 came = self._send(t, forces, min(self._deadline(), end))
                 lost = 0 if came.state is not None else lost + 1
-                if lost > patience or time.monotonic() > end:
+                if lost > patience or self._clock.monotonic() > end:
                     return
 
     def _close(self) -> None:

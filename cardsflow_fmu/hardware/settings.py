@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
+from .faults import Faults
+from .sensors import SensorSettings
+
 CommandKind = Literal["force", "length", "velocity"]
 COMMAND_KINDS: tuple[CommandKind, ...] = get_args(CommandKind)
 
@@ -63,6 +66,21 @@ class SafetySettings:
 
 
 @dataclass(frozen=True, slots=True)
+class EmulatorSettings:
+    """What is imperfect about an emulated robot at `emulated:` or `loopback:`, and its line.
+
+    Attributes:
+        motor_lag: Time constant of the motors, in [s].
+        sensors: How good the sensors are.
+        faults: What happens to frames of `emulated:` on their way.
+    """
+
+    motor_lag: float = 0.0
+    sensors: SensorSettings = field(default_factory=SensorSettings)
+    faults: Faults = field(default_factory=Faults)
+
+
+@dataclass(frozen=True, slots=True)
 class HardwareSettings:
     """The hardware of an experiment.
 
@@ -82,6 +100,7 @@ class HardwareSettings:
             None to refuse to start far from there.
         safety: What is kept from the hardware.
         motors: What the motors take.
+        emulator: What is imperfect about an emulated robot.
     """
 
     link: str = ""
@@ -98,11 +117,22 @@ class HardwareSettings:
     approach: float | None = None
     safety: SafetySettings = field(default_factory=SafetySettings)
     motors: MotorSettings = field(default_factory=MotorSettings)
+    emulator: EmulatorSettings = field(default_factory=EmulatorSettings)
+
+    @property
+    def is_emulated(self) -> bool:
+        """Whether it is a computed robot, in a time of its own."""
+        return self.link.partition(":")[0] == "emulated"
 
     @property
     def is_paced(self) -> bool:
-        """Whether the hardware goes by the clock."""
+        """Whether the hardware goes on by itself, by its clock."""
         return self.mode == "realtime"
+
+    @property
+    def goes_by_clock(self) -> bool:
+        """Whether runs with the hardware take as long as they are."""
+        return self.is_paced and not self.is_emulated
 
     def states(self, coordinates: int, muscles: int) -> int:
         """Number of values of a state: q, qd, and what is measured of l and tension."""

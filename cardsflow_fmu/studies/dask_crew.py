@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,7 +12,7 @@ from addin_sdfusion.robot import InputError
 from .crew import GivenCrew
 
 LOCAL = "local"
-_PATIENCE = "10s"
+_PATIENCE = 10.0
 
 
 @contextlib.contextmanager
@@ -25,7 +26,7 @@ def dask_crew(address: str, jobs: int) -> Iterator[GivenCrew]:
         jobs: How many workers a cluster of its own has.
 
     Raises:
-        InputError: Dask is not installed, or nobody answers there.
+        InputError: Dask is not installed, nobody answers there, or no number of workers.
     """
     try:
         import distributed
@@ -33,6 +34,10 @@ def dask_crew(address: str, jobs: int) -> Iterator[GivenCrew]:
         what = "needs Dask: pip install 'cardsflow[sweep]'"
         raise InputError(what, key="--dask") from None
     dask: Any = distributed
+    if jobs < 1:
+        raise InputError(f"must be at least 1, not {jobs}", key="jobs")
+    if address != LOCAL:
+        _require_answer(address)
     with contextlib.ExitStack() as stack:
         target: Any = address
         if address == LOCAL:
@@ -54,3 +59,17 @@ def dask_crew(address: str, jobs: int) -> Iterator[GivenCrew]:
         workers = sum(client.nthreads().values()) or 1
         executor = stack.enter_context(client.get_executor(pure=False))
         yield GivenCrew(executor, workers, attempts=2)
+
+
+def _require_answer(address: str) -> None:
+    """Refuse an address where nobody listens: Dask's own client gives up late, and loudly."""
+    _, _, place = address.rpartition("://")
+    host, _, port = place.rstrip("/").rpartition(":")
+    if not host or not port.isdigit() or not 0 < int(port) < 65536:
+        what = f"no Dask scheduler at {address}: an address is tcp://HOST:PORT, or {LOCAL!r}"
+        raise InputError(what, key="--dask")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE).close()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
+import string
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -13,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, InputError, UnknownNameError
+from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment import Experiment
 from cardsflow_fmu.interruption import INTERRUPTED
@@ -120,16 +122,19 @@ def only_run(study: Study, beginning: str, output: str | Path | None = None) -> 
         The command that does the run with all files, and what came of it.
 
     Raises:
-        UnknownNameError: There is no such run.
+        InputError: There is no such run.
     """
     files = RunFiles(Path(output or study.output))
+    if not set(beginning) <= set(string.hexdigits) or not beginning:
+        raise InputError(f"must be the begin of a run's hash, not {beginning!r}", key="--only")
     work = _Work(study, files, None)
     runs = () if study.optimise else expand(study, work.fingerprint)
     run = next((run for run in runs if run.hash.startswith(beginning)), None)
     if run is None:
         there = files.settings(beginning)
         if not there:
-            raise UnknownNameError("run", beginning, [], file=study.file, key="--only")
+            what = f"no run has a hash that begins with {beginning!r}; the table lists them"
+            raise InputError(what, file=study.file, key="--only")
         run = Run(0, {}, there[0], beginning)
     return rerun_command(study, run), do_run(work.job, run.settings)
 
@@ -151,12 +156,7 @@ class _Work:
             study.box,
             files.folder.resolve() / "fmus",
         )
-        settings = study.optimise
-        self.total = (
-            run_count(study)
-            if settings is None
-            else len(settings.seeds) * settings.generations * settings.population
-        )
+        self.total = run_count(study) if study.optimise is None else study.optimise.most_runs
         self.done = self._failed = 0
 
     def sampled(self, crew: Crew) -> None:
@@ -250,7 +250,7 @@ def _finished(study: Study, work: _Work, search: Search | None) -> StudyResult:
     texts: dict[str, str | bytes] = {
         "table.units.json": units_text(columns, units),
         "report.html": report_page(study, summary, collected, units, history),
-        "summary.json": json.dumps(summary, indent=1) + "\n",
+        "summary.json": summary_text(summary),
     }
     try:
         written = write_files(folder, texts)
@@ -259,6 +259,23 @@ def _finished(study: Study, work: _Work, search: Search | None) -> StudyResult:
     files = {path.name: path for path in written}
     files |= {f"table.{kind}": folder / f"table.{kind}" for kind in study.tables}
     return StudyResult(folder, summary, rows, files)
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """A summary as JSON, which knows no infinity: null stands for it.
+
+    Args:
+        summary: Of a study.
+    """
+    return json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
@@ -274,6 +291,7 @@ def _summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
         "runs": len(collected.hashes),
         "complete": complete,
         "failed": len(collected.hashes) - complete,
+        "failures": collected.failures,
         "overhead_s": float(np.median(collected.overheads or [0.0])),
         "metrics": distributions(collected),
         "worst": {

@@ -53,7 +53,7 @@ def experiment_digest(experiment: Experiment) -> str:
 
 def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
     """The experiment as it travels in FMUs."""
-    for name, source in sorted(experiment.resources().items()):
+    for name, source in sorted(experiment.resources(with_hardware=True).items()):
         yield name, source if isinstance(source, bytes) else source.read_bytes()
 
 

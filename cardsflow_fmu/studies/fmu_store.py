@@ -11,7 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.simulation import MODELS, PreparedFmu, build
+from cardsflow_fmu.foreign_fmu import ROLES
+from cardsflow_fmu.simulation import MODELS, PreparedFmu, build, performer
 
 UNPACKED = "unpacked_"
 """What the folders begin with that FMUs are unpacked into."""
@@ -45,9 +46,14 @@ def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dic
             _kept[digest] / name,
             _start_values(name, built, experiment),
         )
-        for name in MODELS
-        if name not in experiment.fmus
+        for name in _names(experiment)
     }
+
+
+def _names(experiment: Experiment) -> list[str]:
+    """Of the FMUs that a run is made of, and that are not of others."""
+    names = (performer(role, experiment) for role in ROLES)
+    return [name for name in names if name not in experiment.fmus]
 
 
 def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
@@ -57,6 +63,8 @@ def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
         base: Whose values.
         experiment: Everything else.
     """
+    if experiment.hardware.use:  # an emulated robot has no parameters but its files
+        return experiment
     controller, plant, robot = experiment.controller, experiment.plant, experiment.robot
     same_gains = len(base.controller.kp) == len(controller.kp)
     muscles = {muscle.name: muscle for muscle in base.robot.muscles}
@@ -94,7 +102,8 @@ def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[
 def _digest(experiment: Experiment) -> str:
     """The hash of what the FMUs carry."""
     digest = hashlib.sha256()
-    for name, source in sorted(experiment.resources().items()):
+    resources = experiment.resources(with_hardware=experiment.hardware.use)
+    for name, source in sorted(resources.items()):
         content = source if isinstance(source, bytes) else source.read_bytes()
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
@@ -107,7 +116,7 @@ def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
     folder = Path(tempfile.mkdtemp(dir=shared if there else None, prefix=UNPACKED))
     if not there:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    files = [shared / f"{name}.fmu" for name in MODELS if name not in experiment.fmus]
+    files = [shared / f"{name}.fmu" for name in _names(experiment)]
     if is_base and all(file.is_file() for file in files):
         for file in files:
             shutil.copy(file, folder)

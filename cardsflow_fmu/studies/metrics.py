@@ -161,6 +161,11 @@ def _infeasible(result: Result, box: Box | None, muscle: str | None) -> float:
     return math.nan if count is None else count
 
 
+def _missed(result: Result, box: Box | None, muscle: str | None) -> float:
+    """Exchanges with an emulated robot that brought no new state."""
+    return float(result["missed"][-1]) if "missed" in result.names else math.nan
+
+
 def _margin(bound: str) -> Callable[[Result, Box | None, str | None], float]:
     """How far forces stay from a bound, in [N]."""
 
@@ -260,6 +265,7 @@ METRICS: Mapping[str, Metric] = {
     ),
     "energy": Metric("J", "Work of the muscles, both ways", _energy, is_per_muscle=True),
     "infeasible_ticks": Metric("", "Ticks without a force that fits", _infeasible),
+    "missed": Metric("", "Exchanges with the robot without an answer", _missed),
     "stiffness.min": Metric(
         "N.m/rad", "Smallest joint stiffness, forces held", _stiffness, large_is_good=True
     ),

@@ -22,6 +22,8 @@ _STYLE: Any = {
     "svg.hashsalt": "cardsflow",
 }
 _MOST_BINS = 40
+_NARROWEST = 1e-9  # part of the values that a histogram is wide at least
+_TINY = 1e-100
 
 
 def histogram(name: str, unit: str, values: FloatArray) -> str:
@@ -30,17 +32,24 @@ def histogram(name: str, unit: str, values: FloatArray) -> str:
     Args:
         name: Of the metric.
         unit: Its unit.
-        values: Finite, at least one.
+        values: Finite, at least one, and none so large that axes cannot have it.
     """
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(4.2, 2.4), layout="constrained")
         axes = figure.subplots()
         bins = min(_MOST_BINS, max(5, int(np.sqrt(len(values)))))
-        axes.hist(values, bins=bins, color="#1f77b4")
+        axes.hist(values, bins=bins, range=_range(values), color="#1f77b4")
         axes.axvline(float(np.median(values)), color="black", linewidth=1.0, linestyle=":")
         axes.set_xlabel(f"{name} [{unit or '-'}]")
         axes.set_ylabel("runs")
         return _svg(figure)
+
+
+def _range(values: FloatArray) -> tuple[float, float]:
+    """From the least to the largest; wider where bins would be as narrow as rounding."""
+    low, high = float(values.min()), float(values.max())
+    least = max(_NARROWEST * max(abs(low), abs(high)), _TINY)
+    return (low, high) if high - low >= least else (low - least, high + least)
 
 
 def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> str:
@@ -48,16 +57,16 @@ def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> s
 
     Args:
         metric: Name of the metric.
-        parts: By the name of the variation, `first` and `total`, or `rank`.
+        parts: By the name of the variation, `first` and `total`, or `rank` and `share`.
     """
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(6.0, 0.9 + 0.28 * len(parts)), layout="constrained")
         axes = figure.subplots()
         places = np.arange(len(parts))
-        kinds = list(next(iter(parts.values())))
+        kinds = list(dict.fromkeys(kind for part in parts.values() for kind in part))
         for k, kind in enumerate(kinds):
             height = 0.8 / len(kinds)
-            values = [part[kind] for part in parts.values()]
+            values = [part.get(kind, 0.0) for part in parts.values()]
             axes.barh(places + k * height, values, height=height, label=kind)
         axes.set_yticks(places + 0.4 - 0.4 / len(kinds), list(parts))
         axes.invert_yaxis()

@@ -10,6 +10,7 @@ import numpy as np
 
 from .metrics import parted
 from .plots import histogram, search_history, sensitivity_bars
+from .rerun import only_command
 from .statistics import Collected
 from .study import Study
 
@@ -17,8 +18,10 @@ _STYLE = """body{font:14px/1.45 sans-serif;max-width:70em;margin:2em auto;paddin
 table{border-collapse:collapse}
 td,th{padding:.15em .7em;border-bottom:1px solid #ddd;text-align:right}
 td:first-child,th:first-child,td.text{text-align:left}code{font-size:12px;word-break:break-all}
-td code{display:block;text-align:left}"""
+td code{text-align:left}td{white-space:nowrap}details code{white-space:normal}
+summary{text-align:left}"""
 
+_LARGEST = 1e100  # beyond this nothing is drawn: its axes could not hold it
 _SHOWN = ("count", "min", "p05", "median", "mean", "p95", "max", "deviation")
 
 
@@ -44,7 +47,7 @@ def report_page(
         *_best(study, summary, units, history),
         *_distributions(summary, units),
         *_histograms(collected, units),
-        *_worst(summary, units),
+        *_worst(study, summary, units),
         *_sensitivity(summary),
         *_failures(collected),
     ]
@@ -98,28 +101,33 @@ def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iter
 
 def _histograms(collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
     for name, values in collected.metrics.items():
-        there = values[np.isfinite(values)]
+        there = values[np.abs(values) < _LARGEST]
         if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
             yield histogram(name, units[name], there)
 
 
-def _worst(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterable[str]:
+def _worst(study: Study, summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterable[str]:
     if summary["worst"]:
         yield "<h2>Worst cases</h2>"
+        yield "<p>A command prints the run's metrics; the one behind it writes its files.</p>"
     for name, cases in summary["worst"].items():
         yield f"<h3>{escape(name)}</h3>"
         rows = [
-            (str(c["run"]), c["hash"], f"{c['value']:.6g} {units[name]}", c["command"])
+            (
+                str(c["run"]),
+                f"{c['value']:.6g} {units[name]}",
+                f"{only_command(study, c['hash'])}\n{c['command']}",
+            )
             for c in cases
         ]
-        yield _table(("run", "hash", "value", "again"), rows)
+        yield _table(("run", "value", "again"), rows)
 
 
 def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
     found = {n: p for n, p in summary["sensitivity"].items() if parted(n)[1] is None}
     if found:
         kinds = next(iter(next(iter(found.values())).values()))
-        what = "Sobol's indices" if "first" in kinds else "rank correlations"
+        what = "Sobol's indices" if "first" in kinds else "rank correlations, shares of variance"
         yield f"<h2>Sensitivity: {what}</h2>"
     for name, parts in found.items():
         yield sensitivity_bars(name, parts)
@@ -145,4 +153,11 @@ def _table(names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def _escaped(cell: str) -> str:
-    return f"<code>{escape(cell)}</code>" if cell.startswith("cardsflow ") else escape(cell)
+    """A cell; of two commands the second is folded away behind the first."""
+    if not cell.startswith("cardsflow "):
+        return escape(cell)
+    first, _, second = cell.partition("\n")
+    code = f"<code>{escape(first)}</code>"
+    if not second:
+        return code
+    return f"<details><summary>{code}</summary><code>{escape(second)}</code></details>"

@@ -26,6 +26,16 @@ def rerun_command(study: Study, run: Run) -> str:
     return shlex.join([*words, "-o", f"run_{run.hash[:8]}"])
 
 
+def only_command(study: Study, run_hash: str) -> str:
+    """A `cardsflow study` that does one run of a sampling, and prints its metrics.
+
+    Args:
+        study: The study.
+        run_hash: The hash of the run.
+    """
+    return shlex.join(["cardsflow", "study", str(study.file), "--only", run_hash[:8]])
+
+
 def toml_value(value: Any) -> str:
     """A value as TOML has it, in one line; numbers such that they read back exactly."""
     if isinstance(value, Mapping):

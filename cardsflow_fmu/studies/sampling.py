@@ -76,7 +76,7 @@ def make_run(study: Study, fingerprint: str, index: int, values: Sequence[Any]) 
     for variation, value in zip(study.variations, values, strict=True):
         own = run_seed(study.seed, index) if variation.is_seed else value
         named[variation.name] = own
-        settings |= dict.fromkeys(variation.paths, own)
+        settings |= variation.settings(own)
     text = json.dumps([fingerprint, settings], sort_keys=True)
     return Run(index, named, settings, hashlib.sha256(text.encode()).hexdigest()[:24])
 

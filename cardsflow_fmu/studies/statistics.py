@@ -21,6 +21,9 @@ FloatArray = NDArray[np.float64]
 
 _WORST = 5
 _MOST_ERRORS = 50
+_GROUPS = 10
+_ENOUGH_POINTS = 8  # of Saltelli's design, for Sobol's indices
+_ENOUGH = 5 * _GROUPS  # runs, for a share of the variance
 _QUANTILES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
@@ -73,18 +76,23 @@ def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
 def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
     """How every metric is distributed over the runs that have it."""
     found: dict[str, dict[str, float | int]] = {}
-    for name, values in collected.metrics.items():
-        there = values[np.isfinite(values)]
-        if there.size:
-            found[name] = {
-                "count": int(there.size),
-                "min": float(there.min()),
-                "mean": float(there.mean()),
-                "max": float(there.max()),
-                "deviation": float(there.std()),
-                **{key: float(np.quantile(there, q)) for key, q in _QUANTILES.items()},
-            }
+    with np.errstate(over="ignore"):  # squares of what is very large
+        for name, values in collected.metrics.items():
+            there = values[np.isfinite(values)]
+            if there.size:
+                found[name] = _distribution(there)
     return found
+
+
+def _distribution(there: FloatArray) -> dict[str, float | int]:
+    return {
+        "count": int(there.size),
+        "min": float(there.min()),
+        "mean": float(there.mean()),
+        "max": float(there.max()),
+        "deviation": float(there.std()),
+        **{key: float(np.quantile(there, q)) for key, q in _QUANTILES.items()},
+    }
 
 
 def worst_runs(collected: Collected) -> dict[str, list[int]]:
@@ -96,7 +104,7 @@ def worst_runs(collected: Collected) -> dict[str, list[int]]:
     for name, values in collected.metrics.items():
         metric, muscle = parted(name)
         there = np.flatnonzero(~np.isnan(values))
-        if muscle is None and there.size and np.ptp(values[there]) > 0:
+        if muscle is None and there.size and np.any(values[there] != values[there[0]]):
             badness = values[there] if metric.large_is_good else -values[there]
             found[name] = there[np.argsort(badness, kind="stable")][:_WORST].tolist()
     return found
@@ -107,7 +115,8 @@ def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any
 
     A study with the sampler `sensitivity` gives Sobol's indices: `first`, the part of the variance
     that a variation makes alone, and `total`, with all it makes together with others. The others
-    give `rank`, Spearman's rank correlation, from -1 to 1.
+    give `rank`, Spearman's rank correlation, from -1 to 1, and of enough runs `share`: the part of
+    the variance that the variation makes alone, whatever its direction, estimated from groups.
     """
     names = [v.name for v in study.variations if is_searched(v)]
     if study.sampler == "sensitivity" and study.optimise is None:
@@ -119,18 +128,33 @@ def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any
 def _sobol(names: list[str], count: int, collected: Collected) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for metric, values in collected.metrics.items():
-        if not np.isfinite(values).all() or np.ptp(values) == 0:
-            continue
         f = values.reshape(len(names) + 2, count)
-        answers: Any = {"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, np.newaxis, :]}
-        indices = stats.sobol_indices(func=answers, n=count)
-        found[metric] = {
-            name: {"first": float(first), "total": float(total)}
-            for name, first, total in zip(
-                names, np.ravel(indices.first_order), np.ravel(indices.total_order), strict=True
-            )
-        }
+        f = f[:, np.isfinite(f).all(axis=0)]  # a point counts with all its runs, or not at all
+        if f.shape[1] >= _ENOUGH_POINTS and np.ptp(f[:2]) > 0:
+            first, total = sobol_indices(f)
+            found[metric] = {
+                name: {"first": float(a), "total": float(b)}
+                for name, a, b in zip(names, first, total, strict=True)
+            }
     return found
+
+
+def sobol_indices(f: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First-order and total indices, both of shape (d,).
+
+    The estimators are those of A. Saltelli et al., "Variance based sensitivity analysis of model
+    output", Computer Physics Communications, 2010, table 2.
+
+    Args:
+        f: A metric at the points A, at B, and at A with one column of B after another, shape
+            (d + 2, n).
+    """
+    f = f - f[:2].mean()
+    f_A, f_B, f_AB = f[0], f[1], f[2:]
+    variance = f[:2].var()
+    first = np.mean(f_B * (f_AB - f_A), axis=1) / variance
+    total = 0.5 * np.mean((f_A - f_AB) ** 2, axis=1) / variance
+    return first, total
 
 
 def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
@@ -145,9 +169,32 @@ def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
                     warnings.simplefilter("ignore")
                     rank = float(stats.spearmanr(inputs[both], values[both]).statistic)
                 ranks[name] = {"rank": rank}
+                if both.sum() >= _ENOUGH:
+                    ranks[name]["share"] = variance_share(inputs[both], values[both])
         if ranks:
             found[metric] = ranks
     return found
+
+
+def variance_share(x: FloatArray, y: FloatArray) -> float:
+    """The part of the variance of y that its mean over groups of equal x makes, from 0 to 1.
+
+    The correlation ratio, adjusted for what as many groups would make of noise; a first-order Sobol
+    index from runs that were made for something else.
+
+    Args:
+        x: A variation, shape (n,); in groups of its neighbours where it has many values.
+        y: A metric, shape (n,).
+    """
+    n = len(x)
+    known = np.unique(x)
+    if len(known) <= _GROUPS:
+        groups = [y[x == value] for value in known]
+    else:
+        groups = np.array_split(y[np.argsort(x, kind="stable")], _GROUPS)
+    between = sum(len(group) * (group.mean() - y.mean()) ** 2 for group in groups)
+    ratio = between / np.sum((y - y.mean()) ** 2)
+    return float(max(0.0, 1.0 - (1.0 - ratio) * (n - 1) / (n - len(groups))))
 
 
 def _number(value: Any) -> float:

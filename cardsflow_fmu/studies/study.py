@@ -25,6 +25,10 @@ SAMPLERS: tuple[Sampler, ...] = (
 METHODS: tuple[Method, ...] = ("differential_evolution", "cma_es")
 
 
+STUDY_FILE = Path("study.toml")
+"""What a study is called that has a folder to itself."""
+
+
 @dataclass(frozen=True, slots=True)
 class Constraint:
     """What a robot must meet to count.
@@ -66,6 +70,11 @@ class Optimise:
     generations: int
     seeds: tuple[int, ...]
     constraints: tuple[Constraint, ...]
+
+    @property
+    def most_runs(self) -> int:
+        """How many runs all searches have together, unless one ends early."""
+        return len(self.seeds) * self.generations * self.population
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,15 +128,16 @@ class Study:
 
     @property
     def name(self) -> str:
-        """Name of its file, without the ending."""
-        return self.file.stem
+        """Name of its file, without the ending; that of its folder for a study.toml."""
+        own = self.file.stem
+        return self.file.resolve().parent.name if own == STUDY_FILE.stem else own
 
     @staticmethod
     def load(path: str | Path) -> Study:
         """Read a study.
 
         Args:
-            path: A study.toml.
+            path: A study.toml, or the folder that holds one.
 
         Raises:
             InputError: Something in it, or in its experiment, is wrong; file and key are named.

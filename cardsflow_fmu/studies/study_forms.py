@@ -21,6 +21,7 @@ from cardsflow_fmu.forms import (
 )
 
 from .study import METHODS, SAMPLERS, Engine
+from .variations import RELATIVE
 
 ENGINES = get_args(Engine)
 TABLES = ("csv", "parquet")
@@ -47,6 +48,7 @@ _VARIATION = table(
         ),
         "name": text("in tables and figures; the path when left out"),
         "together": flag("whether all names that * stands for take the same value", False),
+        "relative": choice("values are relative to what the experiment has", RELATIVE),
         **_WAYS,
     },
     ["path"],

@@ -19,6 +19,7 @@ from .metrics import DEFAULT_METRICS, spelled_out
 from .study import (
     METHODS,
     SAMPLERS,
+    STUDY_FILE,
     Box,
     Constraint,
     Engine,
@@ -30,24 +31,25 @@ from .study import (
 )
 from .study_forms import ENGINES, STUDY, TABLES
 from .trial import Trial
-from .variation_reader import read_variations
+from .variation_reader import read_variations, require_free_names
 from .variations import Seed, Variation
 
 _MAX_BYTES = 16 * 2**20
 _MOST_RUNS = 1_000_000
+_MOST_POSES = 100_000
 
 
 def read_study(file: Path) -> Study:
     """Read and check a study.
 
     Args:
-        file: A study.toml.
+        file: A study.toml, or the folder that holds one.
 
     Raises:
         InputError: Something in it, or in its experiment, is wrong; file and key are named.
     """
     if file.is_dir():
-        raise InputError("is a folder; name the study's file in it", file=file)
+        file /= STUDY_FILE
     try:
         data = tomllib.loads(read_file(file, _MAX_BYTES).decode("utf-8-sig"))
     except UnicodeDecodeError:
@@ -72,6 +74,8 @@ def _study(top: Table) -> Study:
     variations = tuple(read_variations(top, rows, trial))
     optimise = _optimise(top.table("optimise"), variations) if "optimise" in top else None
     sampler, count = _sampling(top, variations, optimise)
+    metrics = _metrics(top, base, optimise)
+    require_free_names(top, variations, metrics)
     study = Study(
         file=top.file,
         experiment=path,
@@ -81,10 +85,10 @@ def _study(top: Table) -> Study:
         variations=variations,
         sampler=sampler,
         count=count,
-        metrics=_metrics(top, base, optimise),
+        metrics=metrics,
         box=_box(top.table("workspace"), base),
         optimise=optimise,
-        output=top.file.parent / top.text("output", f"results/{top.file.stem}"),
+        output=top.file.parent / top.text("output", _results(top.file)),
         tables=_tables(top),
     )
     for key in ("optimise", "workspace"):
@@ -104,6 +108,11 @@ def _engine(top: Table, base: Experiment) -> Engine:
         except InputError as error:
             raise top.error("engine", error.what) from None
     return engine
+
+
+def _results(file: Path) -> str:
+    """The usual folder for results: one a study, where several stand in one folder."""
+    return "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
 
 
 def _settings(top: Table) -> dict[str, Any]:
@@ -198,7 +207,7 @@ def _box(table: Table, base: Experiment) -> Box | None:
     table.close()
     if any(a > b for a, b in zip(box.lower, box.upper, strict=True)):
         raise table.error("lower", "must not be above upper")
-    if not 1 <= box.points ** len(names) <= 100_000:
+    if box.points < 1 or box.points ** len(names) > _MOST_POSES:
         raise table.error("points", f"{box.points} along each axis are too few or too many poses")
     return box
 
@@ -223,6 +232,10 @@ def _optimise(table: Table, variations: Sequence[Variation]) -> Optimise:
         raise table.error("population", f"must be at least 5, not {settings.population}")
     if settings.generations < 1:
         raise table.error("generations", f"must be at least 1, not {settings.generations}")
+    if settings.most_runs > _MOST_RUNS:
+        raise table.error("generations", f"{settings.most_runs} runs; at most {_MOST_RUNS}")
+    if "*" in settings.objective:
+        raise table.error("objective", "must be one metric, without `*`")
     if any(isinstance(v.range, Seed) for v in variations) or all(
         v.is_listed and len(v.listed) == 1 for v in variations
     ):

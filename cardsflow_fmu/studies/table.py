@@ -15,6 +15,7 @@ from .study import Study, TableKind
 
 _BLOCK = 1024
 _LEADING, _TRAILING = ("run", "hash"), ("status", "error")
+OWN_COLUMNS = (*_LEADING, *_TRAILING)
 
 Rows = Callable[[], Iterator[tuple[Run, Outcome]]]
 

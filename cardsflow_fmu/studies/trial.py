@@ -26,7 +26,9 @@ class Trial:
     @cached_property
     def base(self) -> Experiment:
         """The experiment without variations; InputError if something is wrong with it."""
-        return Experiment.load(self._path, self._settings)
+        base = Experiment.load(self._path, self._settings)
+        require_simulated(base)
+        return base
 
     def require(self, path: str, value: Any) -> None:
         """Refuse a path that leads nowhere; a value that does not fit is the run's own trouble.
@@ -50,6 +52,21 @@ class Trial:
                 raise
         except InputError:
             pass
+
+
+def require_simulated(experiment: Experiment) -> None:
+    """Refuse an experiment that drives a robot: nobody watches it through thousands of runs.
+
+    Args:
+        experiment: Of a study, or of one of its runs.
+
+    Raises:
+        InputError: It does.
+    """
+    hardware = experiment.hardware
+    if hardware.use and not hardware.is_emulated:
+        what = "a study drives no robot; leave it false, or set hardware.link to 'emulated:'"
+        raise InputError(what, file=experiment.file, key="hardware.use")
 
 
 def _leads_through(path: str, key: str) -> bool:

@@ -5,18 +5,31 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.experiment import Experiment
 from cardsflow_fmu.ports import task_names
-from cardsflow_fmu.setting_paths import EVERY_OTHER, join_path, split_path
+from cardsflow_fmu.setting_paths import EVERY_OTHER, indexed, join_path, split_path
 from cardsflow_fmu.tables import Table
 
+from .nominal import nominal_value
+from .table import OWN_COLUMNS
 from .trial import Trial
-from .variations import Listed, LogUniform, Normal, Range, Seed, Uniform, Variation
+from .variations import (
+    RELATIVE,
+    Listed,
+    LogUniform,
+    Normal,
+    Range,
+    Relative,
+    Seed,
+    Uniform,
+    Variation,
+)
 
 _WAYS = ("values", "grid", "uniform", "loguniform", "normal", "box", "seed")
 _MOST_VALUES = 1_000_000
@@ -45,7 +58,41 @@ def read_variations(table: Table, rows: Sequence[Any], trial: Trial) -> list[Var
         twice = [word for word in words if words.count(word) > 1]
         if twice:
             raise table.error("vary", f"the {kind} {twice[0]!r} stands there twice")
+    _require_order(table, paths)
     return found
+
+
+def require_free_names(
+    table: Table, variations: Sequence[Variation], metrics: Sequence[str]
+) -> None:
+    """Refuse variations that are called as another column of the table is.
+
+    Args:
+        table: The study.
+        variations: Its variations.
+        metrics: Its metrics.
+
+    Raises:
+        InputError: One is.
+    """
+    for variation in variations:
+        if variation.name in (*OWN_COLUMNS, *metrics):
+            what = f"the table has another column {variation.name!r}; give the variation a name"
+            raise table.error("vary", what)
+
+
+def _require_order(table: Table, paths: Sequence[str]) -> None:
+    """Refuse a path below which another before it has set something that it would undo."""
+    before: set[str] = set()
+    for path in paths:
+        if path in before:
+            what = f"{path!r} undoes what stands before it for a part of it; let it stand first"
+            raise table.error("vary", what)
+        parts = split_path(path)
+        before |= {join_path(parts[:k]) for k in range(1, len(parts))}
+        name, index = indexed(parts[-1])
+        if index is not None:
+            before.add(join_path([*parts[:-1], name]))
 
 
 def _variations(table: Table, trial: Trial) -> Iterator[Variation]:
@@ -53,6 +100,7 @@ def _variations(table: Table, trial: Trial) -> Iterator[Variation]:
     paths = _paths(table)
     name = table.text("name", paths[0])
     together = table.flag("together", False)
+    relative = _relative(table)
     if len(given) != 1:
         raise table.error("path", f"needs one of {', '.join(_WAYS)}, found {len(given)} of them")
     if given[0] == "box":
@@ -60,11 +108,44 @@ def _variations(table: Table, trial: Trial) -> Iterator[Variation]:
     else:
         parts = [Variation(name, paths, _range(table, given[0]))]
     table.close()
+    if relative is not None:
+        _require_numbers(table, parts)
     for variation in parts:
         try:
-            yield from _spelled_out(variation, together, trial)
+            for own in _spelled_out(variation, together, trial):
+                yield own if relative is None else _related(own, relative, trial)
         except InputError as error:
             raise InputError(error.what, file=table.file, key=table.key("path")) from None
+
+
+def _relative(table: Table) -> Relative | None:
+    """Whether values are relative to what the experiment has."""
+    if table.value("relative", None) is None:
+        return None
+    if table.value("relative") not in RELATIVE:
+        raise table.error("relative", f"must be {' or '.join(map(repr, RELATIVE))}")
+    return cast(Relative, table.value("relative"))
+
+
+def _require_numbers(table: Table, variations: Sequence[Variation]) -> None:
+    """Refuse relative values that are no numbers."""
+    for variation in variations:
+        if variation.is_seed:
+            raise table.error("relative", "a seed is relative to nothing")
+        for value in variation.listed if variation.is_listed else ():
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise table.error("values", f"must be numbers where relative, not {value!r}")
+
+
+def _related(variation: Variation, relative: Relative, trial: Trial) -> Variation:
+    """The variation with what the experiment has at its paths."""
+    nominal = tuple(nominal_value(trial.base, path) for path in variation.paths)
+    for path, value in zip(variation.paths, nominal, strict=True):
+        if relative == "factor" and not np.any(value):
+            raise InputError(f"{path} is 0, and so is every factor of it; use relative = 'offset'")
+        if relative == "offset" and isinstance(value, tuple):
+            raise InputError(f"{path} is a vector; say which number, such as {path}[0], or a box")
+    return replace(variation, relative=relative, nominal=nominal)
 
 
 def _paths(table: Table) -> tuple[str, ...]:

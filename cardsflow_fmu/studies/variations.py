@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 from scipy.special import ndtri
+
+from .nominal import Nominal
+
+Relative = Literal["factor", "offset"]
+RELATIVE: tuple[Relative, ...] = get_args(Relative)
 
 _EDGE = 2.0**-53  # a normal distribution has no value at 0 and 1
 
@@ -83,11 +88,32 @@ class Variation:
         name: Its column in the table.
         paths: Full keys of the settings that take the value.
         range: Its values.
+        relative: Whether values are factors on what the experiment has, or added to it; None where
+            they stand for themselves.
+        nominal: What the experiment has at every path, where values are relative.
     """
 
     name: str
     paths: tuple[str, ...]
     range: Range
+    relative: Relative | None = None
+    nominal: tuple[Nominal, ...] = ()
+
+    def settings(self, value: Any) -> dict[str, Any]:
+        """The settings, by full key, that a value makes.
+
+        Args:
+            value: From the range, or the seed of a run.
+        """
+        if self.relative is None:
+            return dict.fromkeys(self.paths, value)
+        pairs = zip(self.paths, self.nominal, strict=True)
+        return {path: self._applied(nominal, value) for path, nominal in pairs}
+
+    def _applied(self, nominal: Nominal, value: float) -> Any:
+        if isinstance(nominal, tuple):
+            return [self._applied(number, value) for number in nominal]
+        return nominal * value if self.relative == "factor" else nominal + value
 
     @property
     def is_listed(self) -> bool:

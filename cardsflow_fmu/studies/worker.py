@@ -18,6 +18,7 @@ from .fingerprint import experiment_digest
 from .metrics import metric_values
 from .outcome import Outcome
 from .study import Box, Engine
+from .trial import require_simulated
 
 _ONE_AT_A_TIME = threading.Lock()  # FMUs share their process' folder and signals
 _bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}
@@ -62,6 +63,7 @@ def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
         base = _base(job)
         try:
             experiment = Experiment.load(job.experiment, {**job.settings, **settings})
+            require_simulated(experiment)
             ready = time.perf_counter()
             result = _simulate(job, base, experiment)
             simulated = _simulated(result, ready)

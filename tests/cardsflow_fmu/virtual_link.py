@@ -7,21 +7,18 @@ and robot on the other. Time passes only where our side waits.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.hardware import framed_link, opening, session
+from cardsflow_fmu.hardware import opening
 from cardsflow_fmu.hardware.device import Device
 from cardsflow_fmu.hardware.drives import force_bounds
 from cardsflow_fmu.hardware.emulated_device import device_of
 from cardsflow_fmu.hardware.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.faults import Faults, FaultyWay
 from cardsflow_fmu.hardware.framed_link import FramedLink
-from cardsflow_fmu.hardware.pacing import Pacer
 
 PEER = "ours"
 
@@ -130,7 +127,7 @@ class VirtualLink(FramedLink):
     """Our side's end of the way into a world."""
 
     def __init__(self, world: World, key: bytes | None = None) -> None:
-        super().__init__("virtual:", key=key)
+        super().__init__("virtual:", key=key, clock=world)
         self.world = world
 
     def _connect(self) -> None:
@@ -152,11 +149,4 @@ class VirtualLink(FramedLink):
 
 def live_in(monkeypatch: pytest.MonkeyPatch, world: World) -> None:
     """Whatever link is opened from now on leads to the world's device, by the world's clock."""
-    clock = SimpleNamespace(
-        monotonic=world.monotonic, monotonic_ns=world.monotonic_ns, sleep=world.sleep
-    )
-    monkeypatch.setattr(framed_link, "time", clock)
-    monkeypatch.setattr(session, "time", clock)
-    pacer = partial(Pacer, clock=world.monotonic, sleep=world.sleep)
-    monkeypatch.setattr(session, "Pacer", pacer)
     monkeypatch.setattr(opening, "open_link", lambda uri, key, **_: VirtualLink(world, key))

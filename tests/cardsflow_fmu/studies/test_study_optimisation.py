@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from small_studies import PLANAR, one_thread, small_study
+from small_designs import arm, via
+from small_studies import PLANAR, one_thread, small_study, write_study
 
-from addin_sdfusion.muscles.muscle_csv import read_csv
+from addin_sdfusion.build_robot import build_robot
+from addin_sdfusion.muscles.muscle_csv import csv_text, imported, read_csv
+from addin_sdfusion.muscles.muscle_rows import MuscleTable
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli import main
 from cardsflow_fmu.simulation import simulate
 from cardsflow_fmu.studies import run_study
 from cardsflow_fmu.studies.best_robot import muscle_table, write_best
@@ -116,6 +121,18 @@ def test_nothing_that_meets_the_constraints_is_said(tmp_path: Path) -> None:
     assert "No run meets" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_a_search_of_which_every_run_fails_ends_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    negative = "[[vary]]\npath = 'controller.kp'\nuniform = [-2.0, -1.0]\n"
+    file = write_study(tmp_path, negative + SEARCH % ("differential_evolution", 2, "[0]"))
+    assert main(["study", str(file), "-j", "1"]) == 1
+    text = capsys.readouterr().out
+    assert "none meets the constraints" in text
+    assert "kp: must be above 0" in text
+    assert json.loads((tmp_path / "results/summary.json").read_text())["best"] is None
+
+
 def test_the_best_robot_is_the_same_in_every_format(tmp_path: Path) -> None:
     path = "robot.muscles.cable_1.points[1].position"
     experiment = Experiment.load(PLANAR, {path: [0.123456789012345, 0.0, 0.7]})
@@ -140,3 +157,29 @@ def test_via_points_are_in_the_root_frame(tmp_path: Path) -> None:
     assert points["cable_2", 2].position == pytest.approx((0.1, 0.0, 1.8))
     assert points["cable_1", 2].position == pytest.approx((0.1, 0.0, 0.8))
     assert np.isfinite([p.position for p in points.values()]).all()
+
+
+def test_the_add_in_imports_the_best_robot_as_it_was_found() -> None:
+    """From a design to a robot, points moved as a search does, and by CSV back into the design."""
+    design = arm()
+    robot = build_robot(design).robot
+    assert robot is not None
+    (muscle,) = robot.muscles
+    moved = [
+        replace(p, position=(x + 0.0123, y - 1.0 / 3.0, z + 0.007))
+        for p, (x, y, z) in ((p, p.position) for p in muscle.via_points)
+    ]
+    best = robot.with_muscles([replace(muscle, via_points=tuple(moved), f_max=77.0)])
+    links = {link.name for link in robot.links}
+    table, findings = read_csv(csv_text(muscle_table(best)).encode(), links)
+    assert not findings
+    drawn = imported(MuscleTable(), table)
+    points = [via(p.muscle, p.number, p.link, p.position) for p in drawn.points]
+    rows = [{"name": row.name, "f_min": row.f_min, "f_max": row.f_max} for row in drawn.rows]
+    again = build_robot(arm(points=tuple(points), attributes={"muscles": json.dumps(rows)})).robot
+    assert again is not None
+    (found,) = again.muscles
+    assert (found.f_min, found.f_max) == (muscle.f_min, 77.0)
+    for one, other in zip(found.via_points, moved, strict=True):
+        assert one.link == other.link
+        assert one.position == pytest.approx(other.position, abs=1e-12)

@@ -16,11 +16,12 @@ def vary(path: str, values: str = "values = [1.0]") -> str:
     return f"[[vary]]\npath = '{path}'\n{values}\n"
 
 
-@pytest.mark.parametrize("name", ["attachments", "robustness"])
+@pytest.mark.parametrize("name", ["attachments.toml", "flower"])
 def test_the_examples_are_studies(name: str) -> None:
-    study = Study.load(ROOT / "examples" / "design_study" / f"{name}.toml")
+    study = Study.load(ROOT / "examples" / "design_study" / name)
     assert study.variations
-    assert study.name == name
+    assert study.name == Path(name).stem
+    assert "results" in study.output.parts
 
 
 def test_a_star_stands_for_every_name(tmp_path: Path) -> None:
@@ -112,6 +113,15 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         (vary("run.duration.x.y"), "", "no table"),
         (KP + "[optimise]\nobjective = 'force.peek'\n", "", "did you mean 'force.peak'"),
         (KP + "[optimise]\nobjective = 'force.peak'\npopulation = 2\n", "", "at least 5"),
+        (KP + "[optimise]\nobjective = 'force.peak.*'\n", "", "without `\\*`"),
+        (
+            KP + "[optimise]\nobjective = 'force.peak'\npopulation = 1000000000\n",
+            "",
+            "at most 1000000",
+        ),
+        (KP + "[workspace]\npoints = -1\n", "", "too few or too many"),
+        (vary("controller.kp", "name = 'run'\nvalues = [1.0]"), "", "another column 'run'"),
+        (vary("controller.kp", "name = 'energy'\nvalues = [1.0]"), "", "another column 'energy'"),
         (
             KP + "[optimise]\nobjective = 'force.peak'\nconstraints = [{metric = 'energy'}]\n",
             "",
@@ -123,6 +133,15 @@ def test_bad_input_says_what_is_wrong(tmp_path: Path, text: str, top: str, messa
     with pytest.raises(InputError, match=message) as caught:
         small_study(tmp_path, text, top)
     assert caught.value.file == tmp_path / "study.toml"
+
+
+def test_a_folder_stands_for_the_study_in_it(tmp_path: Path) -> None:
+    write_study(tmp_path)
+    study = Study.load(tmp_path)
+    assert study.name == tmp_path.name
+    assert study.output == tmp_path / "results"
+    with pytest.raises(InputError, match=r"study\.toml: cannot be read"):
+        Study.load(tmp_path.parent)
 
 
 def test_a_study_of_no_experiment_says_so(tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_studies import one_thread, small_study
+from small_studies import one_thread, small_study, write_study
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cli import main
 from cardsflow_fmu.studies import StudyError, StudyResult, run_study
 from cardsflow_fmu.studies.crew import GivenCrew
@@ -215,8 +215,8 @@ def test_one_run_again(tmp_path: Path) -> None:
     command, again = only_run(study, run.hash[:8], tmp_path / "out")
     assert again.metrics == outcome.metrics
     assert "controller.kp=1400.0" in command
-    with pytest.raises(UnknownNameError):
-        only_run(study, "zzz", tmp_path / "out")
+    with pytest.raises(InputError, match="no run has a hash"):
+        only_run(study, "fffffff", tmp_path / "out")
 
 
 def test_progress_counts_up_to_all(tmp_path: Path) -> None:
@@ -265,6 +265,33 @@ class Instant(Executor):
         metrics = {f"force.peak.cable_{k}": random.random() for k in (1, 2, 3, 4)}
         future.set_result(Outcome(metrics, None, 0.1, 0.1))
         return future
+
+
+def test_a_study_of_which_every_run_fails_says_why(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write_study(tmp_path, "[[vary]]\npath = 'controller.kp'\nvalues = [-1.0, -2.0]\n")
+    assert main(["study", str(file), "-j", "1"]) == 1
+    text = capsys.readouterr().out
+    assert "2 runs, 2 failed" in text
+    assert "kp: must be above 0: -1.0" in text
+
+
+@pytest.mark.parametrize("beginning", ["", "*", "../x", "zz", "abcdef"])
+def test_only_takes_the_begin_of_a_hash(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], beginning: str
+) -> None:
+    assert main(["study", str(write_study(tmp_path)), "--only", beginning]) == 2
+    assert "hash" in capsys.readouterr().err
+    assert not (tmp_path / "results").exists()
+
+
+def test_numbers_of_workers_are_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("distributed")
+    file = write_study(tmp_path)
+    for words in (["-j", "0"], ["--dask", "local", "-j", "0"]):
+        assert main(["study", str(file), *words]) == 2
+        assert "must be at least 1, not 0" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(

@@ -118,3 +118,11 @@ def test_a_change_of_nothing_names_the_nearest(key: str, value: Any, message: st
 def test_a_wrong_value_is_refused(key: str, value: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Experiment.load(PLANAR, {key: value})
+
+
+def test_a_row_of_an_array_of_tables_is_set_by_its_index() -> None:
+    data: dict[str, Any] = {"world": {"objects": [{"mass": 1.0}, {"mass": 2.0}]}}
+    set_value(data, "world.objects[1].mass", 3.0, FILE)
+    assert data == {"world": {"objects": [{"mass": 1.0}, {"mass": 3.0}]}}
+    with pytest.raises(PathError, match="has 2 elements"):
+        set_value(data, "world.objects[2].mass", 3.0, FILE)

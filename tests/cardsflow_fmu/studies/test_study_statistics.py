@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 from small_studies import small_study
 
+from cardsflow_fmu.studies.execution import summary_text
 from cardsflow_fmu.studies.outcome import Outcome
+from cardsflow_fmu.studies.plots import histogram
 from cardsflow_fmu.studies.sampling import expand
 from cardsflow_fmu.studies.statistics import (
     Collected,
     collect,
     distributions,
     sensitivities,
+    sobol_indices,
+    variance_share,
     worst_runs,
 )
 from cardsflow_fmu.studies.study import Study
@@ -58,6 +65,28 @@ def test_sobols_indices_of_a_product_have_a_part_that_is_made_together(tmp_path:
     assert f["a"]["total"] == pytest.approx(1.0, abs=0.05)
 
 
+def test_sobols_indices_are_scipys() -> None:
+    f = np.random.default_rng(3).normal(size=(5, 64))
+    f[2:] += f[:1]
+    answers: Any = {"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, np.newaxis, :]}
+    expected = stats.sobol_indices(func=answers, n=64)
+    first, total = sobol_indices(f)
+    assert np.allclose(first, np.ravel(expected.first_order), rtol=1e-12, atol=1e-12)
+    assert np.allclose(total, np.ravel(expected.total_order), rtol=1e-12, atol=1e-12)
+
+
+def test_points_with_a_failed_run_do_not_count(tmp_path: Path) -> None:
+    study = small_study(
+        tmp_path, TWO, "sampler = 'sensitivity'\ncount = 512\nmetrics=['force.peak']"
+    )
+    data = collected(study, lambda a, b: 3.0 * a + b)
+    data.metrics["force.peak"][[7, 600, 1300]] = np.nan
+    found = sensitivities(study, data)["force.peak"]
+    assert found["a"]["first"] == pytest.approx(0.9, abs=0.02)
+    data.metrics["force.peak"][:508] = np.nan
+    assert sensitivities(study, data) == {}
+
+
 def test_ranks_tell_the_direction(tmp_path: Path) -> None:
     study = small_study(tmp_path, TWO, "count = 64\nmetrics=['force.peak']")
     found = sensitivities(study, collected(study, lambda a, b: float(np.exp(-a))))["force.peak"]
@@ -65,10 +94,42 @@ def test_ranks_tell_the_direction(tmp_path: Path) -> None:
     assert abs(found["b"]["rank"]) < 0.3
 
 
+def test_shares_of_variance_see_what_has_no_direction(tmp_path: Path) -> None:
+    """Y = (a - 3/2)²: no rank tells of it; in K groups 1 - 5 (1 - 1/K²) / K² - 1/K⁴ is seen."""
+    study = small_study(tmp_path, TWO, "count = 1000\nsampler = 'sobol'\nmetrics=['force.peak']")
+    found = sensitivities(study, collected(study, lambda a, b: (a - 1.5) ** 2))["force.peak"]
+    assert abs(found["a"]["rank"]) < 0.05
+    assert found["a"]["share"] == pytest.approx(1.0 - 0.05 * 0.99 - 1e-4, abs=5e-3)
+    assert found["b"]["share"] < 0.02
+
+
+def test_shares_of_variance_are_first_order_indices() -> None:
+    """Y = 3 a + b with values that are listed, and with many: variances 9 : 1."""
+    random = np.random.default_rng(7)
+    for values in (random.random((20_000, 2)), random.integers(0, 5, (20_000, 2)) / 4.0):
+        a, b = values.T
+        assert variance_share(a, 3.0 * a + b) == pytest.approx(0.9, abs=0.02)
+        assert variance_share(b, 3.0 * a + b) == pytest.approx(0.1, abs=0.02)
+
+
 def test_worst_is_large_unless_large_is_good() -> None:
     numbers = np.array([3.0, np.nan, 1.0, 2.0])
     data = Collected(["w", "x", "y", "z"], {}, {"force.peak": numbers, "margin.upper": numbers})
     assert worst_runs(data) == {"force.peak": [0, 3, 2], "margin.upper": [2, 3, 0]}
+
+
+def test_infinities_are_no_trouble() -> None:
+    numbers = np.array([np.inf, np.inf, 1.0])
+    data = Collected(["x", "y", "z"], {}, {"margin.gain": numbers})
+    assert worst_runs(data) == {"margin.gain": [2, 0, 1]}
+    text = summary_text({"history": [float("nan"), 1.0], "worst": ({"value": float("inf")},)})
+    assert json.loads(text) == {"history": [None, 1.0], "worst": [{"value": None}]}
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16], [0.0, 5e-324], [-1e90, 1e90], [3.0, 3.0]])
+def test_histograms_of_anything_finite(values: list[float]) -> None:
+    """Also of values that differ by no more than rounding."""
+    assert "<svg" in histogram("x", "N", np.array(values))
 
 
 def test_distributions_leave_failed_runs_out() -> None:

@@ -1,0 +1,137 @@
+"""Studies of a robot behind a faulty line, emulated in a time of its own; never of a real one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_studies import PLANAR, one_thread, small_study
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.results import Result
+from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.studies import run_study
+
+EMULATED = """
+[settings]
+hardware.use = true
+hardware.link = "emulated:"
+run.duration = 0.2
+"""
+FAULTS = """
+[[vary]]
+path = "hardware.emulator.seed"
+seed = true
+[[vary]]
+path = "hardware.emulator.loss"
+uniform = [0.0, 0.2]
+[[vary]]
+path = "hardware.emulator.delay"
+uniform = [0.0, 0.0005]
+[[vary]]
+path = "hardware.emulator.noise"
+loguniform = [1e-7, 1e-5]
+[[vary]]
+path = "muscles.*.f_min"
+together = true
+values = [5.0, 20.0]
+"""
+TOP = "count = 6\nmetrics = ['tracking.rms', 'force.low', 'missed']"
+
+
+@pytest.fixture
+def executor() -> Iterator[Executor]:
+    with one_thread() as threads:
+        yield threads
+
+
+def emulated(**faults: object) -> Result:
+    settings = {f"hardware.emulator.{name}": value for name, value in faults.items()}
+    always = {"hardware.use": True, "hardware.link": "emulated:", "run.duration": 0.5}
+    return simulate(Experiment.load(PLANAR, always | settings), through="direct")
+
+
+def test_an_emulated_robot_does_the_same_every_time() -> None:
+    one, again = (emulated(loss=0.2, jitter=1e-3, noise=1e-6, seed=5) for _ in range(2))
+    other = emulated(loss=0.2, jitter=1e-3, noise=1e-6, seed=6)
+    assert np.array_equal(one.rows, again.rows, equal_nan=True)
+    assert not np.array_equal(one.rows, other.rows, equal_nan=True)
+
+
+def test_it_takes_no_time_of_the_clock() -> None:
+    summary = emulated().summary
+    assert "real_time" not in summary
+    assert summary["hardware"]["missed"] == 0
+
+
+def test_frames_are_lost_as_often_as_is_said() -> None:
+    """Of 500 exchanges the part (1 - p)² comes back, and none is late without a delay."""
+    loss = 0.1
+    missed = emulated(loss=loss, seed=2).summary["hardware"]["missed"]
+    expected = 500 * (1.0 - (1.0 - loss) ** 2)
+    assert abs(missed - expected) < 4.0 * np.sqrt(expected)
+
+
+def test_a_delay_is_seen_twice_in_the_round_trip() -> None:
+    report = emulated(delay=2e-4).summary["hardware"]
+    assert report["round_trip"]["median"] == pytest.approx(4e-4, abs=1e-8)
+    assert report["missed"] == 0
+
+
+def test_encoders_count() -> None:
+    q = emulated(joint_counts=1000.0)["q.joint_1"]
+    assert np.allclose(q * 1000.0, np.round(q * 1000.0), rtol=0, atol=1e-9)
+
+
+def test_an_outage_loses_the_hardware() -> None:
+    with pytest.raises(Exception, match="the hardware is lost"):
+        emulated(outages=[[0.2, 0.1]])
+
+
+def test_faults_are_varied_the_same_through_fmus(tmp_path: Path, executor: Executor) -> None:
+    rows = {}
+    for engine in ("direct", "fmu"):
+        study = small_study(tmp_path, FAULTS, f"{TOP}\nengine = '{engine}'", EMULATED)
+        result = run_study(study, executor, jobs=1, output=tmp_path / engine)
+        assert result.summary["complete"] == 6
+        rows[engine] = [outcome.metrics for _, outcome in result.rows()]
+    for direct, fmu in zip(rows["direct"], rows["fmu"], strict=True):
+        assert fmu == pytest.approx(direct, rel=1e-12)
+    assert len({row["missed"] for row in rows["direct"]}) > 1
+    assert {round(row["force.low"]) for row in rows["direct"]} == {5, 20}
+
+
+def test_a_study_drives_no_robot(tmp_path: Path, executor: Executor) -> None:
+    driven = "[settings]\nhardware.use = true\nhardware.link = 'udp://127.0.0.1:5005'\n"
+    with pytest.raises(InputError, match="drives no robot"):
+        small_study(tmp_path, short=driven)
+    text = "[[vary]]\npath = 'hardware.use'\nvalues = [false, true]\n"
+    driven = "[settings]\nhardware.link = 'udp://127.0.0.1:5005'\nrun.duration = 0.01\n"
+    result = run_study(small_study(tmp_path, text, "", driven), executor, jobs=1)
+    (_, off), (_, on) = result.rows()
+    assert off.complete
+    assert "drives no robot" in str(on.error)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"hardware.emulator.loss": 1.5}, "loss must be from 0 to 1"),
+        ({"hardware.emulator.delay": -1.0}, "delay must be 0 s or more"),
+        ({"hardware.emulator.noise": -1.0}, "noise must be 0 or more"),
+        ({"hardware.emulator.joint_counts": 0.0}, "must be above 0"),
+        ({"hardware.emulator.seed": -1}, "must not be negative"),
+        ({"hardware.emulator.motor_lag": -1.0}, "must not be negative"),
+        ({"hardware.emulator.outages": [1.0]}, "must be a list of 2 numbers"),
+        ({"hardware.emulator.outages": 1.0}, "must be a list"),
+        ({"hardware.emulator.lost": 1.0}, "loss"),
+        ({"hardware.emulator.loss": 0.1, "hardware.link": "loopback:"}, "meet no faults"),
+    ],
+)
+def test_wrong_faults_are_refused(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Experiment.load(PLANAR, settings)
