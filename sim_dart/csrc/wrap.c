@@ -1,4 +1,4 @@
-/* A cable over one sphere or cylinder, in closed form.
+/* A cable over one sphere or cylinder, in closed form; wrap_inside.c has the way inside.
 
    Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable is two
    tangents and an arc on a circle. On a cylinder it climbs evenly along that planar way P, so that it is a
@@ -116,8 +116,9 @@ static inline void find_normal(const wrap_surface *s, view *v)
     if (!(v->cross > 0)) unit_across(v->normal, v->aa > 0 ? v->a : s->axis);
 }
 
-int wrap_is_clear(const wrap_surface *s, const double a[3], const double b[3])
+int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3])
 {
+    if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
     view v;
     return look(s, a, b, &v);
 }
@@ -243,6 +244,7 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int 
 
 int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], pull *out)
 {
+    if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
     const int is_clear = look(s, a, b, &v);
     if (is_clear && !way->turns && !way->is_counted) return 0;
@@ -269,6 +271,10 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const double A[3], co
     view v;
     pull plain;
     out->pull.turning = 0;
+    if (way->side == WRAP_INSIDE) {
+        if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
+        return;
+    }
     const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted;
     const int sense = is_free ? 0 : bend(s, way, &v, is_clear, &out->pull, &plain);
     if (!sense) {
