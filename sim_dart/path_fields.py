@@ -16,6 +16,8 @@ from addin_sdfusion.robot.pose import rotation
 from .frames import FloatArray, Place
 
 _KINDS = ("sphere", "cylinder")
+_INSIDE = 2
+"""WRAP_INSIDE of layout.h."""
 
 
 class PlacedWrap(NamedTuple):
@@ -104,7 +106,7 @@ def _wrap_fields(robot: Robot) -> dict[str, ArrayLike]:
     return {
         "wrap_point": [each.point for each in placed],
         "wrap_surface": [surfaces.index(each.wrap.surface) for each in placed],
-        "wrap_side": [each.wrap.side for each in placed],
+        "wrap_side": [_INSIDE if each.wrap.inside else each.wrap.side for each in placed],
         "wrap_turns": [each.wrap.turns for each in placed],
     }
 

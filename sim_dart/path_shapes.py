@@ -164,7 +164,10 @@ def _on_line(wanted: FloatArray, point: FloatArray, direction: FloatArray) -> Fl
 
 
 def _arc(contact: _Contact) -> Iterator[FloatArray]:
-    """Points from the touch to the lift, both included."""
+    """Points from the touch to the lift, both included; one where a cable runs inside a surface."""
+    if np.array_equal(contact.touch, contact.lift):
+        yield contact.touch
+        return
     n, steps = contact.axis, max(1, math.ceil(contact.angle / ARC_STEP))
     start = contact.touch - contact.centre
     across = start - (start @ n) * n

@@ -38,6 +38,8 @@ WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
 """The via point types of the wrap shapes."""
 WRAP_STATES = ("0", "1", "2")
 """The `state` of a wrapping via point: straight at first, the shorter way, the longer way."""
+INSIDE = "inside"
+"""The `side` of a wrap within its surface."""
 
 
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
@@ -90,7 +92,7 @@ def muscle_element(parent: ElementTree.Element, muscle: Muscle) -> ElementTree.E
 def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
     """Add `<wrap surface segment side turns>` to a muscle's element."""
     for wrap in muscle.wraps:
-        words = {"segment": str(wrap.segment), "side": str(wrap.side), "turns": str(wrap.turns)}
+        words = {"segment": str(wrap.segment), "side": _side(wrap), "turns": str(wrap.turns)}
         element(node, "wrap", surface=wrap.surface, **words)
 
 
@@ -146,7 +148,9 @@ class _Step:
 def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
     more = {} if surface.length == math.inf else {"length": numbers([surface.length])}
     state = WRAP_STATES[0]
-    if wrap.side:
+    if wrap.inside:
+        more["side"] = INSIDE
+    elif wrap.side:
         state = WRAP_STATES[1 if is_shorter_way(robot, muscle, wrap) else 2]
         more["side"] = str(wrap.side)
     return _Step(
@@ -158,6 +162,10 @@ def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -
         surface=surface.name,
         **more,
     )
+
+
+def _side(wrap: Wrap) -> str:
+    return INSIDE if wrap.inside else str(wrap.side)
 
 
 def _muscle(

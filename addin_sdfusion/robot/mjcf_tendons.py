@@ -82,7 +82,7 @@ def wrap_losses(robot: Robot) -> Iterator[Finding]:
             elif wrap.turns:
                 problem = f"MuJoCo has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
                 yield warning(subject, "turns-left-out", problem)
-            elif wrap.side:
+            elif wrap.side:  # a place inside the surface, for a way inside, says just that
                 problem = (
                     f"a site shows on which side of {wrap.surface!r} it passes; it is placed for "
                     "the initial coordinates"
@@ -105,8 +105,8 @@ def _add_wrap(
 ) -> None:
     surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
     side = {}
-    if wrap.side:
-        x, y, z = side_direction(robot, muscle, wrap)
+    if wrap.side or wrap.inside:
+        x, y, z = (0.0, 0.0, 0.0) if wrap.inside else side_direction(robot, muscle, wrap)
         distance = SIDE_DISTANCE * surface.radius
         place = apply(surface.pose, (distance * x, distance * y, distance * z))
         side = {"sidesite": sites.give(f"{muscle.name}:{wrap.segment}:side")}

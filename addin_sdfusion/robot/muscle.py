@@ -113,18 +113,24 @@ class Wrap:
     spheres are then passed the shorter way. Past two spheres there can be more than one taut way,
     and the length jumps where the cable comes to another one: cylinders hold it better.
 
+    Inside a surface, as through a ring or a sheath, a cable is straight as long as its straight
+    line passes through it, or begins or ends in it. Else it touches the surface from within at one
+    point, smoothly. A cylinder's ends do not count there.
+
     Attributes:
         surface: Name of the surface.
         segment: Index of the via point before it.
         side: 1 or -1 for a chosen sense of turning about the surface's z axis, 0 for the shorter
             way.
         turns: Whole turns about it, besides.
+        inside: Whether it passes inside the surface; then it has no side and no turns.
     """
 
     surface: str
     segment: int
     side: Literal[-1, 0, 1] = 0
     turns: int = 0
+    inside: bool = False
 
 
 @dataclass(frozen=True, slots=True)

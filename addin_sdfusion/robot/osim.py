@@ -109,7 +109,10 @@ def _wraps(robot: Robot) -> Iterator[Finding]:
     for muscle in robot.muscles:
         subject = Subject("muscle", muscle.name)
         for wrap in muscle.wraps:
-            if wrap.turns:
+            if wrap.inside:
+                problem = f"OpenSim has no way inside {wrap.surface!r}; this wrap is left out"
+                yield warning(subject, "wrap-left-out", problem)
+            elif wrap.turns:
                 problem = (
                     f"OpenSim has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
                 )

@@ -67,6 +67,8 @@ def add_muscle(
         element(item, "location", numbers(point.position))
     wraps = objects(path, "PathWrapSet", "pathwrapset")
     for k, wrap in enumerate(muscle.wraps):
+        if wrap.inside:
+            continue
         item = element(wraps, "PathWrap", name=f"wrap_{k + 1}")
         element(item, "wrap_object", names[muscle.name, k])
         element(item, "method", "hybrid")

@@ -8,7 +8,7 @@
 /* Of Newton's rule: what is left is about its square. */
 #define LAST_STEP 1e-9
 /* Of Chebyshev's rule: what is left is about its cube. */
-#define LAST_LONG_STEP 1e-5
+#define LAST_LONG_STEP 4e-5
 
 enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 

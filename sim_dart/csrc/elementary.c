@@ -171,17 +171,28 @@ static double power_of_two(int exponent) /* within -1022 to 1023 */
     return power;
 }
 
-double exponential(double x)
+/* e^x as y 2^n, of |x| < 1000 */
+static inline double exponential_parts(double x, int *exponent)
 {
-    if (isnan(x)) return x;
-    if (x > 709.782712893384) return INFINITY;
-    if (x < -745.2) return 0;
     const double n = (double)(int)(x * 1.4426950408889634 + (x < 0 ? -0.5 : 0.5));
     const double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
     const double z = r * r, c = r - z * POLYNOMIAL(z, EXP);
-    const double y = 1 - ((low - (r * c) / (2 - c)) - high);
-    const int k = (int)n, half_way = k / 2; /* 2^k itself may be beyond what a number can hold */
-    return y * power_of_two(half_way) * power_of_two(k - half_way);
+    *exponent = (int)n;
+    return 1 - ((low - (r * c) / (2 - c)) - high);
+}
+
+double exponential(double x)
+{
+    int k;
+    if (fabs(x) < 700) {
+        const double y = exponential_parts(x, &k);
+        return y * power_of_two(k);
+    }
+    if (isnan(x)) return x;
+    if (x > 709.782712893384) return INFINITY;
+    if (x < -745.2) return 0;
+    const double y = exponential_parts(x, &k); /* 2^k itself may be beyond what a number can hold */
+    return y * power_of_two(k / 2) * power_of_two(k - k / 2);
 }
 
 double exponential_less_one(double x)
@@ -194,10 +205,12 @@ double exponential_less_one(double x)
 
 double logarithm(double x)
 {
-    if (!(x > 0)) return x == 0 ? -INFINITY : NAN;
-    if (isinf(x)) return x;
     int k = 0;
-    if (x < 2.2250738585072014e-308) x *= 18014398509481984.0, k = -54; /* 2^54 */
+    if (!(x >= 2.2250738585072014e-308 && x <= 1.7976931348623157e308)) {
+        if (!(x > 0)) return x == 0 ? -INFINITY : NAN;
+        if (isinf(x)) return x;
+        x *= 18014398509481984.0, k = -54; /* 2^54 */
+    }
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     k += (int)(bits >> 52) - 1023;

@@ -58,7 +58,7 @@
      surface_half     half the length of a cylinder, in [m]; 0 if it has no ends
      wrap_point       via point before it, one of all, in order; never a muscle's last
      wrap_surface     what it goes over
-     wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way
+     wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way; 2 inside it
      wrap_turns       whole turns besides
      pulley_point     first via point of a muscle, one of all, in order
      pulley_direction in which the cable comes on: unit vector in that point's frame
@@ -101,6 +101,9 @@
     FIELD(int32_t, pulley_point, 1, pulleys)                                                           \
     FIELD(double, pulley_direction, 3, pulleys)                                                        \
     FIELD(double, pulley_radius, 1, pulleys)
+
+/* A wrap_side: the cable is led through the surface, which it touches from within. */
+#define WRAP_INSIDE 2
 
 enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACES };
 

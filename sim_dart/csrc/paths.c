@@ -66,7 +66,8 @@ static inline wrap_way way_of(const core *c, int32_t w)
     const wrap_way way = {
         .side = c->blob.wrap_side[w],
         .turns = c->blob.wrap_turns[w],
-        .is_counted = c->is_counting && c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
+        .is_counted = c->is_counting && c->blob.wrap_side[w] != WRAP_INSIDE &&
+                      c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
         .remembered = c->wrap_turning[w],
     };
     return way;
@@ -98,7 +99,7 @@ static int is_free(const sequence_part *parts, int count, const double *A, const
 {
     for (int i = 0; i < count; i++)
         if (!parts[i].surface || parts[i].way.turns || parts[i].way.is_counted ||
-            !wrap_is_clear(parts[i].surface, A, B))
+            !wrap_is_clear(parts[i].surface, &parts[i].way, A, B))
             return 0;
     return 1;
 }

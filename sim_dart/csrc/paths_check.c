@@ -48,11 +48,13 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "wrap %d: more than %d in one segment", k, LARGEST_SEQUENCE);
         if (b->wrap_surface[k] < 0 || b->wrap_surface[k] >= b->counts.surfaces)
             return refuse(message, capacity, "wrap %d: there is no surface %d", k, (int)b->wrap_surface[k]);
-        if (b->wrap_side[k] < -1 || b->wrap_side[k] > 1)
+        if (b->wrap_side[k] < -1 || b->wrap_side[k] > WRAP_INSIDE)
             return refuse(message, capacity, "wrap %d: unknown side %d", k, (int)b->wrap_side[k]);
         if (b->wrap_turns[k] < 0 || b->wrap_turns[k] > MOST_TURNS)
             return refuse(message, capacity, "wrap %d: turns %d are not within 0 to %d", k,
                           (int)b->wrap_turns[k], MOST_TURNS);
+        if (b->wrap_side[k] == WRAP_INSIDE && b->wrap_turns[k])
+            return refuse(message, capacity, "wrap %d: inside a surface there are no turns", k);
     }
     return 0;
 }

@@ -16,7 +16,7 @@
    as for a single surface. Without one, both sides are tried and the shortest cable of all combinations
    counts, which is the one that does not jump. Spheres are passed the shorter way round, as nothing else
    is taut; but there can be several taut ways past two spheres, so the search begins on both sides of them
-   as well. It need not find the shortest of those, and where it comes to another one the length jumps. All
+   as well. Inside a surface there is one way only. It need not find the shortest of those, and where it comes to another one the length jumps. All
    this for the first FREE_SIDES of such surfaces; further ones are passed as the straight line does.
 
    Surfaces that overlap have no gap. The point then lies inside one of them, whose circle shrinks to it:
@@ -46,14 +46,14 @@ typedef struct {
 
 static int is_followed(const sequence_part *p)
 {
-    return p->surface && p->surface->kind == SURFACE_CYLINDER;
+    return p->surface && p->surface->kind == SURFACE_CYLINDER && p->way.side != WRAP_INSIDE;
 }
 
 static void evaluate_part(const cable *c, int i, const double a[3], const double b[3], contact *out)
 {
     const sequence_part *p = c->parts + i;
     const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
-    const wrap_way shorter = {.turns = p->way.turns};
+    const wrap_way shorter = {.side = p->way.side == WRAP_INSIDE ? WRAP_INSIDE : 0, .turns = p->way.turns};
     if (p->surface)
         wrap_over(p->surface, is_followed(p) ? &followed : &shorter, a, b, out);
     else
@@ -228,7 +228,8 @@ static double turning_angle(const sequence_part *p, int sense, const double a[3]
 /* Whether it may be passed on either side. */
 static int is_open(const sequence_part *p)
 {
-    if (!p->surface || !is_followed(p)) return p->surface != NULL;
+    if (!p->surface || p->way.side == WRAP_INSIDE) return 0;
+    if (!is_followed(p)) return 1;
     return !p->way.side && (!p->way.is_counted || isnan(p->way.remembered));
 }
 

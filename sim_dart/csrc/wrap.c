@@ -1,4 +1,4 @@
-/* A cable over one sphere or cylinder, in closed form.
+/* A cable over one sphere or cylinder, in closed form; wrap_inside.c has the way inside.
 
    Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable is two
    tangents and an arc on a circle. On a cylinder it climbs evenly along that planar way P, so that it is a
@@ -34,12 +34,12 @@ typedef struct {
     double a[3], b[3];     /* across the axis */
     double za, zb;         /* along the axis */
     double aa, bb, dd, ad; /* products of a, b and d = b - a */
+    double x[3], xx;       /* a x b and its square */
     double cross;          /* of a and b, about the normal */
     double normal[3];      /* what the contact turns about: the axis, or at right angles to both ends */
     double R, RR;          /* the circle's radius and its square */
     double slope;          /* of the radius along a tapered axis */
     int is_shrunk;         /* whether the circle passes through an end that would be inside */
-    int is_clear;          /* whether the straight line clears it */
 } view;
 
 /* Any unit vector at right angles to v. */
@@ -83,38 +83,44 @@ static inline void fit(const wrap_surface *s, view *v)
     if (v->is_shrunk) v->RR = inner, v->R = sqrt(inner);
 }
 
-/* Nearest between the ends, the line is cross / |d| away; at an end, no less than the radius. */
-static inline void look(const wrap_surface *s, const double A[3], const double B[3], view *v)
+/* The ends, and whether the straight line clears the circle: nearest between the ends it is |a x b| / |d|
+   away; at an end, no less than the radius.                                                            */
+static inline int look(const wrap_surface *s, const double A[3], const double B[3], view *v)
 {
     const double *n = s->axis, *c = s->centre;
-    double *a = v->a, *b = v->b, x[3];
-    for (int k = 0; k < 3; k++) a[k] = A[k] - c[k], b[k] = B[k] - c[k];
-    v->za = v->zb = 0;
-    if (s->kind == SURFACE_CYLINDER) {
-        v->za = dot3(a, n), v->zb = dot3(b, n);
-        for (int k = 0; k < 3; k++) a[k] -= v->za * n[k], b[k] -= v->zb * n[k];
-    }
+    const double p[3] = {A[0] - c[0], A[1] - c[1], A[2] - c[2]}, q[3] = {B[0] - c[0], B[1] - c[1], B[2] - c[2]};
+    const int has_axis = s->kind == SURFACE_CYLINDER;
+    v->za = has_axis ? dot3(p, n) : 0, v->zb = has_axis ? dot3(q, n) : 0;
+    const double a[3] = {p[0] - v->za * n[0], p[1] - v->za * n[1], p[2] - v->za * n[2]};
+    const double b[3] = {q[0] - v->zb * n[0], q[1] - v->zb * n[1], q[2] - v->zb * n[2]};
     const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    for (int k = 0; k < 3; k++) v->a[k] = a[k], v->b[k] = b[k];
     v->aa = dot3(a, a), v->bb = dot3(b, b), v->dd = dot3(d, d), v->ad = dot3(a, d);
     fit(s, v);
-    cross3(x, a, b);
-    if (s->kind == SURFACE_CYLINDER) {
-        v->cross = dot3(x, n);
-        memcpy(v->normal, n, sizeof v->normal);
-    } else {
-        v->cross = sqrt(dot3(x, x));
-        const double per = v->cross > 0 ? 1 / v->cross : 0;
-        for (int k = 0; k < 3; k++) v->normal[k] = per * x[k];
-        if (!(v->cross > 0)) unit_across(v->normal, v->aa > 0 ? a : n);
-    }
-    v->is_clear = v->ad >= 0 || -v->ad >= v->dd || v->cross * v->cross >= v->RR * v->dd;
+    cross3(v->x, a, b);
+    v->xx = dot3(v->x, v->x);
+    return (v->ad >= 0) | (-v->ad >= v->dd) | (v->xx >= v->RR * v->dd);
 }
 
-int wrap_is_clear(const wrap_surface *s, const double a[3], const double b[3])
+/* What the contact would turn about. */
+static inline void find_normal(const wrap_surface *s, view *v)
 {
+    if (s->kind == SURFACE_CYLINDER) {
+        v->cross = dot3(v->x, s->axis);
+        memcpy(v->normal, s->axis, sizeof v->normal);
+        return;
+    }
+    v->cross = sqrt(v->xx);
+    const double per = v->cross > 0 ? 1 / v->cross : 0;
+    for (int k = 0; k < 3; k++) v->normal[k] = per * v->x[k];
+    if (!(v->cross > 0)) unit_across(v->normal, v->aa > 0 ? v->a : s->axis);
+}
+
+int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3])
+{
+    if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
     view v;
-    look(s, a, b, &v);
-    return v.is_clear;
+    return look(s, a, b, &v);
 }
 
 /* The sense of turning, whether that is the longer way, and the whole turns besides. */
@@ -122,16 +128,16 @@ typedef struct {
     int sense, is_long, turns;
 } course;
 
-static inline course choose(const wrap_surface *s, const wrap_way *way, const view *v)
+static inline course choose(const wrap_surface *s, const wrap_way *way, const view *v, int is_clear)
 {
     const int natural = v->cross >= 0 ? 1 : -1;
     course c = {natural, 0, way->turns};
-    if (!way->side || (v->is_clear && !way->turns)) return c;
+    if (!way->side || (is_clear && !way->turns)) return c;
     /* a sphere's normal has no side of its own: the sense is the one about its z axis */
     const int facing = s->kind == SURFACE_SPHERE && dot3(v->normal, s->axis) < 0 ? -1 : 1;
     c.sense = way->side * facing;
     c.is_long = c.sense != natural;
-    if (c.is_long && v->is_clear) c.turns--; /* not yet come round to its side */
+    if (c.is_long && is_clear) c.turns--; /* not yet come round to its side */
     return c;
 }
 
@@ -199,13 +205,16 @@ static void add_radius(const wrap_surface *s, const view *v, double rate, pull *
 static inline void pull_along(const view *v, int sense, double ta, double tb, pull *out)
 {
     const double P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
-    double na[3], nb[3], ia = v->aa > 0 ? 1 / v->aa : 0, ib = v->bb > 0 ? 1 / v->bb : 0, climb = 0;
+    double na[3], nb[3], climb = 0;
+    const double both = v->aa * v->bb, per_both = both > 0 ? 1 / both : 0;
+    double ia = v->bb * per_both, ib = v->aa * per_both;
     cross3(na, v->normal, v->a);
     cross3(nb, v->normal, v->b);
     out->length = P;
     if (h != 0) {
-        out->length = sqrt(P * P + h * h);
-        const double per = 1 / out->length;
+        const double square = P * P + h * h, per_square = 1 / square;
+        out->length = sqrt(square);
+        const double per = out->length * per_square; /* so that root and quotient are found at once */
         climb = per * h, ia *= per * P, ib *= per * P;
     }
     for (int k = 0; k < 3; k++) {
@@ -215,18 +224,17 @@ static inline void pull_along(const view *v, int sense, double ta, double tb, pu
 }
 
 /* The turning sense where the cable touches, 0 where it runs straight; `plain`, the pull without what a
-   changing radius adds, only if asked for.                                                             */
-static inline int bend(const wrap_surface *s, const wrap_way *way, const double A[3], const double B[3],
-                       view *v, pull *out, pull *plain)
+   changing radius adds, only if asked for. `v` is what wrap_is_clear looks at.                         */
+static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, pull *out,
+                       pull *plain)
 {
-    look(s, A, B, v);
-    if (v->is_clear && !way->turns && !way->is_counted) return 0;
+    find_normal(s, v);
     const int goes_on = way->is_counted && !isnan(way->remembered);
-    const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v);
+    const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v, is_clear);
     if (way->is_counted) out->turning = turning(v, &c);
     const double ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
-    if (out->angle <= 0 || (v->is_clear && !c.turns && !c.is_long)) return 0;
+    if (out->angle <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
     pull_along(v, c.sense, ta, tb, out);
     if (plain) *plain = *out;
     if (v->is_shrunk || v->slope != 0)
@@ -236,8 +244,11 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, const double 
 
 int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], pull *out)
 {
+    if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
-    return bend(s, way, a, b, &v, out, NULL) != 0;
+    const int is_clear = look(s, a, b, &v);
+    if (is_clear && !way->turns && !way->is_counted) return 0;
+    return bend(s, way, &v, is_clear, out, NULL) != 0;
 }
 
 static void run_straight(const double A[3], const double B[3], double t, contact *out)
@@ -260,7 +271,12 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const double A[3], co
     view v;
     pull plain;
     out->pull.turning = 0;
-    const int sense = bend(s, way, A, B, &v, &out->pull, &plain);
+    if (way->side == WRAP_INSIDE) {
+        if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
+        return;
+    }
+    const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted;
+    const int sense = is_free ? 0 : bend(s, way, &v, is_clear, &out->pull, &plain);
     if (!sense) {
         run_straight(A, B, nearest(&v), out);
         return;

@@ -22,7 +22,7 @@ typedef struct {
 
 /* Which of the ways round a surface. */
 typedef struct {
-    int32_t side;      /* sense of turning about the axis; 0 for the shorter way */
+    int32_t side;      /* sense of turning about the axis; 0 for the shorter way, or WRAP_INSIDE */
     int32_t turns;     /* whole turns besides */
     int32_t is_counted; /* whether turns go on from move to move: of a cylinder only */
     double remembered; /* turning angle of the last move; NAN before the first */
@@ -33,7 +33,7 @@ typedef struct {
     double length;      /* from a to b */
     double entering[3]; /* -dl/da: a unit vector from a to the surface, but for the cases in wrap.c */
     double leaving[3];  /* dl/db */
-    double angle;       /* of the contact, in [rad]: above 0 where it touches */
+    double angle;       /* that it turns by in contact, in [rad]: above 0 where it touches */
     double turning;     /* from a to b about the axis, in [rad], with all turns; only if counted */
 } pull;
 
@@ -51,8 +51,13 @@ int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], con
 void wrap_over(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3],
                contact *out);
 
-/* Whether the straight line from a to b clears the surface. */
-int wrap_is_clear(const wrap_surface *s, const double a[3], const double b[3]);
+/* Whether the straight line from a to b clears the surface; or, for a way inside, passes through it. */
+int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3]);
+
+/* The same three for a way inside a surface, which has no turns; `over` leaves a straight way to its caller. */
+int wrap_inside_pull(const wrap_surface *s, const double a[3], const double b[3], pull *out);
+int wrap_inside_over(const wrap_surface *s, const double a[3], const double b[3], contact *out);
+int wrap_inside_is_clear(const wrap_surface *s, const double a[3], const double b[3]);
 
 /* Off a swivelling pulley: from where the cable comes on, at F along the unit vector v, to b. */
 void pulley_off(const double F[3], const double v[3], double radius, const double b[3], contact *out);

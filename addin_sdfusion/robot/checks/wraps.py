@@ -67,8 +67,20 @@ def _wraps(
         if not 0 <= wrap.turns <= MOST_TURNS:
             problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MOST_TURNS}"
             yield error(subject, "bad-wrap-turns", problem)
+        elif wrap.inside and (wrap.turns or wrap.side):
+            problem = f"passes inside {wrap.surface!r}: remove its side and its turns"
+            yield error(subject, "bad-wrap-inside", problem)
+        elif wrap.inside:
+            yield from _inside(subject, wrap, surfaces)
         elif 0 <= wrap.segment <= last and wrap.surface in surfaces:
             yield from _ends_inside(subject, muscle, wrap, surfaces[wrap.surface])
+
+
+def _inside(subject: Subject, wrap: Wrap, surfaces: Mapping[str, WrapSurface]) -> Iterator[Finding]:
+    surface = surfaces.get(wrap.surface)
+    if surface and surface.shape == "cylinder" and math.isfinite(surface.length):
+        problem = f"passes inside the cylinder {surface.name!r}, whose ends do not count for it"
+        yield warning(subject, "wrap-ends-left", problem)
 
 
 def _ends_inside(
@@ -100,7 +112,8 @@ def _sequences(
         if len(wraps) > MOST_WRAPS:
             problem = f"{len(wraps)} wraps in segment {segment}; at most {MOST_WRAPS} are possible"
             yield error(subject, "too-many-wraps", problem)
-        known = [surfaces[wrap.surface] for wrap in wraps if wrap.surface in surfaces]
+        over = [wrap for wrap in wraps if wrap.surface in surfaces and not wrap.inside]
+        known = [surfaces[wrap.surface] for wrap in over]
         for first, second in pairwise(known):
             if _overlap(first, second):
                 problem = f"wraps over {first.name!r} and {second.name!r}, which overlap"

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, cast, get_args
 
-from ..cardsflow_xml import WRAP_STATES, WRAP_TYPES
+from ..cardsflow_xml import INSIDE, WRAP_STATES, WRAP_TYPES
 from ..checks.report import unknown
 from ..finding import member
 from ..model import ANGLES, WORLD, Axis, TaskFrame, TaskSet
@@ -123,7 +123,7 @@ class MuscleReader:
                 problem = "a wrapping via point stands between two of type FIXPOINT"
                 step.node.error("wrap-not-between-points", problem)
             side, turns = _state(step.node)
-            yield Wrap(surface, max(passed, 0), side, turns)
+            yield Wrap(surface, max(passed, 0), side, turns, _is_inside(step.node))
 
     def _surface(self, step: _Step, shape: WrapShape) -> str:
         """The name of the surface at a via point; points at the same place share one."""
@@ -208,16 +208,21 @@ def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
 
 
 def _side(node: Node) -> Literal[-1, 0, 1]:
+    """0 also for a wrap inside its surface."""
     side = node.attribute("side", "0")
-    if side not in SIDES:
-        node.error("bad-number", f"side {shortened(side)} is not -1, 0 or 1")
+    if side not in SIDES and side != INSIDE:
+        node.error("bad-number", f"side {shortened(side)} is not -1, 0, 1 or {INSIDE}")
     return SIDES.get(side, 0)
+
+
+def _is_inside(node: Node) -> bool:
+    return node.attribute("side", "0") == INSIDE
 
 
 def _wraps(node: Node) -> Iterator[Wrap]:
     for wrap in node.all("wrap"):
         segment, turns = _whole(wrap, "segment"), _whole(wrap, "turns")
-        yield Wrap(wrap.attribute("surface"), segment, _side(wrap), turns)
+        yield Wrap(wrap.attribute("surface"), segment, _side(wrap), turns, _is_inside(wrap))
 
 
 def _whole(node: Node, name: str) -> int:

@@ -164,6 +164,7 @@ ERRORS = {
     "unknown-wrap-surface": with_cable(wraps=(Wrap("ball", 0),)),
     "bad-wrap-segment": replace(with_cable(wraps=(Wrap("ball", 1),)), wrap_surfaces=(BALL,)),
     "bad-wrap-turns": over_balls(Wrap("ball", 0, turns=-1)),
+    "bad-wrap-inside": over_balls(Wrap("ball", 0, 1, inside=True)),
     "too-many-wraps": over_balls(*[Wrap("ball", 0)] * 9),
     "bad-pulley": with_cable(pulley=BasePulley("rotating", (("pulley_radius", (0.0,)),))),
 }
@@ -179,6 +180,10 @@ WARNINGS = {
     "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
     "pulley-not-modelled": with_cable(pulley=SCREW),
     "via-point-inside-wrap": over_balls(Wrap("base", 0)),
+    "wrap-ends-left": replace(
+        with_cable(wraps=(Wrap("ball", 0, inside=True),)),
+        wrap_surfaces=(replace(BALL, shape="cylinder", length=0.1),),
+    ),
     "wraps-overlap": over_balls(Wrap("ball", 0), Wrap("near", 0)),
     "wrap-side-left": over_balls(Wrap("ball", 0, 1), Wrap("far", 0)),
 }

@@ -182,6 +182,20 @@ def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_pat
     assert ("side-by-place" in {f.code for f in mjcf_losses(robot)}) == bool(side)
 
 
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+def test_a_tendon_is_led_through_its_surface(shape, tmp_path):
+    """From (-1, 0.6) to (1, 0.6) through a circle of radius 0.5 about the origin: by (0, 0.5)."""
+    surface = WrapSurface("ring", WORLD, shape, 0.5, Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0)))
+    points = (ViaPoint(WORLD, (-1.0, 0.6, 0.2)), ViaPoint("a", (1.0, 0.6, 0.2)))
+    wraps = (Wrap("ring", 0, inside=True),)
+    robot = arm(muscles=[Muscle("m", points, wraps=wraps)], surfaces=[surface])
+    model = load(robot, tmp_path)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ten_length[0] == pytest.approx(2 * math.hypot(1.0, 0.1), abs=1e-9)
+    assert "side-by-place" not in {f.code for f in mjcf_losses(robot)}
+
+
 def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
     surfaces = [WrapSurface("c", WORLD, "cylinder", 0.1, length=0.5)]
     surfaces += [WrapSurface("s", "a", "sphere", 0.1)]

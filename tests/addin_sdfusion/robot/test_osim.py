@@ -218,6 +218,15 @@ def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path)
     assert ("cylinder-has-ends" in codes) == (shape == "cylinder")
 
 
+def test_a_way_inside_a_surface_is_left_out_and_said(tmp_path):
+    surface = WrapSurface("ring", WORLD, "sphere", 0.5)
+    points = (ViaPoint(WORLD, (-1.0, 0.6, 0.0)), ViaPoint("a", (1.0, 0.6, 0.0)))
+    wraps = (Wrap("ring", 0, inside=True),)
+    robot = arm(muscles=[Muscle("m", points, wraps=wraps)], surfaces=[surface])
+    assert Terms(robot, tmp_path).lengths[0] == pytest.approx(2.0, abs=1e-12)
+    assert "wrap-left-out" in {finding.code for finding in osim_losses(robot)}
+
+
 def test_a_body_without_mass_keeps_its_inertia(tmp_path):
     robot = arm(Inertia(0.0, (0.1, 0.0, 0.0), 1.0, 1.0, 1.0))
     assert_equal_terms(robot, tmp_path)

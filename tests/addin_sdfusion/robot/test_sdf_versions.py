@@ -367,6 +367,11 @@ def test_a_motors_numbers_are_checked(tmp_path):
             WrapSurface("arm_cylinder", "arm", "cylinder", 0.03, Pose((0, 0, 2))),
             Wrap("arm_cylinder", 0, -1),
         ),
+        (
+            'type="CYLINDRICAL" radius="0.03" state="0" side="inside"',
+            WrapSurface("arm_cylinder", "arm", "cylinder", 0.03, Pose((0, 0, 2))),
+            Wrap("arm_cylinder", 0, inside=True),
+        ),
     ],
 )
 def test_wrapping_points_are_surfaces(tmp_path, words, surface, wrap):

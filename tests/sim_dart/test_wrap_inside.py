@@ -1,0 +1,216 @@
+"""A cable inside a surface: against MuJoCo, closed forms, a convex search; smooth at its kinks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from oracles.mujoco_wraps import MujocoWraps
+from robots import random_robot
+from scipy.optimize import minimize
+from wrapped import FAR, carriage, single_wraps, wrapped_tree
+
+from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
+from sim_dart import MusclePaths
+
+pytestmark = pytest.mark.native
+
+FloatArray = NDArray[np.float64]
+STEP = 1e-6
+
+
+def inside(robot: Robot) -> Robot:
+    """The same muscles, each inside its surfaces."""
+    return robot.with_muscles(
+        replace(m, wraps=tuple(replace(w, side=0, turns=0, inside=True) for w in m.wraps))
+        for m in robot.muscles
+    )
+
+
+def straight(robot: Robot, q: FloatArray) -> FloatArray:
+    """Distances of the ends of a carriage's muscles."""
+    ends = [[np.array(p.position) for p in m.via_points] for m in robot.muscles]
+    return np.array([np.linalg.norm(b + q - a) for a, b in ends])
+
+
+def test_it_equals_mujocos_inside_wraps() -> None:
+    """10,000 configurations, ends inside the surfaces included: a side site at the centre."""
+    rng = np.random.default_rng(31)
+    compared = touched = 0
+    for scale in (1.0, 0.01, 30.0):
+        robot = inside(single_wraps(rng, 200))
+        sites = [np.zeros(3)] * len(robot.muscles)
+        paths, mujoco = MusclePaths(scaled(robot, scale)), MujocoWraps(robot, sites)
+        for _ in range(20):
+            q = rng.uniform(-0.5, 0.5, 3)
+            lengths = paths.evaluate(q * scale).lengths / scale
+            np.testing.assert_allclose(lengths, mujoco.lengths(q), rtol=0, atol=1e-9)
+            compared += len(lengths)
+            touched += int((lengths > straight(robot, q) + 1e-9).sum())
+    assert compared >= 10_000
+    assert 0.5 < touched / compared < 0.95
+
+
+def scaled(robot: Robot, scale: float) -> Robot:
+    """Another unit of length."""
+
+    def times(vector: tuple[float, ...]) -> tuple[float, float, float]:
+        x, y, z = (scale * value for value in vector)
+        return x, y, z
+
+    muscles = [
+        replace(m, via_points=tuple(replace(p, position=times(p.position)) for p in m.via_points))
+        for m in robot.muscles
+    ]
+    surfaces = tuple(
+        replace(s, radius=scale * s.radius, pose=Pose(times(s.pose.position), s.pose.rpy))
+        for s in robot.wrap_surfaces
+    )
+    return replace(robot.with_muscles(muscles), wrap_surfaces=surfaces)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.0, -1.6, 1.9])
+def test_equal_distances_touch_in_the_middle(shape: str, angle: float) -> None:
+    """Both ends at 3 R, an angle apart: the cable is bent at half of it; unrolled, it climbs."""
+    R, climb = 0.1, 0.0 if shape == "sphere" else 0.13
+    half = abs(angle) / 2
+    planar = 2 * math.hypot(3 * R * math.sin(half), 3 * R * math.cos(half) - R)
+    robot = polar(shape, R, 3 * R, 3 * R, angle, climb)
+    (length,) = MusclePaths(robot).evaluate(np.zeros(3)).lengths
+    assert length == pytest.approx(math.hypot(planar, climb), abs=1e-14)
+    (line,) = MusclePaths(robot).path_points(np.zeros(3))
+    middle = (R * math.cos(angle / 2), R * math.sin(angle / 2), climb / 2)
+    np.testing.assert_allclose(line[1], middle, atol=1e-14)
+
+
+def polar(shape: str, R: float, ra: float, rb: float, angle: float, climb: float = 0.0) -> Robot:
+    """A muscle between two points given by polar coordinates about the surface's z axis."""
+    ends = (
+        ViaPoint(WORLD, (ra, 0.0, 0.0)),
+        ViaPoint(FAR, (rb * math.cos(angle), rb * math.sin(angle), climb)),
+    )
+    surface = WrapSurface("ring", WORLD, shape, R)  # type: ignore[arg-type]
+    return carriage([Muscle("m", ends, wraps=(Wrap("ring", 0, inside=True),))], [surface])
+
+
+def test_jacobian_is_the_derivative_of_the_lengths() -> None:
+    rng = np.random.default_rng(32)
+    robot = inside(single_wraps(rng, 200))
+    paths = MusclePaths(robot)
+    compared = 0
+    for _ in range(20):
+        q = rng.uniform(-0.5, 0.5, 3)
+        L = paths.evaluate(q).jacobian.copy()
+        for j, e in enumerate(np.eye(3) * STEP):
+            ahead, L_ahead = (values.copy() for values in paths.evaluate(q + e))
+            behind, L_behind = (values.copy() for values in paths.evaluate(q - e))
+            smooth = (abs(L_ahead - L).max(axis=1) < 1e-4) & (abs(L_behind - L).max(axis=1) < 1e-4)
+            slope = (ahead - behind) / (2 * STEP)
+            np.testing.assert_allclose(L[smooth, j], slope[smooth], rtol=0, atol=1e-7)
+            compared += int(smooth.sum())
+    assert compared > 0.99 * 200 * 20 * 3
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [((0.3, 0.1), (-0.5, 0.0)), ((0.0, 0.15), (0.0, 0.02)), ((0.12, -0.2), (-0.3, -0.2))],
+    ids=["grazing", "an end moves in", "passing below"],
+)
+def test_it_comes_to_touch_without_a_jump(
+    shape: str, begin: tuple[float, float], end: tuple[float, float]
+) -> None:
+    """Lengths of neighbouring places differ by no more than the way between them."""
+    surface = WrapSurface("ring", WORLD, shape, 0.1)  # type: ignore[arg-type]
+    ends = (ViaPoint(WORLD, (0.4, 0.13, 0.0)), ViaPoint(FAR, (0.0, 0.0, 0.02)))
+    muscle = Muscle("m", ends, wraps=(Wrap("ring", 0, inside=True),))
+    robot = carriage([muscle], [surface])
+    paths, places = MusclePaths(robot), np.linspace([*begin, 0.0], [*end, 0.0], 20_001)
+    lengths = np.array([paths.evaluate(q).lengths[0] for q in places])
+    step = np.linalg.norm(places[1] - places[0])
+    assert abs(np.diff(lengths)).max() <= step * (1 + 1e-9)
+    bent = lengths > np.array([straight(robot, q)[0] for q in places]) + 1e-12
+    assert bent.any()
+    assert not bent.all()
+    assert (lengths >= [straight(robot, q)[0] - 1e-14 for q in places]).all()
+
+
+def test_through_several_balls_it_is_the_shortest() -> None:
+    """Least sum of distances over a point in each ball, in their order: a convex problem."""
+    rng = np.random.default_rng(33)
+    touched = 0
+    for count in (2, 3):
+        for _ in range(25):
+            centres = np.linspace([-0.4, 0, 0], [0.4, 0, 0], count)
+            centres = centres + rng.uniform(-0.25, 0.25, (count, 3)) * [0.2, 1, 1]
+            radii = rng.uniform(0.02, 0.08, count)
+            surfaces = [
+                WrapSurface(f"b{k}", WORLD, "sphere", float(r), Pose(tuple(map(float, c))))
+                for k, (c, r) in enumerate(zip(centres, radii, strict=True))
+            ]
+            ends = (ViaPoint(WORLD, (-1.0, 0.0, 0.1)), ViaPoint(FAR, (1.0, 0.1, 0.0)))
+            wraps = tuple(Wrap(s.name, 0, inside=True) for s in surfaces)
+            robot = carriage([Muscle("m", ends, wraps=wraps)], surfaces)
+            (length,) = MusclePaths(robot).evaluate(np.zeros(3)).lengths
+            expected = shortest(*(np.array(p.position) for p in ends), centres, radii)
+            assert length == pytest.approx(expected, abs=1e-7)  # of the search
+            touched += length > straight(robot, np.zeros(3))[0] + 1e-6
+    assert touched > 40
+
+
+def shortest(a: FloatArray, b: FloatArray, centres: FloatArray, radii: FloatArray) -> float:
+    """Length of the shortest way from a to b through balls in order."""
+
+    def length(flat: FloatArray) -> float:
+        way = np.vstack([a, flat.reshape(-1, 3), b])
+        return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+
+    within = {
+        "type": "ineq",
+        "fun": lambda flat: radii**2 - ((flat.reshape(-1, 3) - centres) ** 2).sum(axis=1),
+    }
+    found = minimize(
+        length,
+        centres.ravel(),
+        method="SLSQP",
+        constraints=within,
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    return float(found.fun)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_action_is_reaction_and_the_power_is_that_of_the_tensions(seed: int) -> None:
+    """On trees, surfaces on any link: no force, no torque, and -f . l'."""
+    robot = inside(wrapped_tree(random_robot(seed), seed))
+    paths, m, n = MusclePaths(robot), len(robot.muscles), len(robot.coordinates)
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        q = rng.uniform(-1.5, 1.5, n)
+        pulls = paths.point_forces(q, np.ones(m))
+        force, torque = np.zeros((m, 3)), np.zeros((m, 3))
+        np.add.at(force, pulls.muscles, pulls.forces)
+        np.add.at(torque, pulls.muscles, np.cross(pulls.points, pulls.forces))
+        assert max(abs(force).max(), abs(torque).max()) < 1e-12
+        L = paths.evaluate(q).jacobian.copy()
+        for j, e in enumerate(np.eye(n) * STEP):
+            ahead, L_ahead = (values.copy() for values in paths.evaluate(q + e))
+            behind, L_behind = (values.copy() for values in paths.evaluate(q - e))
+            smooth = (abs(L_ahead - L).max(axis=1) < 1e-4) & (abs(L_behind - L).max(axis=1) < 1e-4)
+            slope = (ahead - behind) / (2 * STEP)
+            np.testing.assert_allclose(L[smooth, j], slope[smooth], rtol=0, atol=1e-7)
+
+
+def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
+    """Ends on the surface, at its centre, at one place, opposite, on one ray, on the axis."""
+    for shape in ("sphere", "cylinder"):
+        for ra in (0.0, 0.1, 0.1 * (1 + 1e-15), 0.3):
+            for rb in (0.0, 0.1, 0.2, 0.3):
+                for angle in (0.0, 1e-12, math.pi / 2, math.pi - 1e-9, math.pi):
+                    state = MusclePaths(polar(shape, 0.1, ra, rb, angle)).evaluate(np.zeros(3))
+                    assert np.isfinite(state.lengths).all()
+                    assert np.isfinite(state.jacobian).all()
