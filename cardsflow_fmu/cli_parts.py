@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,6 @@ from addin_sdfusion.robot import InputError
 
 if TYPE_CHECKING:
     from .experiment import Experiment
-    from .master import Progress
 
 INTERRUPTED, BAD_INPUT, FAILED, GOOD = 130, 2, 1, 0
 
@@ -60,26 +57,6 @@ def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:
     else:
         for path in paths:
             print(path)
-
-
-@contextmanager
-def progress_bar(steps: int | None = None) -> Iterator[Progress | None]:
-    """A progress bar on a terminal, nothing elsewhere.
-
-    Args:
-        steps: How many there will be; None if nobody knows.
-    """
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(total=steps, unit="step", leave=False) as bar:
-
-        def show(done: int) -> None:
-            bar.update(done - bar.n)
-
-        yield show
 
 
 def settings_of(words: Sequence[str]) -> dict[str, Any]:

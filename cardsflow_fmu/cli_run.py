@@ -17,9 +17,9 @@ from .cli_parts import (
     add_experiment,
     add_json,
     experiment_of,
-    progress_bar,
     settings_of,
 )
+from .cli_progress import progress_bar
 from .cli_view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .cli_parts import FAILED, GOOD, add_command
+from .cli_progress import study_progress
 
 if TYPE_CHECKING:
     from .studies.crew import Crew
-    from .studies.execution import Progress, StudyResult
+    from .studies.execution import StudyResult
 
 
 _ERRORS = 5
@@ -55,7 +56,7 @@ def _study(options: argparse.Namespace) -> int:
     study = Study.load(options.study)
     if options.only is not None:
         return _only(options)
-    with _crew(options) as crew, _progress() as progress:
+    with _crew(options) as crew, study_progress() as progress:
         result = run_study(
             study,
             jobs=options.jobs,
@@ -96,25 +97,6 @@ def _crew(options: argparse.Namespace) -> Iterator[Crew | None]:
     jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
     with dask_crew(options.dask, jobs) as crew:
         yield crew
-
-
-@contextlib.contextmanager
-def _progress() -> Iterator[Progress | None]:
-    """Runs, rate and remaining time on a terminal, nothing elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(unit="run", leave=False, smoothing=0.1) as bar:
-
-        def show(done: int, total: int, failed: int) -> None:
-            bar.total = total
-            if failed:
-                bar.set_postfix(failed=failed, refresh=False)
-            bar.update(done - bar.n)
-
-        yield show
 
 
 def _print(result: StudyResult) -> None:

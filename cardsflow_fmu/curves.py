@@ -15,6 +15,8 @@ from .envelope import every_few
 from .ports import coordinate_signals, identifier
 from .results import FloatArray, Result, SystemResult
 
+_LARGEST = 1e100
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -23,7 +25,7 @@ class Curve:
     Attributes:
         name: For the legend.
         time: In [s], shape (points,).
-        values: Shape (points,).
+        values: Shape (points,); what no axis has room for is left out, as what is no number is.
         reference: Whether it is what others are to follow.
     """
 
@@ -31,6 +33,11 @@ class Curve:
     time: FloatArray
     values: FloatArray
     reference: bool = False
+
+    def __post_init__(self) -> None:
+        within = np.abs(self.values) < _LARGEST
+        if not within.all():
+            object.__setattr__(self, "values", np.where(within, self.values, np.nan))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +166,8 @@ def _errors(result: SystemResult) -> list[Panel]:
     for unit, pairs in _pairs(result).items():
         curves = []
         for name, desired in pairs:
-            error = result[name] - result[desired]
+            with np.errstate(invalid="ignore"):  # of a run that diverged
+                error = result[name] - result[desired]
             if name.startswith("y.") and unit == "rad":  # angles of a task frame come round
                 error = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
             curves.append(Curve(name, time, error))
@@ -183,7 +191,12 @@ def _moment_arms(result: SystemResult) -> list[Panel]:
         return []
     rows = every_few(len(result.rows), _POSES)
     time, paths = result["time"][rows], MusclePaths(robot)
-    arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in result.columns(signals)[rows]])
+    poses = result.columns(signals)[rows]
+    known = np.isfinite(poses).all(axis=1)
+    if not known.any():
+        return []
+    time = time[known]
+    arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in poses[known]])
     panels = []
     for j, coordinate in enumerate(robot.coordinates):
         acting = [k for k in range(len(robot.muscles)) if np.abs(arms[:, k, j]).max() > _NO_ARM]

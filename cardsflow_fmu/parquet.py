@@ -73,6 +73,7 @@ def read_parquet(file: Path) -> SystemResult:
     pa = require_parquet()
     import pyarrow.parquet as pq
 
+    from .csv_table import require_table
     from .results import SystemResult
 
     try:
@@ -83,9 +84,12 @@ def read_parquet(file: Path) -> SystemResult:
     except OSError as error:  # pyarrow's own errors of damaged files are OSErrors or ValueErrors
         reason = error.strerror or "is no Parquet file"
         raise InputError(f"cannot be read: {reason}", file=file) from None
-    except (pa.ArrowException, ValueError) as error:
+    except (pa.ArrowException, ValueError, TypeError, RecursionError) as error:
         what = f"is no table of results: {' '.join(str(error).split())}"
         raise InputError(what, file=file) from None
+    if not isinstance(metadata, dict) or not isinstance(metadata.get("summary", {}), dict):
+        raise InputError("is not what a run writes: its metadata", file=file)
+    require_table(table.column_names, rows, file)
     units = {f.name: _unit(f.metadata) for f in table.schema}
     return SystemResult(
         tuple(table.column_names), rows, units, metadata.get("summary", {}), {file.name: file}

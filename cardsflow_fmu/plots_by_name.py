@@ -11,16 +11,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Figure
 
 from addin_sdfusion.robot import UnknownNameError
-from addin_sdfusion.robot.files import write_files
 
 from .curves import Panel, panels_of
 from .envelope import BINS, envelope
+from .own_file import MARK, own_place, write_own
 from .plots import _STYLE
 from .results import SystemResult
 
 FORMATS = ("png", "svg", "pdf")
 
-_UNDATED = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_METADATA = {  # by whom, and no date: equal figures give equal files
+    "png": {"Software": MARK},
+    "svg": {"Creator": MARK, "Date": None},
+    "pdf": {"Creator": MARK, "CreationDate": None},
+}
 _MOST_IN_LEGEND = 32
 
 
@@ -45,8 +49,8 @@ def plot(
     form = file.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise UnknownNameError("kind of figure", form, FORMATS, file=file)
-    data = image(figure_of(result, what, columns), form)
-    return write_files(file.parent, {file.name: data})[0]
+    place = own_place(file, [f".{form}"])
+    return write_own(place, image(figure_of(result, what, columns), form))
 
 
 def figure_of(
@@ -87,7 +91,7 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow") -> bytes:
     """
     memory = io.BytesIO()
     with mpl.rc_context(_STYLE | {"svg.hashsalt": salt}):
-        figure.savefig(memory, format=form, dpi=150, metadata=_UNDATED[form])
+        figure.savefig(memory, format=form, dpi=150, metadata=_METADATA[form])
     return memory.getvalue()
 
 

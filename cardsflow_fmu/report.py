@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.readers import read
 
 from .curves import all_panels
 from .html_parts import section, table
 from .info import robot_info
+from .own_file import GENERATOR, own_place, write_own
 from .plots_by_name import figure_of_panels, image
 from .results import Result
 from .saved_run import opened_run
 from .summary_html import summary_tables
 from .viewer.page import replay_page
 from .viewer.page_data import Act
-from .viewer.view import act_of
+from .viewer.view import PAGES, act_of
 
 # Nothing but what stands in the page itself may be loaded, whatever the page is opened from.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
@@ -39,10 +39,10 @@ def report(path: str | Path, file: str | Path) -> Path:
     Raises:
         InputError: The folder does not hold what is needed, or the file cannot be written.
     """
-    file = Path(file)
+    place = own_place(file, PAGES)
     with opened_run(path) as result:
         page = report_page(result)
-    return write_files(file.parent, {file.name: page})[0]
+    return write_own(place, page)
 
 
 def report_page(result: Result) -> str:
@@ -61,6 +61,7 @@ def report_page(result: Result) -> str:
         (
             "<!DOCTYPE html>",
             '<html lang="en"><head><meta charset="utf-8">',
+            GENERATOR,
             f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
             '<meta name="viewport" content="width=device-width">',
             f'<link rel="icon" href="data:,"><title>{escape(name)}: report</title>',
@@ -103,7 +104,19 @@ def _figures(result: Result) -> Iterator[str]:
 def _robot(result: Result) -> Iterator[str]:
     """Links, joints, muscles, and what `check` says."""
     experiment = result.experiment
-    info = robot_info(experiment.robot_path, experiment.robot.cable_set or None)
+    bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
+    for part in experiment.parts:
+        named = {m.name: bounds[f"{part.name}_{m.name}"] for m in part.robot.muscles}
+        yield f"<h3>{escape(part.name)}</h3>"
+        yield from _one_robot(part.files[0], part.robot.cable_set, named)
+    if not experiment.parts:
+        yield from _one_robot(experiment.robot_path, experiment.robot.cable_set, bounds)
+
+
+def _one_robot(
+    path: Path, cable_set: str, bounds: Mapping[str, tuple[float, float]]
+) -> Iterator[str]:
+    info = robot_info(path, cable_set or None)
     yield (
         f"<p>{escape(info['name'])}: {len(info['links'])} links, {len(info['coordinates'])} "
         f"coordinates, {len(info['muscles'])} muscles, {info['mass']:.6g} kg, "
@@ -121,7 +134,6 @@ def _robot(result: Result) -> Iterator[str]:
             for c in info["coordinates"]
         ),
     )
-    bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
     yield table(
         ("muscle", "model", "f_min [N]", "f_max [N]", "length [m]", "via points", "links"),
         (
@@ -136,14 +148,16 @@ def _robot(result: Result) -> Iterator[str]:
             for m in info["muscles"]
         ),
     )
-    findings = read(experiment.robot_path, experiment.robot.cable_set or None).findings
+    findings = read(path, cable_set or None).findings
     rows = [["error" if f.is_error else "warning", f.message] for f in findings]
     yield table(("check", "finding"), rows) if rows else "<p>check: nothing found</p>"
 
 
 def _experiment(result: Result) -> str:
-    """Everything that was set, defaults included."""
-    return json.dumps(result.experiment.data, indent=2, ensure_ascii=False)
+    """Everything that was set, defaults included; files as they stand beside the experiment."""
+    text = json.dumps(result.experiment.data, indent=2, ensure_ascii=False)
+    beside = json.dumps(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
+    return text.replace(beside, "")
 
 
 def _versions(summary: dict[str, Any]) -> list[Sequence[Any]]:

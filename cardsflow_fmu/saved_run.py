@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import shutil
 import tempfile
-import warnings
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +16,7 @@ from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.mesh_files import own_name
 
 from .archive import unpack_archive, write_archive
+from .csv_table import read_csv
 from .experiment import Experiment
 from .journal import STARTED
 from .master import Recording
@@ -28,10 +27,10 @@ from .results import (
     SUMMARY,
     TABLE,
     UNITS,
-    FloatArray,
     Result,
     SystemResult,
 )
+from .saved_notes import read_summary, read_units
 from .summary import Speed, summarize
 from .visual_meshes import visual_files
 
@@ -127,6 +126,7 @@ def load_run(path: str | Path) -> Result:
             result.solve_times,
             experiment=Experiment.from_resources(aside),
         )
+        _require_same_robot(loaded, archive)
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
         raise
@@ -134,6 +134,13 @@ def load_run(path: str | Path) -> Result:
         loaded.summary |= _findings(loaded)
     loaded.release = weakref.finalize(loaded, shutil.rmtree, aside, ignore_errors=True)
     return loaded
+
+
+def _require_same_robot(result: Result, archive: Path) -> None:
+    told, robot = result.summary.get("robot"), result.experiment.robot.name
+    if told is not None and told != robot:
+        what = f"is of robot {robot!r}, and the results beside it are of {told!r}"
+        raise InputError(what, file=archive)
 
 
 def _findings(result: Result) -> dict[str, Any]:
@@ -162,7 +169,7 @@ def read_results(path: Path) -> SystemResult:
     if not is_run(path):
         raise InputError("holds no results of a run", file=path)
     folder = _folder(path)
-    units, summary = _json(folder / UNITS), _json(folder / SUMMARY)
+    units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)
     complete = summary.get("status") == "complete"
     if (folder / PARQUET).is_file() and not (folder / TABLE).is_file():
         table = folder / PARQUET
@@ -174,33 +181,11 @@ def read_results(path: Path) -> SystemResult:
         summary["duration"] = float(rows[-1, 0])  # which a run that was killed could not tell
     times = np.empty((0, 2))
     if (folder / SOLVE_TIMES).is_file():
-        times = read_csv(folder / SOLVE_TIMES)[1]
+        names_of_times, times = read_csv(folder / SOLVE_TIMES, complete=complete)
+        if len(names_of_times) != 2:
+            raise InputError("is no table of times of ticks", file=folder / SOLVE_TIMES)
     there = (table, folder / UNITS, folder / SUMMARY)
     return SystemResult(names, rows, units, summary, {f.name: f for f in there}, times)
-
-
-def read_csv(file: Path, *, complete: bool = True) -> tuple[tuple[str, ...], FloatArray]:
-    """The names and the rows of a table, shape (rows, len(names)).
-
-    Args:
-        file: The table.
-        complete: Whether the last line has been written whole; otherwise it counts only if it ends.
-
-    Raises:
-        InputError: It is no table of numbers.
-    """
-    try:
-        with file.open(encoding="utf-8") as stream:
-            names = tuple(stream.readline().rstrip("\n").split(","))
-            lines = stream if complete else (line for line in stream if line.endswith("\n"))
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # about a table without rows
-                rows = np.loadtxt(lines, delimiter=",", ndmin=2).reshape(-1, len(names))
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-    except ValueError as error:
-        raise InputError(f"is no table of results: {error}", file=file) from None
-    return names, rows
 
 
 def _read_alone(file: Path) -> SystemResult:
@@ -213,18 +198,6 @@ def _read_alone(file: Path) -> SystemResult:
 
 def _folder(path: Path) -> Path:
     return path.parent if path.name in _TABLES else path
-
-
-def _json(file: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-    except ValueError as error:
-        raise InputError(f"is no JSON: {error}", file=file) from None
-    if not isinstance(data, dict):
-        raise InputError("is not what a run writes", file=file)
-    return data
 
 
 def _bytes(source: bytes | Path) -> bytes:

@@ -15,6 +15,8 @@ from ..ports import coordinate_signals, identifier, muscle_signals, signal_names
 from ..results import SystemResult
 from .poses import FloatArray
 
+_FARTHEST = 1e9
+
 RATE = 25.0
 """Frames a second of a replay unless someone asks for another."""
 
@@ -104,6 +106,12 @@ def _tensions(robot: Robot, result: SystemResult) -> list[str]:
     return [actual if actual in result.names else wanted for actual, wanted in told]
 
 
+def drawable(values: FloatArray) -> FloatArray:
+    """The same without what no picture has room for: of a run that diverged, it is nan."""
+    within = np.abs(values) < _FARTHEST
+    return values if within.all() else np.where(within, values, np.nan)
+
+
 class _Columns:
     """Columns at the chosen rows."""
 
@@ -116,7 +124,7 @@ class _Columns:
             return None
         if not names:
             return np.zeros((len(self._rows), 0))
-        return self._result.columns(names)[self._rows]
+        return drawable(self._result.columns(names)[self._rows])
 
     def any(self, names: list[str]) -> FloatArray | None:
         """The columns, nan where one is missing; None if all are."""

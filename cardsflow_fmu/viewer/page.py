@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
+from ..own_file import GENERATOR
 from .page_data import Act, encode
 
 _PARTS = files(__package__) / "page_parts"
@@ -29,6 +30,7 @@ def replay_page(acts: Sequence[Act]) -> str:
         (
             "<!DOCTYPE html>",
             '<html lang="en"><head><meta charset="utf-8">',
+            GENERATOR,
             f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
             '<meta name="viewport" content="width=device-width">',
             f'<link rel="icon" href="data:,"><title>{title}</title>',

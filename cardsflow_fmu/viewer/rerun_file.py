@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import write_files
 
+from ..own_file import MARK, own_place, write_own
 from . import shapes as s
 from .bodies import AXES
 from .page_data import Act
@@ -49,19 +49,16 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.
     """
-    file = Path(file)
-    if file.suffix != ".rrd":
-        raise InputError("a recording for Rerun is a .rrd", file=file)
-    rr = require_rerun()
+    rr, place = require_rerun(), own_place(file, [".rrd"])
     with tempfile.TemporaryDirectory() as aside:
         draft = Path(aside) / "recording.rrd"
-        recording = rr.RecordingStream("cardsflow", recording_id=acts[0].title)
+        recording = rr.RecordingStream(MARK, recording_id=acts[0].title)
         recording.save(draft)
         for number, act in enumerate(acts):
             _Recorder(rr, recording, f"{number + 1} {act.title}").record(act)
         recording.flush()
         recording.disconnect()
-        return write_files(file.parent, {file.name: draft.read_bytes()})[0]
+        return write_own(place, draft.read_bytes())
 
 
 class _Recorder:

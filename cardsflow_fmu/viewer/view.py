@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.readers import read
 
+from ..own_file import own_place, write_own
 from ..results import Result, SystemResult
 from ..saved_run import is_run, opened_run
 from .live import Ended, address, pose, replay, server
@@ -22,6 +22,9 @@ from .page_data import Act
 from .scene import Stage
 
 Tell = Callable[[str], None]
+
+PAGES = (".html", ".htm")
+"""What the name of a page ends in."""
 
 
 def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
@@ -95,8 +98,7 @@ def write_page(acts: Sequence[Act], file: str | Path) -> Path:
     Raises:
         InputError: The file cannot be written.
     """
-    file = Path(file)
-    return write_files(file.parent, {file.name: replay_page(acts)})[0]
+    return write_own(own_place(file, PAGES), replay_page(acts))
 
 
 def write_recording(acts: Sequence[Act], file: str | Path) -> Path:

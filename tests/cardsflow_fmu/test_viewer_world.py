@@ -229,6 +229,6 @@ def test_wrong_words_for_a_recording(
     falling: tuple[Path, Result], tmp_path: Path, capsys: Any
 ) -> None:
     assert main(["view", str(falling[0]), "--rrd", str(tmp_path / "run.txt")]) == 2
-    assert "is a .rrd" in capsys.readouterr().err
+    assert "must end in .rrd" in capsys.readouterr().err
     assert main(["view", str(falling[0]), "--json"]) == 2
     assert "--html or --rrd" in capsys.readouterr().err

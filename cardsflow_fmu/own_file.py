@@ -1,0 +1,64 @@
+"""Writing a single file that takes the place of an earlier one of ours, and of nobody else's."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import is_folder, write_files
+
+MARK = "cardsflow"
+"""Who has made a picture or a page, where its format says so."""
+
+GENERATOR = f'<meta name="generator" content="{MARK}">'
+
+_FAR = 2**16
+
+
+def own_place(file: str | Path, suffixes: Collection[str]) -> Path:
+    """A place for a file that is new, or that we have written before: asked for before the work.
+
+    Args:
+        file: Where to.
+        suffixes: What the name may end in.
+
+    Raises:
+        InputError: The name does not fit, or somebody else's file is there.
+    """
+    file = Path(file)
+    if file.suffix.lower() not in suffixes:
+        raise InputError(f"must end in {' or '.join(suffixes)}", file=file)
+    if is_folder(file):
+        raise InputError("is a folder; name a file", file=file)
+    if not _is_free(file):
+        what = "is there already, and is not of cardsflow; choose another name"
+        raise InputError(what, file=file)
+    return file
+
+
+def write_own(place: Path, content: str | bytes) -> Path:
+    """Write a file.
+
+    Args:
+        place: From `own_place`.
+        content: What; it tells by `MARK` who has made it.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    return write_files(place.parent, {place.name: content})[0]
+
+
+def _is_free(file: Path) -> bool:
+    """Whether there is nothing, or something of ours."""
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(_FAR)
+            stream.seek(max(file.stat().st_size - _FAR, 0))
+            return not head or MARK.encode() in head or MARK.encode() in stream.read(_FAR)
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be written: {reason}", file=file) from None

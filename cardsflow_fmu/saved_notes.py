@@ -1,0 +1,108 @@
+"""Reading what a run has noted beside its table: JSON that anyone may have changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import read_file
+
+_MAX_BYTES = 256 * 2**20
+
+_NUMBER = (int, float, type(None))
+_TABLE = (dict, type(None))
+_KINDS: dict[str, tuple[type, ...]] = {
+    "status": (str,),
+    "experiment": (str,),
+    "error": (str, type(None)),
+    "duration": _NUMBER,
+    "step": _NUMBER,
+    "ticks": _NUMBER,
+    "infeasible_ticks": _NUMBER,
+    "real_time_factor": _NUMBER,
+    "first_step_after_s": _NUMBER,
+    "tracking": _TABLE,
+    "forces": _TABLE,
+    "slack": _TABLE,
+    "solve_time": _TABLE,
+    "files": _TABLE,
+    "versions": _TABLE,
+    "warnings": (list, type(None)),
+}
+
+_ROWS = {
+    "tracking": ("per_signal", ("rms", "max", "unit")),
+    "forces": ("per_muscle", ("min", "max", "f_min", "f_max")),
+    "slack": ("per_signal", ("max", "unit")),
+}
+
+
+def read_summary(file: Path) -> dict[str, Any]:
+    """The summary of a run.
+
+    Args:
+        file: summary.json.
+
+    Raises:
+        InputError: It is missing, or not what a run writes.
+    """
+    summary = _read(file)
+    if summary.get("status") not in ("complete", "incomplete"):
+        raise _foreign(file, "status")
+    for key, kinds in _KINDS.items():
+        if key in summary and not isinstance(summary[key], kinds):
+            raise _foreign(file, key)
+    for key, (rows, columns) in _ROWS.items():
+        if not _are_rows((summary.get(key) or {}).get(rows), columns):
+            raise _foreign(file, f"{key}.{rows}")
+    for key in ("tracking.rms", "tracking.max", "forces.min", "forces.max"):
+        group, name = key.split(".")
+        if not isinstance((summary.get(group) or {}).get(name), _NUMBER):
+            raise _foreign(file, key)
+    return summary
+
+
+def _are_rows(rows: Any, columns: tuple[str, ...]) -> bool:
+    if rows is None:
+        return True
+    return isinstance(rows, Mapping) and all(
+        isinstance(row, Mapping)
+        and set(columns) <= set(row)
+        and all(isinstance(row[c], str if c == "unit" else _NUMBER) for c in columns)
+        for row in rows.values()
+    )
+
+
+def read_units(file: Path) -> dict[str, str]:
+    """The units of a table, by the names of its columns.
+
+    Args:
+        file: results.units.json.
+
+    Raises:
+        InputError: It is missing, or not what a run writes.
+    """
+    units = _read(file)
+    for name, unit in units.items():
+        if not isinstance(unit, str):
+            raise _foreign(file, name[:80])
+    return units
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(read_file(file, _MAX_BYTES).decode("utf-8-sig"))
+    except RecursionError:
+        raise InputError("is nested too deeply", file=file) from None
+    except ValueError as error:
+        raise InputError(f"is no JSON: {error}", file=file) from None
+    if not isinstance(data, dict):
+        raise InputError("is not what a run writes", file=file)
+    return data
+
+
+def _foreign(file: Path, key: str) -> InputError:
+    return InputError("is not what a run writes", file=file, key=key)

@@ -1,0 +1,294 @@
+"""Results that are empty, cut, changed or damaged, and files of others, which nothing replaces."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from robots import EXAMPLES, PLANAR_2R
+
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.cli import main
+
+Change = Callable[[Path], object]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("good") / "results"
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), folder, through="direct")
+    return folder
+
+
+def table(change: Callable[[list[bytes]], list[bytes]]) -> Change:
+    def edit(folder: Path) -> None:
+        file = folder / "results.csv"
+        file.write_bytes(b"\n".join(change(file.read_bytes().split(b"\n"))))
+
+    return edit
+
+
+def filled(value: bytes) -> Change:
+    def row(line: bytes) -> bytes:
+        time, *rest = line.split(b",")
+        return b",".join([time, *[value] * len(rest)])
+
+    return table(lambda lines: [lines[0], *map(row, lines[1:-1]), b""])
+
+
+def head(old: bytes, new: bytes) -> Change:
+    return table(lambda lines: [lines[0].replace(old, new, 1), *lines[1:]])
+
+
+def at_row(k: int, new: Callable[[bytes], bytes]) -> Change:
+    return table(lambda lines: [*lines[:k], new(lines[k]), *lines[k + 1 :]])
+
+
+def note(name: str, text: str) -> Change:
+    return lambda folder: (folder / name).write_text(text)
+
+
+def noted(**changes: Any) -> Change:
+    def edit(folder: Path) -> None:
+        file = folder / "summary.json"
+        file.write_text(json.dumps(json.loads(file.read_text()) | changes))
+
+    return edit
+
+
+def as_folder(name: str) -> Change:
+    def edit(folder: Path) -> None:
+        (folder / name).unlink()
+        (folder / name).mkdir()
+
+    return edit
+
+
+DRAWN: dict[str, Change] = {
+    "one row": table(lambda lines: [*lines[:2], b""]),
+    "two rows": table(lambda lines: [*lines[:3], b""]),
+    "nan": filled(b"nan"),
+    "inf": filled(b"inf"),
+    "huge": filled(b"1e308"),
+    "bom": head(b"time", b"\xef\xbb\xbftime"),
+    "crlf": table(lambda lines: [line + b"\r" for line in lines[:-1]] + [b""]),
+    "one time": table(lambda lines: [lines[0], *[lines[1]] * 20, b""]),
+    "no forces": head(b"f.cable_1,", b"fff,"),
+    "long name": head(b"slack", b"x" * 100_000),
+}
+"""What is odd, and can be drawn all the same."""
+
+
+def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
+    return {
+        "plot": ["plot", str(folder), "-o", str(aside / "plot.png")],
+        "report": ["report", str(folder), "-o", str(aside / "report.html")],
+        "view": ["view", str(folder), "--html", str(aside / "view.html")],
+    }
+
+
+@pytest.mark.parametrize("case", DRAWN)
+def test_odd_numbers_are_drawn(
+    case: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "größe 日本"
+    shutil.copytree(results, folder)
+    DRAWN[case](folder)
+    for name in ("plot", "report"):  # which holds a view
+        assert main(commands(folder, tmp_path)[name]) == 0
+        out, err = capsys.readouterr()
+        assert err == ""
+        assert Path(out.strip()).stat().st_size > 1000
+
+
+ANY = ("plot", "report", "view")
+WITH_ROBOT = ("report", "view")
+REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
+    "no rows": (table(lambda x: [x[0], b""]), "no rows", ANY),
+    "empty": (table(lambda x: [b""]), "is empty", ANY),
+    "time without number": (at_row(3, lambda x: b"nan" + x[x.index(b",") :]), "time of row 3", ANY),
+    "time goes back": (table(lambda x: [x[0], *x[-2:0:-1], b""]), "goes back after row 1", ANY),
+    "no time": (head(b"time,", b"tim,"), "no column 'time'; did you mean 'tim'", ANY),
+    "no q": (head(b"q.joint_1,", b"qqq,"), "no column 'q.joint_1'", WITH_ROBOT),
+    "twice": (head(b"q.joint_2,", b"q.joint_1,"), "two columns 'q.joint_1'", ANY),
+    "no name": (head(b"q.joint_2,", b","), "column 3 has no name", ANY),
+    "ragged": (at_row(4, lambda x: x + b",1,2"), "number of columns changed", ANY),
+    "text": (at_row(4, lambda x: b"hello" + x), "could not convert", ANY),
+    "binary": (table(lambda x: [bytes(range(256))]), "is not UTF-8 text", ANY),
+    "latin": (head(b"q.joint_1", b"q.gr\xf6\xdfe"), "is not UTF-8 text", ANY),
+    "nul": (at_row(4, lambda x: b"\0" * 200 + x), "could not convert", ANY),
+    "folder": (as_folder("results.csv"), "", ANY),
+    "zip": (lambda f: (f / "experiment.zip").write_bytes(b"PK\3\4junk"), "is no archive", ANY),
+    "no zip": (lambda f: (f / "experiment.zip").unlink(), "holds no experiment.zip", WITH_ROBOT),
+    "zip folder": (as_folder("experiment.zip"), "holds no experiment.zip", WITH_ROBOT),
+    "summary": (note("summary.json", "{"), "summary.json: is no JSON", ANY),
+    "list": (note("summary.json", "[]"), "summary.json: is not what a run writes", ANY),
+    "nothing": (note("summary.json", "{}"), "summary.json: status: is not what", ANY),
+    "deep": (note("summary.json", '{"a":' * 50_000), "nested too deeply", ANY),
+    "status": (noted(status=5), "status: is not what", ANY),
+    "tracking": (noted(tracking=7), "tracking: is not what", ANY),
+    "rms": (noted(tracking={"rms": "x"}), "tracking.rms: is not what", ANY),
+    "signal": (noted(tracking={"per_signal": {"q": 5}}), "per_signal: is not what", ANY),
+    "muscle": (noted(forces={"per_muscle": {"m": {}}}), "per_muscle: is not what", ANY),
+    "versions": (noted(versions=[]), "versions: is not what", ANY),
+    "units": (note("results.units.json", '{"time": 5}'), "time: is not what", ANY),
+    "no units": (lambda f: (f / "results.units.json").unlink(), "results.units.json", ANY),
+    "times": (note("solve_times.csv", "time,solve_time\nx,y\n"), "solve_times.csv", ANY),
+    "one time column": (note("solve_times.csv", "time\n1\n"), "times of ticks", ANY),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_wrong_is_told_in_one_line(
+    case: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change, message, names = REFUSED[case]
+    folder = tmp_path / "results"
+    shutil.copytree(results, folder)
+    change(folder)
+    for name, words in commands(folder, tmp_path).items():
+        if name not in names:
+            continue
+        assert main(words) == 2, name
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert len(err.splitlines()) == 1
+        assert len(err) < 1500
+        assert message in err, err
+    assert [
+        file.name for file in tmp_path.iterdir() if file.is_file() and "plot" not in names
+    ] == []
+    if case not in ("no rows", "no q", "no zip", "zip folder", "zip"):
+        assert main(["compare", str(folder), str(results)]) == 2
+        assert message.removesuffix("; did you mean 'tim'") in capsys.readouterr().err
+
+
+def test_another_robots_results_are_told(
+    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other"
+    settings = {"run.duration": 0.01, "reference.flower.duration": 1.0}
+    run(Experiment.load(EXAMPLES / "roboy_left_arm", settings), other, through="direct")
+    assert main(["compare", str(results), str(other)]) == 1
+    assert "missing in the second: " in capsys.readouterr().out
+    shutil.copy(results / "experiment.zip", other)
+    assert main(["view", str(other), "--html", str(tmp_path / "page.html")]) == 2
+    assert "experiment.zip: is of robot 'planar_2r'" in capsys.readouterr().err
+
+
+PARQUET: dict[str, dict[str, Any]] = {
+    "text": {"a": ["x", "y"]},
+    "lists": {"a": [[1.0], [2.0, 3.0]]},
+    "tables": {"a": [{"x": 1}, {"x": 2}]},
+    "dates": {"a": np.array(["2026-01-01", "2026-01-02"], "datetime64[s]")},
+    "no time": {"time": [0.0, None]},
+    "list of metadata": {"metadata": b"[1]"},
+    "number of metadata": {"metadata": b'{"summary": 5}'},
+    "bytes of metadata": {"metadata": b"\xff"},
+}
+
+
+@pytest.mark.parametrize("case", PARQUET)
+def test_parquet_of_others_that_is_no_table_of_numbers(
+    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    import pyarrow.parquet as pq
+
+    columns = {"time": [0.0, 1.0], "a": [1.0, 2.0]} | PARQUET[case]
+    metadata = columns.pop("metadata", None)
+    made = pa.table(columns)
+    if metadata is not None:
+        made = made.replace_schema_metadata({b"cardsflow": metadata})
+    file = tmp_path / "table.parquet"
+    pq.write_table(made, file)
+    for words in (
+        ["plot", str(file), "-o", str(tmp_path / "x.png")],
+        ["compare", *[str(file)] * 2],
+    ):
+        assert main(words) == 2
+        err = capsys.readouterr().err
+        assert len(err.splitlines()) == 1
+        assert str(file) in err
+    assert list(tmp_path.iterdir()) == [file]
+
+
+# Where to write
+
+
+def outputs(results: Path, place: Path) -> list[list[str]]:
+    return [
+        ["plot", str(results), "-o", f"{place}.png"],
+        ["plot", str(results), "-o", f"{place}.svg"],
+        ["plot", str(results), "-o", f"{place}.pdf"],
+        ["report", str(results), "-o", f"{place}.html"],
+        ["view", str(results), "--html", f"{place}.html"],
+    ]
+
+
+@pytest.mark.parametrize("k", range(5))
+def test_files_of_others_stay_and_our_own_are_replaced(
+    k: int, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = outputs(results, tmp_path / "größe")[k]
+    file = Path(words[-1])
+    assert main(words) == 0
+    first = file.read_bytes()
+    assert main(words) == 0
+    assert file.read_bytes() == first
+    file.write_text("mine")
+    assert main(words) == 2
+    assert f"{file}: is there already, and is not of cardsflow" in capsys.readouterr().err
+    assert file.read_text() == "mine"
+    file.unlink()
+    file.mkdir()
+    assert main(words) == 2
+    assert "is a folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("k", range(5))
+@pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
+def test_places_that_cannot_be_written_are_told(
+    k: int, place: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("mine")
+    assert main(outputs(results, tmp_path / place)[k]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_results_file_is_never_written_over(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = {file.name: file.read_bytes() for file in results.iterdir()}
+    for name in ("results.csv", "summary.json", "experiment.zip"):
+        assert main(["report", str(results), "-o", str(results / name)]) == 2
+        assert main(["view", str(results), "--html", str(results / name)]) == 2
+        assert "must end in .html" in capsys.readouterr().err
+        assert main(["plot", str(results), "-o", str(results / name)]) == 2
+        capsys.readouterr()
+    assert main(["plot", str(results), "-o", str(results / "tracking.png")]) == 2
+    assert {file.name: file.read_bytes() for file in results.iterdir()} == before
+
+
+def test_a_report_of_several_robots_tells_of_each(tmp_path: Path) -> None:
+    (tmp_path / "experiment.toml").write_text(
+        "".join(f"[[robots]]\nname = '{n}'\npath = '{PLANAR_2R / 'robot'}'\n" for n in "ab")
+        + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
+        + "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
+        + "[muscles.b_cable_1]\nf_max = 77.25\n"
+    )
+    run(Experiment.load(tmp_path), tmp_path / "out", through="direct")
+    page = tmp_path / "report.html"
+    assert main(["report", str(tmp_path / "out"), "-o", str(page)]) == 0
+    text = page.read_text()
+    assert "<h3>a</h3>" in text
+    assert text.count("77.25") >= 2
+    assert text.count("links, 2 coordinates") == 2
+    assert str(tmp_path) not in text
+    assert "/tmp/" not in text
