@@ -94,6 +94,23 @@ def test_commands_are_understood(file: Path) -> None:
     assert wrong == []
 
 
+def test_commands_in_blocks_parse() -> None:
+    """Every `cardsflow` line that a reader may copy, and the experiments that they name exist."""
+    lines = []
+    for file in all_words():
+        for block in blocks(file):
+            if block.language in ("sh", "bash"):
+                whole = re.sub(r"\\\n\s*", " ", block.text)
+                found = re.findall(r"^(?:uv run )?cardsflow (\w[^\n]*)", whole, re.MULTILINE)
+                lines += [(block, line) for line in found]
+    assert len(lines) >= 30
+    for block, line in lines:
+        options = _parser().parse_args(shlex.split(line, comments=True))
+        named = str(getattr(options, "experiment", ""))
+        there = ROOT / named / "experiment.toml"
+        assert not named.startswith("examples") or there.is_file(), f"{block}: {line}"
+
+
 def _commands(prefix: str, parser: argparse.ArgumentParser) -> Any:
     yield prefix, parser
     for action in parser._actions:
