@@ -76,7 +76,7 @@ def plain_docstring(
     """Keep what our docstrings say from being taken for markup: |x|, a * b, a trailing _."""
     for k, line in enumerate(lines):
         parts = re.split(r"(`[^`]*`)", line)
-        parts[::2] = [re.sub(r"([|*_])", r"\\\1", part) for part in parts[::2]]
+        parts[::2] = [re.sub(r"([|*]|_\b)", r"\\\1", part) for part in parts[::2]]
         lines[k] = "".join(parts)
 
 

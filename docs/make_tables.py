@@ -173,7 +173,7 @@ def _pattern(port: Port, experiment: Experiment) -> tuple[str, str]:
                 kind, ending, name = "<point>.<axis>", "", rest
             text = port.description.replace(name, f"`{kind}`", 1)
             return f"{prefix}.{kind}{ending}", text.replace(f"`{ending}", "`") if ending else text
-    return port.name, re.sub(r" x$", " each axis", port.description)
+    return port.name, re.sub(r"( the world's)? x$", r" each axis", port.description)
 
 
 def _names(experiment: Experiment) -> dict[str, list[str]]:

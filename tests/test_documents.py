@@ -19,6 +19,7 @@ import pytest
 from documents import ROOT, Block, all_words, anchors, blocks, inline_code, links
 from lxml import etree
 
+from addin_sdfusion.robot import check, read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli import _parser
 
@@ -236,3 +237,13 @@ def test_pages_are_read_without_a_network(pages: Path, tmp_path: Path) -> None:
         assert formula > 20
         assert page.errors == []
         assert {url.split(":")[0] for url in page.requests} <= {"file", "data", "about"}
+
+
+def test_the_robot_of_the_words_is_one(tmp_path: Path) -> None:
+    """The SDF and the cardsflow.xml of docs/robots.md, side by side."""
+    texts = [block.text for block in blocks(ROOT / "docs/robots.md") if block.language == "xml"]
+    for name, text in zip(("model.sdf", "cardsflow.xml"), texts, strict=True):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    robot = read_robot(tmp_path)
+    assert [muscle.name for muscle in robot.muscles] == ["biceps", "triceps"]
+    assert [finding for finding in check(robot) if finding.is_error] == []
