@@ -1,7 +1,7 @@
 """Sphinx makes pages of docs/: `uv run --group docs sphinx-build -W docs docs/_build`.
 
-The pages are plain Markdown, which reads on GitHub as well; nothing in them is loaded from elsewhere
-when they are built or read. Formulas become MathML, which browsers draw by themselves.
+The pages are plain Markdown, which reads on GitHub as well; nothing in them is loaded from
+elsewhere when they are built or read. Formulas become MathML, which browsers draw by themselves.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ napoleon_attr_annotations = False  # a type such as `str_` would be taken for a 
 def whole_page(app: Sphinx, name: str, source: list[str]) -> None:
     """What a page needs here and not on GitHub.
 
-    The index gets a table of contents of the pages that it links to, in its order; the page of names
-    all public ones; and files of the repository that are no pages are taken along.
+    The index gets a table of contents of the pages that it links to, in its order; the page of
+    names all public ones; and files of the repository that are no pages are taken along.
     """
     text = source[0]
     if name == "index":
@@ -73,10 +73,10 @@ def public_names(match: re.Match[str]) -> str:
 def plain_docstring(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]
 ) -> None:
-    """Keep what our docstrings say from being taken for markup: `|x|`, `J'q'`, formulas, `a * b`."""
+    """Keep what our docstrings say from being taken for markup: |x|, a * b, a trailing _."""
     for k, line in enumerate(lines):
         parts = re.split(r"(`[^`]*`)", line)
-        parts[::2] = [re.sub(r"([|*_])", r"\\\1", part) for part in parts[::2]]
+        parts[::2] = [re.sub(r"([|*]|_\b)", r"\\\1", part) for part in parts[::2]]
         lines[k] = "".join(parts)
 
 

@@ -2,8 +2,7 @@
 
 python docs/make_screens.py RESULTS_FOLDER      a folder for the runs; those that are there are kept
 
-Every screen is a page of `cardsflow view --html`, seen by a real browser. The browser is that of the
-tests.
+Every screen is a page of `cardsflow view --html`, seen by the browser that the tests use.
 """
 
 from __future__ import annotations
@@ -60,9 +59,7 @@ def main() -> None:
     see(page, "report_roboy_left_arm.png", "", "document.readyState === 'complete'", REPORT_SIZE)
 
 
-def see(
-    page: Path, picture: str, fragment: str, ready: str, size: tuple[int, int] = SIZE
-) -> None:
+def see(page: Path, picture: str, fragment: str, ready: str, size: tuple[int, int] = SIZE) -> None:
     """What a browser without a network shows of a page."""
     with tempfile.TemporaryDirectory() as profile, opened_browser(Path(profile), size) as browser:
         browser.open(page.as_uri() + fragment, offline=True)

@@ -40,13 +40,13 @@ def commands_page() -> str:
     parts = [
         MADE,
         "# Commands",
-        "Exit codes: 0 for success, 1 for a failed check or run, 2 for bad input. `--debug` shows the "
-        "trace of an error.",
+        "Exit codes: 0 for success, 1 for a failed check or run, 2 for bad input. `--debug` shows "
+        "the trace of an error.",
     ]
     for name, parser in _commands("cardsflow", _parser()):
         parts += [f"## {name}", str(parser.description)]
-        rows = [_option(action) for action in parser._actions if action.dest not in ("help", "debug")]
-        parts += [table(["", ""], rows)]
+        shown = [a for a in parser._actions if a.dest not in ("help", "debug")]
+        parts += [table(["", ""], map(_option, shown))]
         if parser.epilog:
             parts.append(f"For example `{parser.epilog.partition(chr(10))[2].strip()}`.")
     return "\n\n".join(parts) + "\n"
@@ -89,26 +89,26 @@ def ports_page() -> str:
     experiments = [
         Experiment.load(ROOT / "examples" / name, settings) for name, settings in EXAMPLES.items()
     ]
-    return "\n\n".join(
-        (
-            MADE,
-            "# Ports of the FMUs",
-            "Variables are named after what they belong to, by the designer's names: `<joint>` a "
-            "coordinate, `<muscle>` a muscle, `<point>.<axis>` a task coordinate, `<link>` a link. What "
-            "is no letter, digit or underscore in a name becomes `_`. With `--fmi 3.0` the "
-            "variables that share all but the name are one array: `q[2]`.",
-            "All units are SI. Units of a prismatic joint are m in place of rad, N in place of N.m.",
-            "`plant.fmu`, `controller.fmu` and `reference.fmu` are wired by equal names, the plant's "
-            "`q` to the controller's `q`; [wiring] of an experiment changes that.",
-            _ports("plant.fmu", experiments, PlantModel.table),
-            "`u.<muscle>` stands in the place of `f.<muscle>` where a muscle has a [law](laws.md); its "
-            "states, such as `activation`, are those of its law.",
-            _ports("controller.fmu", experiments, ControllerModel.table),
-            _ports("reference.fmu", experiments, ReferenceModel.table),
-            _ports("hardware.fmu", experiments[:2], _hardware),
-            "Beside these it has all ports of `plant.fmu`: it takes the plant's place.",
-        )
-    ) + "\n"
+    parts = [
+        MADE,
+        "# Ports of the FMUs",
+        "Variables are named after what they belong to, by the designer's names: `<joint>` a "
+        "coordinate, `<muscle>` a muscle, `<point>.<axis>` a task coordinate, `<link>` a link. "
+        "What is no letter, digit or underscore in a name becomes `_`. With `--fmi 3.0` the "
+        "variables that share all but the name are one array: `q[2]`.",
+        "All units are SI; of a prismatic joint m in place of rad, N in place of N.m.",
+        "`plant.fmu`, `controller.fmu` and `reference.fmu` are wired by equal names, the "
+        "plant's `q` to the controller's `q`; "
+        "[`[wiring]`](experiments.md#wiring-and-fmus) of an experiment changes that.",
+        _ports("plant.fmu", experiments, PlantModel.table),
+        "`u.<muscle>` stands in the place of `f.<muscle>` where a muscle has a [law](laws.md); "
+        "its states, such as `activation`, are those of its law.",
+        _ports("controller.fmu", experiments, ControllerModel.table),
+        _ports("reference.fmu", experiments, ReferenceModel.table),
+        _ports("hardware.fmu", experiments[:2], _hardware),
+        "Beside these it has all ports of `plant.fmu`: it takes the plant's place.",
+    ]
+    return "\n\n".join(parts) + "\n"
 
 
 def _hardware(experiment: Experiment) -> list[Port]:
@@ -134,8 +134,9 @@ def _ports(
             row.axes |= {axis: None} if is_axis else {}
     order = ("input", "output", "parameter")
     lines = [
-        (_named(stem, row), row.port.causality, row.port.variability, " or ".join(row.units), row.text)
+        (_named(stem, row), p.causality, p.variability, " or ".join(row.units), row.text)
         for (stem, _), row in sorted(rows.items(), key=lambda r: order.index(r[1].port.causality))
+        for p in [row.port]
     ]
     head = table(["name", "causality", "variability", "unit", "what"], lines)
     return f"## {title}\n\n{head}"
@@ -172,7 +173,7 @@ def _pattern(port: Port, experiment: Experiment) -> tuple[str, str]:
                 kind, ending, name = "<point>.<axis>", "", rest
             text = port.description.replace(name, f"`{kind}`", 1)
             return f"{prefix}.{kind}{ending}", text.replace(f"`{ending}", "`") if ending else text
-    return port.name, re.sub(r" x$", " each axis", port.description)
+    return port.name, re.sub(r"( the world's)? x$", r" each axis", port.description)
 
 
 def _names(experiment: Experiment) -> dict[str, list[str]]:
@@ -192,8 +193,8 @@ def laws_page() -> str:
     parts = [
         MADE,
         "# Tension laws of muscles",
-        "What a muscle pulls with follows from its command, its path length `l` and the rate `l'` of that "
-        "by its law. It stands in the robot's files (`<cable_model kind=...>` in "
+        "What a muscle pulls with follows from its command, its path length `l` and the rate `l'` "
+        "of that by its law. It stands in the robot's files (`<cable_model kind=...>` in "
         "[cardsflow.xml](robots.md#muscles)) or in the experiment (`[muscles.<name>] model`, "
         "[here](experiments.md#muscles)). The equations are in `sim_dart/csrc/law_*.c`.",
     ]

@@ -94,7 +94,7 @@ class Place:
         self._finish([sys.executable, str(file)], block)
 
     def _patch(self, block: Block) -> None:
-        """Change a copy of the source tree, and compile it if need be; Python takes it from there."""
+        """Change a copy of the source tree, and compile what is C; Python takes it from there."""
         if self._changed is None:
             self._changed = self.folder.parent / "changed"
             for name in ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart"):

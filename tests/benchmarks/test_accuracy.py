@@ -46,7 +46,10 @@ def test_muscles_and_dynamics_against_mujoco(name: str) -> None:
         q, qd = rng.uniform(-1, 1, (2, n))
         rival.move(q, qd)
         state = paths.evaluate(q)
-        found = {"l_m": apart(state.lengths, rival.lengths), "L_m": apart(state.jacobian, rival.jacobian)}
+        found = {
+            "l_m": apart(state.lengths, rival.lengths),
+            "L_m": apart(state.jacobian, rival.jacobian),
+        }
         for engine, dynamics in engines.items():
             bias = dynamics.coriolis(q, qd) + dynamics.gravity(q)
             size = max(np.abs(bias).max(), 1.0)
