@@ -15,6 +15,10 @@ from addin_sdfusion.robot import InputError, SimulationError
 
 from .coupling import SCHEMES, Coupling, Scheme
 from .fmu_instance import FmuInstance
+from .foreign_fmu import HARDWARE
+from .hardware.opening import environment
+from .hardware.recording import RECORDING_FILE
+from .hardware.settings import HardwareSettings
 from .hardware_run import Pace
 from .interruption import ignoring_interrupts
 from .journal import STARTED, Journal, no_rows
@@ -53,6 +57,8 @@ def run_system(
 ) -> SystemResult:
     """Run an .ssp file and write its results: table and summary.
 
+    Where its variant "hardware" drives hardware, every exchange is recorded beside them.
+
     Args:
         path: The .ssp.
         output: Folder for the results; `results` beside the file when None.
@@ -69,11 +75,14 @@ def run_system(
     started = time.perf_counter() if started is None else started
     path = Path(path)
     with OutputFolder(Path(output or path.parent / "results")) as folder:
-        with Journal(folder, {}) as journal:
+        streamed = [RECORDING_FILE] if (settings or {}).get("variant") == HARDWARE else []
+        recording = folder.path / RECORDING_FILE if streamed else None
+        with environment(HardwareSettings(), recording), Journal(folder, {}, streamed) as journal:
             result = _simulate(path, settings or {}, realtime, progress, started, journal)
         with ignoring_interrupts():
-            result.summary["files"] = {name: name for name in (TABLE, *result.notes())}
-            result.files = folder.write(result.notes(), [TABLE])
+            there = [TABLE, *(name for name in streamed if (folder.path / name).exists())]
+            result.summary["files"] = {name: name for name in (*there, *result.notes())}
+            result.files = folder.write(result.notes(), there)
     if not result.complete:
         raise SystemRunError(result.summary["error"], result)
     return result

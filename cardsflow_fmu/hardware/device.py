@@ -28,7 +28,8 @@ PATIENCE = 1.0
 """A run at rest whose sender has been silent for so long may be taken by another, in [s]."""
 
 _LOCKSTEP, _SAFE, _FAULT, _CLAMPED = map(int, (Flag.LOCKSTEP, Flag.SAFE, Flag.FAULT, Flag.CLAMPED))
-_FOR_DEVICES = frozenset((Kind.HELLO, Kind.SETPOINT, Kind.STOP, Kind.PING))
+_HELLO, _SETPOINT, _STATE = Kind.HELLO, Kind.SETPOINT, Kind.STATE  # found sooner, for each frame
+_FOR_DEVICES = frozenset((_HELLO, _SETPOINT, Kind.STOP, Kind.PING))
 
 
 class DeviceRobot(Protocol):
@@ -151,13 +152,13 @@ class Device:
             return self._drop(error.reason)
         if frame.kind not in _FOR_DEVICES:
             return self._drop("type")
-        if frame.kind is Kind.HELLO:
+        if frame.kind is _HELLO:
             return self._greet(frame, peer, now)
         if frame.run_id != self._run_id or self.state == "idle":
             return self._drop("run")
         if peer != self._peer:
             return self._drop("peer")
-        if frame.kind is Kind.SETPOINT:
+        if frame.kind is _SETPOINT:
             return self._follow(frame, now)
         if frame.kind is Kind.STOP:
             return self._stop(frame, now)
@@ -165,7 +166,7 @@ class Device:
 
     def tick(self, now: float) -> None:
         """Let the watchdog look at the clock, in [s]."""
-        if now > self.next_deadline:
+        if self.state == "running" and now > self.next_deadline:
             self.counters["watchdog"] += 1
             self.go_safe()
 
@@ -246,9 +247,12 @@ class Device:
             return [self._answer]
         if not is_newer(frame.seq, self._seq):
             return self._drop("stale")
-        command = _scaled(np.asarray(frame.values), self.scale)
-        if command is None:
-            return self._drop("not finite")
+        command = np.asarray(frame.values)  # finite, as all values of frames are
+        if self.scale != 1.0:
+            scaled = _scaled(command, self.scale)
+            if scaled is None:
+                return self._drop("not finite")
+            command = scaled
         self._seq = frame.seq
         flags = 0
         if self.state != "safe":
@@ -267,7 +271,8 @@ class Device:
         np.maximum(command, self._lower, out=within)
         np.minimum(within, self._upper, out=within)
         clamped = within.tolist() != command.tolist()
-        self.counters["clamped"] += clamped
+        if clamped:
+            self.counters["clamped"] += 1
         try:
             self.robot.apply(within)
         except CardsflowError as error:
@@ -286,15 +291,15 @@ class Device:
         state = self._read_state()
         if state is not None:
             self._writer.values[:] = state
-        return self._writer.pack(
-            Kind.STATE,
+        return self._writer.pack_finite(
+            _STATE,
             flags | self._flags(),
             self._run_id,
             frame.seq,
             self._time,
             int(now * 1e9),
             frame.t_send_ns,
-            self._keys.of(Kind.STATE),
+            self._keys.of(_STATE),
         )
 
     def _read_state(self) -> FloatArray | None:

@@ -180,6 +180,20 @@ class FrameWriter:
         """
         if not (math.isfinite(t_sim) and all_finite(self.values)):
             raise FrameError("not finite")
+        return self.pack_finite(kind, flags, run_id, seq, t_sim, t_send_ns, echo_ns, key)
+
+    def pack_finite(
+        self,
+        kind: int,
+        flags: int,
+        run_id: int,
+        seq: int,
+        t_sim: float,
+        t_send_ns: int,
+        echo_ns: int,
+        key: bytes | None,
+    ) -> bytes:
+        """As `pack`, where it is known that all numbers are finite."""
         flags = flags & ~SIGNED if key is None else flags | SIGNED
         data = self._bytes
         fields = (run_id, seq, t_sim, t_send_ns, echo_ns, self._count, 0, 0)
@@ -214,7 +228,8 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
     signed = flags & SIGNED
     if count > MOST_VALUES or len(data) != (end + MAC_BYTES if signed else end):
         raise FrameError("length")
-    if checksum != _checksum(data, end):
+    head = zlib.crc32(data[:_CHECKSUM_AT] + _NO_CHECKSUM)
+    if checksum != zlib.crc32(data[HEADER_BYTES:end], head):
         raise FrameError("checksum")
     if key is not None and not signed:
         raise FrameError("unsigned")
@@ -226,13 +241,6 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
     if not (math.isfinite(t_sim) and all_finite(values)):
         raise FrameError("not finite")
     return Frame(_KINDS[kind], flags, run_id, seq, t_sim, sent, echo, values)
-
-
-def _checksum(data: bytes, end: int) -> int:
-    """CRC-32 of a frame's first `end` bytes with zeros in its own place."""
-    view = memoryview(data)
-    head = zlib.crc32(_NO_CHECKSUM, zlib.crc32(view[:_CHECKSUM_AT]))
-    return zlib.crc32(view[HEADER_BYTES:end], head)
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,6 +291,8 @@ class Keys:
 
     def unpack(self, data: bytes) -> Frame:
         """As `unpack`, with the key that the frame's kind asks for."""
+        if self.pre_shared is None:
+            return unpack(data)
         return unpack(data, self.of(data[_KIND_AT]) if len(data) > _KIND_AT else self.pre_shared)
 
 

@@ -28,6 +28,7 @@ _REPEAT_EVERY = 0.02
 _MOST_FRAMES = 1000
 """An exchange takes no more frames than so many, so that a flood of them cannot hold it."""
 _LOCKSTEP = int(Flag.LOCKSTEP)
+_SETPOINT, _STATE = Kind.SETPOINT, Kind.STATE  # found sooner, for each exchange
 
 
 class FramedLink(ABC):
@@ -196,14 +197,14 @@ class FramedLink(ABC):
         writer = self._writer
         writer.values[:] = command if agreed.scale == 1.0 else command / agreed.scale
         flags = _LOCKSTEP if agreed.lockstep else 0
-        key = self._keys.of(Kind.SETPOINT)
+        key = self._keys.of(_SETPOINT)
         now = self.clock.monotonic_ns()
-        return writer.pack(Kind.SETPOINT, flags, self.run_id, self._seq, t, now, 0, key)
+        return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, key)
 
     def _is_news(self, frame: Frame, agreed: Hello) -> bool:
         """Whether a frame is a state newer than all before, of a set point that was sent."""
-        if frame.kind is not Kind.STATE or len(frame.values) != agreed.states:
-            self.counters["type" if frame.kind is not Kind.STATE else "count"] += 1
+        if frame.kind is not _STATE or len(frame.values) != agreed.states:
+            self.counters["type" if frame.kind is not _STATE else "count"] += 1
             return False
         if not is_newer(frame.seq, self._newest_seq) or is_newer(frame.seq, self._seq):
             self.counters["stale"] += 1

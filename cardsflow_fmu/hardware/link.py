@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +22,8 @@ FloatArray = NDArray[np.float64]
 FORMS = "udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback:, emulated:"
 
 
-@dataclass(frozen=True, slots=True)
-class Exchange:
-    """What came of a set point.
+class Exchange(NamedTuple):
+    """What came of a set point; a tuple because one is made in each step, and quickly.
 
     Attributes:
         state: Newest state, shape (states,), in SI units; None if nothing new came.

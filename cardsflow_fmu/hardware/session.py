@@ -173,9 +173,11 @@ class HardwareSession:
         return self._clock.monotonic() + patience
 
     def _send(self, t: float, forces: FloatArray, deadline: float) -> Exchange:
-        command = self._motors.commands(
-            forces, self.lengths, self._rates(), self.tensions, self.step
-        )
+        command = forces
+        if self._settings.motors.command != "force":
+            command = self._motors.commands(
+                forces, self.lengths, self._rates(), self.tensions, self.step
+            )
         came = self._link.exchange(t, command, deadline)
         if self._recorder is not None:
             self._recorder.write(t, command, came)

@@ -25,9 +25,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.hardware.pacing import describe_timeliness
 from cardsflow_fmu.results import Result
 
 EXAMPLES = Path(__file__).resolve().parent.parent
+
+SIMULATED, HARDWARE = "simulated", "with hardware in the loop"
 
 RATES: dict[str, dict[str, float]] = {
     "planar_2r": {"controller.period": 0.001, "run.step": 0.001},
@@ -52,36 +55,50 @@ def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
         device.wait(timeout=10)
 
 
-def both(example: str, output: Path, seconds: float | None, uri: str | None) -> list[Result]:
-    """The run on the plant and the run on the hardware."""
+DELAYED = {"controller.delay": 1, "controller.predict": False}
+"""What the way to hardware and back does to a loop: a step of delay that nobody makes up for."""
+
+
+def runs(example: str, output: Path, seconds: float | None, uri: str | None) -> dict[str, Result]:
+    """The runs on the plant, without and with a step of delay, and the run on the hardware."""
     changes: dict[str, object] = dict(RATES[example])
     if seconds is not None:
         changes["run.duration"] = seconds
     simulated = run(Experiment.load(EXAMPLES / example, changes), output / "plant")
+    delayed = run(Experiment.load(EXAMPLES / example, changes | DELAYED), output / "delayed")
     with contextlib.ExitStack() as stack:
         link = uri or stack.enter_context(emulator(EXAMPLES / example))
         driven = Experiment.load(
             EXAMPLES / example, changes | {"hardware.link": link, "hardware.use": True}
         )
         real = run(driven, output / "hardware")
-    return [simulated, real]
+    return {SIMULATED: simulated, "simulated, one step of delay": delayed, HARDWARE: real}
 
 
-def draw(simulated: Result, real: Result, file: Path) -> None:
-    """Tracking errors and forces of both runs."""
-    joints = [name for name in simulated.names if name.startswith("q.")]
-    forces = [name for name in simulated.names if name.startswith("f.")]
-    figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 6))
-    for result, style in ((simulated, "-"), (real, "--")):
-        for k, name in enumerate(joints):
-            axes[0].plot(result["time"], result[name], style, color=f"C{k}")
-        for k, name in enumerate(forces):
-            axes[1].plot(result["time"], result[name], style, color=f"C{k}", linewidth=0.8)
-    axes[0].set_ylabel("joint positions")
-    axes[1].set_ylabel("forces in N")
-    axes[1].set_xlabel("time in s")
-    axes[0].set_title("simulated (solid), with hardware in the loop (dashed)")
-    figure.savefig(file, dpi=120, bbox_inches="tight")
+def tracking_error(result: Result) -> np.ndarray:
+    """2-norm of what is tracked less its reference, at every row."""
+    signals = list(result.summary["tracking"]["per_signal"])
+    errors = [result[name] - result[name.replace(".", "_d.", 1)] for name in signals]
+    return np.linalg.norm(errors, axis=0)
+
+
+def draw(results: dict[str, Result], file: Path) -> None:
+    """Joint positions, tracking errors and forces."""
+    simulated, real = results[SIMULATED], results[HARDWARE]
+    figure, (positions, errors, forces) = plt.subplots(3, 1, sharex=True, figsize=(8, 8))
+    for axes, prefix in ((positions, "q."), (forces, "f.")):
+        for name in (n for n in simulated.names if n.startswith(prefix)):
+            axes.plot(simulated["time"], simulated[name], linewidth=2.5, alpha=0.5)
+            axes.plot(real["time"], real[name], "k--", linewidth=0.6)
+    for label, result in results.items():
+        errors.semilogy(result["time"], np.maximum(tracking_error(result), 1e-9), label=label)
+    positions.set_title("simulated (coloured), with hardware in the loop (dashed)")
+    positions.set_ylabel("joint positions in rad")
+    errors.set_ylabel(f"tracking error in {real.summary['tracking']['unit']}")
+    errors.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
+    forces.set_ylabel("forces in N")
+    forces.set_xlabel("time in s")
+    figure.savefig(file, dpi=100, bbox_inches="tight")
     plt.close(figure)
 
 
@@ -102,16 +119,18 @@ def main() -> int:
     )
     parser.add_argument("--hardware", metavar="URI", help="a device that is already there")
     options = parser.parse_args()
-    simulated, real = both(options.example, options.output, options.duration, options.hardware)
-    draw(simulated, real, options.output / "compared.png")
-    for what, result in (("simulated", simulated), ("hardware", real)):
+    results = runs(options.example, options.output, options.duration, options.hardware)
+    simulated, real = results[SIMULATED], results[HARDWARE]
+    draw(results, options.output / "compared.png")
+    for what, result in results.items():
         tracking = result.summary["tracking"]
-        print(f"{what:10} tracking RMS {tracking['rms']:.3g} {tracking['unit']}")
+        print(f"{what:30} tracking RMS {tracking['rms']:.3g} {tracking['unit']}")
     same = digest(options.output / "plant") == digest(options.output / "hardware")
     print(f"controller.fmu {'is the same file' if same else 'DIFFERS'}")
     trips = real.summary["hardware"]["round_trip"]
     late = real.summary["real_time"]
-    print(f"round trip {1e6 * trips['median']:.0f} µs, p99 {1e6 * trips['p99']:.0f} µs; {late}")
+    print(f"round trip {1e6 * trips['median']:.0f} µs, p99 {1e6 * trips['p99']:.0f} µs")
+    print(describe_timeliness(late))
     print(options.output / "compared.png")
     gap = max(
         float(np.abs(simulated[name] - real[name][: len(simulated.rows)]).max())

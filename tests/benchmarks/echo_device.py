@@ -1,13 +1,20 @@
-"""A device whose robot does nothing, for measuring the way to it; prints its address."""
+"""A device whose robot does nothing, for measuring the way to it; prints its address.
+
+With the word "bare" it is no device: it answers any datagram with one as long as a state's.
+"""
 
 from __future__ import annotations
 
+import select
+import socket
 import sys
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.frame import HEADER_BYTES
 from cardsflow_fmu.hardware.server import serve
 
 COMMANDS, STATES = 4, 12
@@ -38,7 +45,22 @@ class EchoRobot:
         pass
 
 
+def echo() -> NoReturn:
+    """What no device in Python can be quicker than."""
+    answer = bytes(HEADER_BYTES + 8 * STATES)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.setblocking(False)
+        line.bind(("127.0.0.1", 0))
+        print(f"udp://127.0.0.1:{line.getsockname()[1]}", flush=True)
+        while True:
+            select.select([line], (), ())
+            _, peer = line.recvfrom(4096)
+            line.sendto(answer, peer)
+
+
 if __name__ == "__main__":
+    if sys.argv[1:] == ["bare"]:
+        echo()
     key = bytes.fromhex(sys.argv[1]) if len(sys.argv) > 1 else None
     device = Device(EchoRobot(), SIGNATURE, 1e-3, key=key, watchdog=1.0, f_min=10.0, f_max=500.0)
     serve(device, "udp://127.0.0.1:0", ready=lambda uri: print(uri, flush=True))

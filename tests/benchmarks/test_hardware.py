@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import select
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -15,8 +17,9 @@ import pytest
 from echo_device import COMMANDS, SIGNATURE, STATES
 from interleaved import record
 
+from cardsflow_fmu.hardware.frame import HEADER_BYTES
 from cardsflow_fmu.hardware.link import Hello
-from cardsflow_fmu.hardware.udp import UdpLink
+from cardsflow_fmu.hardware.udp import UdpLink, udp_address
 
 HERE = Path(__file__).parent
 REFERENCE = HERE.parents[1] / "examples/hardware_in_the_loop/device.c"
@@ -50,6 +53,18 @@ def block(link: UdpLink, lockstep: bool) -> np.ndarray:
     return times
 
 
+def bare_block(line: socket.socket) -> np.ndarray:
+    """Round trips of datagrams as long as frames that nobody looks into, in [s]."""
+    question, times = bytes(HEADER_BYTES + 8 * COMMANDS), np.empty(EXCHANGES)
+    for k in range(EXCHANGES):
+        begin = time.perf_counter()
+        line.send(question)
+        assert select.select([line], (), (), 0.5)[0]
+        line.recv(4096)
+        times[k] = time.perf_counter() - begin
+    return times
+
+
 def test_round_trip(tmp_path: Path) -> None:
     """In turn, in blocks: the quietest block is what the code takes, the rest is the machine."""
     compiler = shutil.which("cc") or shutil.which("gcc")
@@ -59,31 +74,34 @@ def test_round_trip(tmp_path: Path) -> None:
     subprocess.run([compiler, "-std=c99", "-O2", "-o", in_c, REFERENCE, "-lm"], check=True)
     echo = [sys.executable, HERE / "echo_device.py"]
     commands: dict[str, tuple[list[str | Path], bytes | None]] = {
-        "python": (echo, None),
-        "python, signed": ([*echo, KEY.hex()], KEY),
-        "c": ([in_c, "127.0.0.1", "0", f"{SIGNATURE:x}"], None),
+        "device in python": (echo, None),
+        "device in python, signed": ([*echo, KEY.hex()], KEY),
+        "device in c": ([in_c, "127.0.0.1", "0", f"{SIGNATURE:x}"], None),
     }
-    times: dict[str, list[np.ndarray]] = {name: [] for name in commands}
+    times: dict[str, list[np.ndarray]] = {name: [] for name in ("bare echo", *commands)}
     with ExitStack() as stack:
         links = {}
         for name, (command, key) in commands.items():
             uri = stack.enter_context(device(command))
             links[name] = stack.enter_context(UdpLink(uri, key=key, timeout=10.0))
+        floor = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        floor.connect(udp_address(stack.enter_context(device([*echo, "bare"]))))
         for _ in range(BLOCKS):
+            times["bare echo"].append(bare_block(floor))
             for name, link in links.items():
                 times[name].append(block(link, lockstep=True))
     figures = {name: quantiles(blocks) for name, blocks in times.items()}
     for name, (median, p99, quiet_median, quiet_p99) in figures.items():
         record(
-            f"hardware round trip, device in {name}",
+            f"hardware round trip, {name}",
             median_us=median * 1e6,
             p99_us=p99 * 1e6,
             quiet_median_us=quiet_median * 1e6,
             quiet_p99_us=quiet_p99 * 1e6,
         )
-    assert figures["python"][2] <= MEDIAN_LIMIT
-    assert figures["python"][3] <= P99_LIMIT
-    assert figures["c"][2] < figures["python"][2]
+    assert figures["device in python"][2] <= MEDIAN_LIMIT
+    assert figures["device in python"][3] <= P99_LIMIT
+    assert figures["device in c"][2] < figures["device in python"][2]
 
 
 def quantiles(blocks: list[np.ndarray]) -> tuple[float, float, float, float]:

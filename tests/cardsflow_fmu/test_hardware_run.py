@@ -25,7 +25,7 @@ from cardsflow_fmu.cli import main
 from cardsflow_fmu.hardware.emulated_device import emulated_device
 from cardsflow_fmu.hardware.key import key_warning, read_key
 from cardsflow_fmu.hardware.opening import KEY_FILE, LINK, RECORDING, environment
-from cardsflow_fmu.hardware.recording import read_recording
+from cardsflow_fmu.hardware.recording import RECORDING_FILE, read_recording
 from cardsflow_fmu.hardware.server import DeviceServer
 from cardsflow_fmu.hardware.settings import HardwareSettings
 from cardsflow_fmu.hardware_run import with_approach
@@ -237,6 +237,12 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     out = tmp_path / "out"
     assert main(["run", str(system), "--hardware", "loopback:", "--realtime", "-o", str(out)]) == 0
     assert "real time" in capsys.readouterr().out
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["files"][RECORDING_FILE] == RECORDING_FILE
+    joint = read_recording(out / RECORDING_FILE).states[: len(ours.rows) - 1, 0]
+    np.testing.assert_array_equal(joint, ours["q.joint_1"][1:])
+    assert main(["run", str(system), "-o", str(out)]) == 0  # without hardware there is none
+    assert not (out / RECORDING_FILE).exists()
 
 
 def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:

@@ -1,0 +1,153 @@
+"""Writes what controller.c needs of an experiment: robot.h, and the reference of every tick.
+
+    python make_controller.py ../planar_2r build [--set KEY=VALUE ...]
+
+robot.h has robot, settings and signature as constant data; reference.f64 has position, velocity and
+acceleration of every tick, as doubles.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli_parts import settings_of
+from cardsflow_fmu.hardware.hello import halves
+from cardsflow_fmu.hardware.signals import hardware_signature
+from cardsflow_fmu.models.reference import make_reference
+from controllers.dual_newton import library as laws
+from sim_dart import compile_blob
+from sim_dart.core import library as core
+from sim_dart.tasks import task_rows
+
+
+def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
+    """What the law in C is told, by the names of control_loop.h and computed_torque.h."""
+    robot, settings = experiment.robot, experiment.controller
+    n, tasks = len(robot.coordinates), settings.tasks
+    arrays: dict[str, ArrayLike] = {
+        "law.kp": settings.kp,
+        "law.kd": settings.kd,
+        "law.f_min": [muscle.f_min for muscle in robot.muscles],
+        "law.f_max": [muscle.f_max for muscle in robot.muscles],
+        "law.H_f": settings.weights,
+        "loop.ki": settings.ki,
+        "loop.gain": -np.expm1(-settings.observer * settings.period),
+        "loop.delay": float(settings.delay),
+        "loop.predict": float(settings.predict),
+    }
+    if tasks is None:
+        return arrays
+    rest, posture = np.zeros(n), tasks.posture
+    return arrays | {
+        "law.H_q": tasks.acceleration_weights,
+        "law.H_r": tasks.force_rate_weights,
+        "law.f_p": tasks.pretension,
+        "law.W": tasks.task_weights,
+        "law.posture_kp": rest if posture is None else np.broadcast_to(posture.kp, n),
+        "law.posture_kd": rest if posture is None else np.broadcast_to(posture.kd, n),
+        "law.q0": rest if posture is None else posture.q0,
+        "law.q_min": [c.lower for c in robot.coordinates],
+        "law.q_max": [c.upper for c in robot.coordinates],
+        "law.limit_bandwidth": tasks.limit_bandwidth or 0.0,
+    }
+
+
+def header(experiment: Experiment, arrays: Mapping[str, ArrayLike]) -> str:
+    """The text of robot.h."""
+    robot, blob = experiment.robot, compile_blob(experiment.robot)
+    rows = [] if experiment.controller.space == "joint" else task_rows(robot)
+    n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(blob, "<u8")
+    robot_size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
+    high, low = halves(hardware_signature(robot, experiment.hardware))
+    flat = {name: np.ravel(np.asarray(values, float)) for name, values in arrays.items()}
+    lines = [
+        f"/* {robot.name}: written by make_controller.py */",
+        "#include <math.h>",
+        "#include <stddef.h>",
+        "#include <stdint.h>",
+        f"enum {{ COORDINATES = {n}, MUSCLES = {m}, TASKS = {len(rows)} }};",
+        f"enum {{ ROBOT_MEMORY = {whole_words(robot_size)} }};",
+        f"enum {{ LOOP_MEMORY = {whole_words(laws().control_loop_size(n, m, len(rows)))} }};",
+        f"static const uint64_t BLOB[] = {{{', '.join(f'{word}u' for word in words)}}};",
+        f"static const double SIGNATURE_HIGH = {high:.0f}, SIGNATURE_LOW = {low:.0f};",
+        f"static const double STEP = {float(experiment.run.step).hex()};",
+        array("START", experiment.start.q),
+        array("F_MIN", [muscle.f_min for muscle in robot.muscles]),
+        array("TASK_ROWS", [*rows, 0.0]),
+        *(array(identifier(name), values) for name, values in flat.items()),
+        "static const struct { const char *name; const double *values; size_t count; }",
+        "SETTINGS[] = {",
+        *(f'{{"{name}", {identifier(name)}, {len(values)}}},' for name, values in flat.items()),
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def whole_words(size: int) -> int:
+    """So many bytes, in whole words of 8."""
+    return -(-int(size) // 8) * 8
+
+
+def identifier(name: str) -> str:
+    """LAW_KP of law.kp."""
+    return name.replace(".", "_").upper()
+
+
+def array(name: str, values: ArrayLike) -> str:
+    """A constant array, as hexadecimal floats, so that no digit is lost."""
+    texts = [number(float(value)) for value in np.ravel(np.asarray(values, float))]
+    return f"static const double {name}[] = {{{', '.join(texts)}}};"
+
+
+def number(value: float) -> str:
+    """A number in C."""
+    return value.hex() if np.isfinite(value) else "-HUGE_VAL" if value < 0 else "HUGE_VAL"
+
+
+def write_controller(experiment: Experiment, folder: Path) -> None:
+    """Write robot.h and reference.f64.
+
+    Args:
+        experiment: The experiment; it ticks once a communication step.
+        folder: Where to; made if need be.
+
+    Raises:
+        InputError: It is nothing for controller.c.
+    """
+    frames = experiment.robot.task_frames if experiment.controller.tasks else ()
+    if experiment.controller.period != experiment.run.step:
+        raise InputError("controller.c sends at every tick: make run.step the controller's period")
+    if any(frame.is_orientation for frame in frames):
+        raise InputError("controller.c follows points, not orientations")
+    if not (experiment.hardware.has_lengths and experiment.hardware.has_tensions):
+        raise InputError("controller.c expects lengths and tensions of the device")
+    if experiment.hardware.motors.command != "force" or experiment.hardware.scale != 1.0:
+        raise InputError("controller.c commands forces, in SI units")
+    reference = make_reference(experiment)
+    ticks = [reference.evaluate(k * experiment.run.step)[:3] for k in range(experiment.run.steps)]
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "robot.h").write_text(header(experiment, law_settings(experiment)))
+    (folder / "reference.f64").write_bytes(np.array(ticks).astype("<f8").tobytes())
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("experiment", type=Path)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    options = parser.parse_args()
+    write_controller(Experiment.load(options.experiment, settings_of(options.set)), options.folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+/* The computed-torque law of controllers/csrc on the robot of sim_dart/csrc, in static memory; robot.h is
+ * written by make_controller.py. */
+#ifndef ROBOT_LAW_H
+#define ROBOT_LAW_H
+
+#include "control_loop.h"
+#include "core.h"
+#include "robot.h"
+
+#include <math.h>
+#include <string.h>
+
+static core *robot;
+static control_loop *loop;
+static uint64_t robot_memory[ROBOT_MEMORY / 8], loop_memory[LOOP_MEMORY / 8];
+
+static double *part(const char *name)
+{
+    size_t length;
+    return core_array(robot, name, &length);
+}
+
+static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
+{
+    const double *damping = core_coordinates(robot, "damping");
+    (void)self;
+    core_move(robot, q);
+    core_mass_matrix(robot);
+    core_bias(robot, qd);
+    memcpy(M, part("mass_matrix"), COORDINATES * COORDINATES * sizeof(double));
+    memcpy(L, part("jacobian"), MUSCLES * COORDINATES * sizeof(double));
+    for (size_t j = 0; j < COORDINATES; j++)
+        h[j] = part("coriolis")[j] + damping[j] * qd[j];
+}
+
+static void tasks(void *self, const double *q, const double *qd, const double *position, double *error,
+                  double *J, double *bias)
+{
+    (void)self;
+    core_move(robot, q);
+    core_task_jacobian(robot);
+    core_task_bias(robot, qd);
+    for (size_t i = 0, count = TASKS; i < count; i++) {
+        const size_t row = (size_t)TASK_ROWS[i];
+        error[i] = position[i] - part("task_values")[row];
+        bias[i] = part("task_bias")[row];
+        memcpy(J + i * COORDINATES, part("task_jacobian") + row * COORDINATES,
+               COORDINATES * sizeof(double));
+    }
+}
+
+/* law.<name> or loop.<name> */
+static double *setting(const char *name)
+{
+    size_t length;
+    return name[1] == 'a' ? computed_torque_array(control_loop_law(loop), name + 4, &length)
+                          : control_loop_array(loop, name + 5, &length);
+}
+
+static int open_law(void)
+{
+    const control_robot asked = {NULL, terms, tasks};
+    if (core_size(BLOB, sizeof BLOB, NULL, 0) > sizeof robot_memory ||
+        control_loop_size(COORDINATES, MUSCLES, TASKS) > sizeof loop_memory)
+        return 0;
+    robot = core_open(BLOB, sizeof BLOB, robot_memory);
+    loop = control_loop_open(&asked, COORDINATES, MUSCLES, TASKS, loop_memory);
+    if (!robot || !loop)
+        return 0;
+    for (size_t i = 0; i < sizeof SETTINGS / sizeof *SETTINGS; i++)
+        memcpy(setting(SETTINGS[i].name), SETTINGS[i].values, SETTINGS[i].count * sizeof(double));
+    control_loop_reset(loop);
+    return 1;
+}
+
+#endif

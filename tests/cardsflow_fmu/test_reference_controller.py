@@ -1,0 +1,216 @@
+"""The controller in C on the line to a device: its run is that of the experiment's own."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from robots import EXAMPLES, PLANAR_2R
+from worker_host import eventually
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.hardware.device import Device
+from cardsflow_fmu.hardware.emulated_device import emulated_device
+from cardsflow_fmu.hardware.server import DeviceServer
+from cardsflow_fmu.simulation import simulate
+
+ROOT = EXAMPLES.parent
+FOLDER = EXAMPLES / "hardware_in_the_loop"
+ARM = EXAMPLES / "roboy_left_arm"
+STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]
+LIBRARIES = [ROOT / "sim_dart/csrc", ROOT / "controllers/csrc"]
+COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE", *(f"-I{file}" for file in LIBRARIES)]
+SHORT = {"run.duration": 0.1}
+KEY = b"a pre-shared key of some length"
+TIMEOUT = 30
+
+_spec = importlib.util.spec_from_file_location("make_controller", FOLDER / "make_controller.py")
+assert _spec is not None
+assert _spec.loader is not None
+make_controller = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(make_controller)
+
+
+@pytest.fixture(scope="session")
+def libraries(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The object files of core and laws."""
+    folder = tmp_path_factory.mktemp("objects")
+    sources = [file for library in LIBRARIES for file in sorted(library.glob("*.c"))]
+    for library in LIBRARIES:  # apart, as files of both have the same names
+        (folder / library.parent.name).mkdir()
+        files = [str(file) for file in sources if file.parent == library]
+        command = [compiler, "-std=c99", *COMMON, "-c", *files]
+        subprocess.run(command, cwd=folder / library.parent.name, check=True)
+    return [str(file) for file in folder.rglob("*.o")]
+
+
+def compiled(compiler: str, libraries: list[str], experiment: Experiment, folder: Path) -> Path:
+    """The controller of an experiment; its reference lies beside it."""
+    make_controller.write_controller(experiment, folder)
+    program = folder / "controller"
+    command = [compiler, *STRICT, *COMMON, f"-I{folder}", str(FOLDER / "controller.c")]
+    done = subprocess.run(
+        [*command, *libraries, "-o", str(program), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+@pytest.fixture(scope="session")
+def planar(compiler: str, libraries: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """That of the two-link arm."""
+    made = Experiment.load(PLANAR_2R, SHORT)
+    return compiled(compiler, libraries, made, tmp_path_factory.mktemp("planar"))
+
+
+@contextmanager
+def served(experiment: Experiment, key: bytes | None = None) -> Iterator[tuple[Device, str]]:
+    """The experiment's robot at a port of this machine, in a thread of this process."""
+    device, over = emulated_device(experiment, experiment.hardware, key), threading.Event()
+    with DeviceServer(device, "udp://127.0.0.1:0") as server:
+        thread = threading.Thread(target=server.run, args=(over.is_set,))
+        thread.start()
+        try:
+            yield device, server.uri.rsplit(":", 1)[1]
+        finally:
+            over.set()
+            thread.join()
+
+
+def driven(program: Path, port: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """A whole run."""
+    with (program.parent / "reference.f64").open("rb") as reference:
+        return subprocess.run(
+            [str(program), "127.0.0.1", port, *words],
+            stdin=reference,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=TIMEOUT,
+        )
+
+
+def rows(text: str) -> np.ndarray:
+    """Time, q and f, a row a tick."""
+    return np.array([[float(word) for word in line.split(",")] for line in text.splitlines()])
+
+
+def test_is_short() -> None:
+    assert len((FOLDER / "controller.c").read_text().splitlines()) < 300
+
+
+@pytest.mark.parametrize("with_key", [False, True])
+@pytest.mark.parametrize(
+    ("folder", "settings"),
+    [
+        (PLANAR_2R, SHORT),
+        (PLANAR_2R, SHORT | {"controller.ki": 500.0, "controller.delay": 1}),
+        (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}),
+    ],
+)
+def test_in_lock_step_it_does_what_the_experiments_controller_does(
+    folder: Path,
+    settings: dict[str, Any],
+    with_key: bool,
+    compiler: str,
+    libraries: list[str],
+    tmp_path: Path,
+) -> None:
+    """To 1e-9 rad, and to 1e-6 of the largest force, as both have been rounded apart by then."""
+    made = Experiment.load(folder, settings)
+    program = compiled(compiler, libraries, made, tmp_path)
+    (tmp_path / "key.bin").write_bytes(KEY)
+    words = ["lockstep", str(tmp_path / "key.bin")] if with_key else ["lockstep"]
+    with served(made, KEY if with_key else None) as (device, port):
+        done = driven(program, port, *words)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert device.state == "safe"
+        assert device.counters["stops"] == 1
+    expected, found = simulate(made, through="direct"), rows(done.stdout)
+    q = [expected[f"q.{c.name}"] for c in made.robot.coordinates]
+    f = [expected[f"f.{muscle.name}"] for muscle in made.robot.muscles]
+    n, ticks = len(q), made.run.steps
+    assert len(found) == ticks
+    np.testing.assert_allclose(found[:, 1 : 1 + n].T, np.array(q)[:, :ticks], rtol=0, atol=1e-9)
+    forces = np.array(f)[:, :ticks]
+    np.testing.assert_allclose(found[:, 1 + n :].T, forces, rtol=0, atol=1e-6 * forces.max())
+
+
+def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
+    made = Experiment.load(PLANAR_2R, SHORT | {"hardware.watchdog": 0.5})
+    with served(made) as (device, port):
+        done = driven(planar, port, "realtime")
+        assert (done.returncode, done.stderr) == (0, "")
+        assert device.state == "safe"
+        assert device.counters["stops"] == 1
+        assert device.counters["setpoints"] >= 500  # the run, and most of the ramp down
+    expected, found = simulate(made, through="direct"), rows(done.stdout)
+    joints = np.array([expected["q.joint_1"], expected["q.joint_2"]])[:, :100].T
+    np.testing.assert_allclose(found[:, 1:3], joints, rtol=0, atol=0.01)
+
+
+def test_a_signal_leads_to_the_safe_state(planar: Path) -> None:
+    made = Experiment.load(PLANAR_2R, {"hardware.watchdog": 0.5})
+    with served(made) as (device, port):
+        command = [str(planar), "127.0.0.1", port, "realtime"]
+        with subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        ) as process:
+            assert process.stdin is not None
+            process.stdin.write((planar.parent / "reference.f64").read_bytes())
+            process.stdin.flush()
+            assert eventually(lambda: device.counters["setpoints"] > 20)
+            process.send_signal(signal.SIGINT)
+            _, error = process.communicate(timeout=TIMEOUT)
+        assert (process.returncode, error) == (1, b"controller: interrupted\n")
+        assert (device.state, device.counters["stops"]) == ("safe", 1)
+
+
+def test_far_from_the_start_nothing_moves(planar: Path) -> None:
+    made = Experiment.load(PLANAR_2R, {"start.q": [0.0, 0.0]})
+    with served(made) as (device, port):
+        done = driven(planar, port, "realtime")
+        assert (done.returncode, done.stderr) == (1, "controller: it is too far from its start\n")
+        assert device.counters["setpoints"] == 0
+        assert device.state == "safe"
+
+
+def test_what_is_wrong_is_told(planar: Path, tmp_path: Path) -> None:
+    (tmp_path / "key.bin").write_bytes(b"short")
+    assert driven(planar, "9", "lockstep", str(tmp_path / "key.bin")).returncode == 2
+    assert driven(planar, "9").returncode == 2
+    done = driven(planar, "9", "lockstep")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "nobody answers" in done.stderr
+    with served(Experiment.load(ARM)) as (device, port):
+        done = driven(planar, port, "lockstep")
+        assert (done.returncode, device.state) == (1, "idle")
+        assert "the device refuses" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"run.step": 0.001, "controller.period": 0.005}, "make run.step the controller's period"),
+        ({"hardware.has_tensions": False}, "expects lengths and tensions"),
+        ({"hardware.scale": 2.0}, "in SI units"),
+    ],
+)
+def test_what_it_cannot_do_is_refused(
+    settings: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
+        make_controller.write_controller(Experiment.load(PLANAR_2R, settings), tmp_path)
