@@ -65,7 +65,8 @@ def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> N
 def _run(started: float, options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
         return _run_system(started, options)
-    from .simulation import RunError, Through, run
+    from .made_master import Through
+    from .simulation import RunError, run
 
     if options.hardware is not None:
         options.set += [f"hardware.link={json.dumps(options.hardware)}", "hardware.use=true"]

@@ -11,7 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.simulation import MODELS, PreparedFmu, build
+from cardsflow_fmu.made_master import MODELS, PreparedFmu
+from cardsflow_fmu.simulation import build
 
 UNPACKED = "unpacked_"
 """What the folders begin with that FMUs are unpacked into."""
