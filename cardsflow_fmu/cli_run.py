@@ -24,8 +24,8 @@ from .cli_view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
     from .experiment import Experiment
+    from .made_master import Through
     from .results import SystemResult
-    from .simulation import Through
 
 
 def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> None:

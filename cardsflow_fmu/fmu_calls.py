@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -89,10 +90,15 @@ class FmuCalls(ABC):
             (self._library[f"{self._prefix}{verb}{bank.function}"], self._arguments(bank))
             for bank in banks
         ]
-        if len(calls) == 1:
-            function, arguments = calls[0]
-            return lambda: int(function(*arguments))
-        return lambda: max((int(function(*arguments)) for function, arguments in calls), default=0)
+        made = [partial(function, *arguments) for function, arguments in calls]  # all in C
+        if not made:
+            return int  # which is 0
+        if len(made) == 1:
+            return made[0]
+        if len(made) == 2:
+            first, second = made
+            return lambda: max(first(), second())
+        return lambda: max((call() for call in made), default=0)
 
     def _call(self, name: str, *arguments: Any) -> int:
         return int(self._library[self._prefix + name](self._instance, *arguments))
@@ -148,7 +154,8 @@ class Fmi2Calls(FmuCalls):
 
     def step(self, t: float, h: float) -> int:
         """Advance from t to t + h, in [s]."""
-        return int(self._do_step(self._instance, t, h, 1))
+        status: int = self._do_step(self._instance, t, h, 1)
+        return status
 
 
 class Fmi3Calls(FmuCalls):
@@ -194,7 +201,7 @@ class Fmi3Calls(FmuCalls):
 
     def step(self, t: float, h: float) -> int:
         """Advance from t to t + h, in [s]; an FMU that asks to end has failed."""
-        status = int(self._do_step(self._instance, t, h, True, *self._outs))
+        status: int = self._do_step(self._instance, t, h, True, *self._outs)
         if status < DISCARD and self._flags[1].value:
             self._log(DISCARD, "the FMU asks to end the simulation")
             return DISCARD

@@ -176,6 +176,7 @@ class Row:
         names: Of all elements.
         values: The numbers, shape (len(names),), at their start values at first.
         banks: What the numbers are got from and set to, a type each.
+        is_apart: Whether some have to be brought into their buffers, and back.
     """
 
     def __init__(self, signals: Sequence[Signal]) -> None:
@@ -192,6 +193,7 @@ class Row:
                 self.banks.append(Bank(group, slice(begin, end), self.values))
             begin = end
         self._apart = [bank for bank in self.banks if bank.is_apart]
+        self.is_apart = bool(self._apart)
 
     def write(self) -> None:
         """Bring the numbers into the buffers."""

@@ -17,7 +17,7 @@ from .interruption import INTERRUPTED, interruptible
 from .participants import FloatArray, Participant
 from .ports import SOLVE_TIME
 from .units import Conversion
-from .wiring import Copy, Indices, Wiring, connect, indices
+from .wiring import Copy, Wiring, connect, runs
 
 if TYPE_CHECKING:
     from .journal import Journal
@@ -29,11 +29,19 @@ Watch = Callable[[tuple[str, ...], FloatArray], None]
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """A participant in the order of a step: what it is given, and how often it is stepped."""
+    """A participant in the order of a step.
 
-    participant: Participant
+    Attributes:
+        step: Its step.
+        copies: What it is given before.
+        every: Communication steps between two of its own.
+        is_ticking: Whether it is the controller, whose ticks are noted.
+    """
+
+    step: Callable[[float, float], None]
     copies: list[Copy]
     every: int
+    is_ticking: bool
 
 
 @dataclass(frozen=True)
@@ -114,18 +122,22 @@ class Master:
             raise InputError("two participants have the same name")
         groups, before = (coupling or Coupling()).stages(list(by_its_name))
         copies = connect(participants, wiring, by_name=by_name, changes=changes)
+        ticking = by_its_name.get("controller")
         stages = [
-            [_Turn(by_its_name[name], copies[name], (every or {}).get(name, 1)) for name in group]
+            [
+                _Turn(p.step, copies[p.name], (every or {}).get(p.name, 1), p is ticking)
+                for p in map(by_its_name.__getitem__, group)
+            ]
             for group in groups
         ]
         self._before, self._after = stages[:before], stages[before:]
         self.names, self.units, self._columns = columns_of(participants)
-        self._ticking = by_its_name.get("controller")
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
         self._lateness: list[float] = []
         self._pacer: Pacer | None = None
-        outputs = () if self._ticking is None else self._ticking.output_names
+        outputs = () if ticking is None else ticking.output_names
+        self._controller_outputs = np.empty(0) if ticking is None else ticking.outputs
         self._timer = outputs.index(SOLVE_TIME) if SOLVE_TIME in outputs else None
 
     def run(
@@ -181,14 +193,16 @@ class Master:
     def _loop(self, rows: FloatArray) -> Iterator[int]:
         """One communication step an iteration; yields the number of steps done."""
         for k in range(self._steps):
-            self._wait(k)
+            if self._pacer is not None:
+                self._wait(self._pacer, k)
             for stage in self._before:
                 self._advance(stage, k, k)
             self._record(rows[k], k * self._step)
             for stage in self._after:
                 self._advance(stage, k, k + 1)
             yield k + 1
-        self._wait(self._steps)
+        if self._pacer is not None:
+            self._wait(self._pacer, self._steps)
         self._record(rows[self._steps], self._steps * self._step)
 
     @property
@@ -205,10 +219,9 @@ class Master:
             return error
         return None
 
-    def _wait(self, k: int) -> None:
-        """Wait for the time of step k, where steps are paced."""
-        if self._pacer is not None:
-            self._lateness.append(self._pacer.wait(k * self._step))
+    def _wait(self, pacer: Pacer, k: int) -> None:
+        """Wait for the time of step k."""
+        self._lateness.append(pacer.wait(k * self._step))
 
     def _advance(self, stage: Sequence[_Turn], k: int, row: int) -> None:
         """Give every participant of a stage its inputs, then step every one.
@@ -218,28 +231,31 @@ class Master:
             k: Number of the step.
             row: The first row to show it.
         """
-        due = [turn for turn in stage if k % turn.every == 0]
-        for turn in due:
-            for copy in turn.copies:
-                copy()
-        for turn in due:
-            turn.participant.step(k * self._step, turn.every * self._step)
-            if turn.participant is self._ticking:
+        step = self._step
+        for turn in stage:
+            if k % turn.every == 0:
+                for copy in turn.copies:
+                    copy()
+        for turn in stage:
+            if k % turn.every:
+                continue
+            turn.step(k * step, turn.every * step)
+            if turn.is_ticking:
                 self._ticks.append(row)
                 if self._timer is not None:
-                    self._solve_times.append(float(turn.participant.outputs[self._timer]))
+                    self._solve_times.append(self._controller_outputs.item(self._timer))
 
     def _record(self, row: FloatArray, t: float) -> None:
         row[0] = t
-        for outputs, places, columns in self._columns:
-            row[columns] = outputs[places]
+        for outputs, columns in self._columns:
+            row[columns] = outputs
         self._recorded += 1
 
 
 def columns_of(
     participants: Sequence[Participant],
-) -> tuple[tuple[str, ...], dict[str, str], list[tuple[FloatArray, Indices, slice]]]:
-    """Names of the columns, their units, and where their values stand.
+) -> tuple[tuple[str, ...], dict[str, str], list[tuple[FloatArray, slice]]]:
+    """Names of the columns, their units, and which values they show, as views of the outputs.
 
     Args:
         participants: Their outputs are the columns, in order; times of solving are none.
@@ -248,7 +264,11 @@ def columns_of(
     names, units, columns = ["time"], {"time": "s"}, []
     for p in participants:
         kept = [k for k, name in enumerate(p.output_names) if name != SOLVE_TIME]
-        columns.append((p.outputs, indices(kept), slice(len(names), len(names) + len(kept))))
+        begin = len(names)
+        for run in runs(kept):
+            end = begin + run.stop - run.start
+            columns.append((p.outputs[run], slice(begin, end)))
+            begin = end
         for k in kept:
             name = p.output_names[k]
             names.append(name if count[name] == 1 else f"{p.name}.{name}")

@@ -164,6 +164,8 @@ class NativeLoop:
         self, first: int, count: int, rows: FloatArray, times: FloatArray
     ) -> tuple[int, SimulationError | None]:
         """Steps in C: how many were complete, and what stopped them."""
+        assert rows.flags.c_contiguous
+        assert first + count < min(len(rows), len(times) + 1)
         done = (ctypes.c_int64 * 2)()
         failed = self._library.native_loop_run(
             self._loop,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.files import write_files
@@ -16,57 +15,25 @@ from .cross import libraries_for
 from .experiment import Experiment
 from .experiment_system import experiment_system, with_plant
 from .fmu_file import write_fmu
-from .fmu_instance import FmuInstance
-from .foreign_fmu import HARDWARE, ROLES, AdaptedFmu, fitting_wiring
-from .hardware.opening import environment
+from .foreign_fmu import HARDWARE, ROLES
 from .hardware.recording import RECORDING_FILE
 from .hardware_run import Pace, with_approach
 from .interruption import ignoring_interrupts
 from .journal import STARTED, Journal, no_rows
-from .master import Master, Progress, Recording, Watch
+from .made_master import MODELS, PreparedFmu, Through, made_master, performer
+from .master import Progress, Recording, Watch
 from .model_description import FmiVersion
-from .models.controller import ControllerModel
-from .models.experiment_model import ExperimentModel
-from .models.hardware import HardwareModel
-from .models.plant import PlantModel
-from .models.reference import ReferenceModel
 from .muscle_ports import modelled_muscles
 from .native import NATIVE_MODELS, native_model
-from .native_loop import NativeLoop
 from .output import OutputFolder
 from .parquet import require_parquet
-from .participants import DirectParticipant, Participant
 from .results import TABLE, Result
 from .runtime.library import find_platform, prebuilt_libraries, this_platform
 from .saved_run import EXPERIMENT, experiment_archive
 from .ssp import write_ssp
 from .summary import Speed, summarize
-from .world_ports import outer_signals
-
-Through = Literal["fmu", "direct", "native"]
 
 SYSTEM_FILE = "system.ssp"
-
-MODELS: dict[str, type[ExperimentModel]] = {
-    "plant": PlantModel,
-    "controller": ControllerModel,
-    "reference": ReferenceModel,
-    HARDWARE: HardwareModel,
-}
-
-
-class PreparedFmu(NamedTuple):
-    """An FMU that stands ready for several runs.
-
-    Attributes:
-        file: The .fmu.
-        folder: Where it is unpacked, or empty.
-        start_values: Values of its parameters, by name; its own where left out.
-    """
-
-    file: Path
-    folder: Path
-    start_values: Mapping[str, float] = {}
 
 
 class RunError(SimulationError):
@@ -247,7 +214,7 @@ def run(
             there = [] if streamed is None else [streamed.name]
             with Journal(folder, contents, there) as journal:
                 result, recording = _simulate(
-                    driven, fmus, progress, started, through, realtime, streamed, watch, journal
+                    driven, fmus, progress, started, realtime, streamed, watch, journal, through
                 )
         with ignoring_interrupts():
             _write(result, [*contents, *there], folder)
@@ -269,16 +236,6 @@ def _prepare(
         **_build(driven, folder, names, **forms),
         **_build(experiment, folder, ["controller"], **forms),
     }
-
-
-def performer(role: str, experiment: Experiment) -> str:
-    """Whose model plays a role: the hardware's that of the plant, where it is used.
-
-    Args:
-        role: One of `ROLES`.
-        experiment: What is run.
-    """
-    return HARDWARE if role == "plant" and experiment.hardware.use else role
 
 
 def _write(result: Result, written: list[str], folder: OutputFolder) -> None:
@@ -321,10 +278,10 @@ def simulate(
     """
     started = time.perf_counter()
     if prepared is not None:
-        return _finished(*_simulate(experiment, prepared, progress, started, "fmu"))
+        return _finished(*_simulate(experiment, prepared, progress, started, through="fmu"))
     with tempfile.TemporaryDirectory() as folder:
         driven, fmus = _prepare(experiment, Path(folder), through, fmi=fmi, arrays=arrays)
-        return _finished(*_simulate(driven, fmus, progress, started, through, realtime))
+        return _finished(*_simulate(driven, fmus, progress, started, realtime, through=through))
 
 
 def _finished(result: Result, recording: Recording) -> Result:
@@ -338,18 +295,18 @@ def _simulate(
     fmus: Mapping[str, Path | PreparedFmu],
     progress: Progress | None,
     started: float,
-    through: Through,
     realtime: bool = False,
     streamed: Path | None = None,
     watch: Watch | None = None,
     journal: Journal | None = None,
+    through: Through = "direct",
 ) -> tuple[Result, Recording]:
     pace = Pace(
         experiment.run.step, realtime, experiment.hardware if experiment.hardware.use else None
     )
     if through == "native" and pace.pacer is not None:
         raise InputError("a native loop does not wait for the clock; run it as FMUs")
-    with _master(experiment, fmus, streamed, through) as master:
+    with made_master(experiment, fmus, streamed, through) as master:
         if journal is not None:
             nothing = Recording(master.names, no_rows(master.names), master.units, [], [], STARTED)
             speed = Speed(0.0, time.perf_counter() - started)
@@ -372,66 +329,3 @@ def _simulate(
 
 def _units(recording: Recording) -> dict[str, str]:
     return {name: recording.units.get(name, "") for name in recording.names}
-
-
-@contextlib.contextmanager
-def _master(
-    experiment: Experiment,
-    fmus: Mapping[str, Path | PreparedFmu],
-    streamed: Path | None,
-    through: Through,
-) -> Iterator[Master | NativeLoop]:
-    """What steps the experiment, ready to run."""
-    if through == "native":
-        with NativeLoop(experiment) as loop:
-            yield loop
-        return
-    settings = experiment.run
-    with _participants(experiment, fmus, streamed) as participants:
-        yield Master(
-            [participants[name] for name in ("plant", "reference", "controller")],
-            fitting_wiring(
-                experiment.wiring,
-                experiment.fmus,
-                participants.values(),
-                outer_signals(experiment),
-            ),
-            step=settings.step,
-            steps=settings.steps,
-            coupling=settings.coupling,
-            every={"controller": round(experiment.controller.period / settings.step)},
-        )
-
-
-@contextlib.contextmanager
-def _participants(
-    experiment: Experiment, fmus: Mapping[str, Path | PreparedFmu], streamed: Path | None
-) -> Iterator[dict[str, Participant]]:
-    """The participants by name: an FMU where there is one, else the model itself.
-
-    The plant comes last: hardware does not wait for long.
-    """
-    with contextlib.ExitStack() as stack:
-        unpacked = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        participants: dict[str, Participant] = {}
-        for role in reversed(ROLES):
-            name = performer(role, experiment)
-            model, foreign = MODELS[name], experiment.fmus.get(name)
-            participant: Participant
-            with environment(experiment.hardware, streamed):
-                if foreign is not None:
-                    participant = FmuInstance(
-                        role, foreign.file, unpacked / name, foreign.parameters
-                    )
-                elif name in fmus:
-                    own = fmus[name]
-                    if not isinstance(own, PreparedFmu):
-                        own = PreparedFmu(own, unpacked / name)
-                    participant = FmuInstance(role, *own)
-                else:
-                    participant = DirectParticipant(role, model(experiment))
-            stack.callback(participant.close)
-            if foreign is not None:
-                participant = AdaptedFmu(participant, foreign, model.table(experiment))
-            participants[role] = participant
-        yield participants

@@ -48,6 +48,18 @@ class Copy:
 
 
 @dataclass(frozen=True, slots=True)
+class RowCopy(Copy):
+    """The same of neighbours to neighbours, the cheapest: views of both, made once."""
+
+    given: FloatArray
+    taken: FloatArray
+
+    def __call__(self) -> None:
+        """Copy."""
+        self.taken[:] = self.given
+
+
+@dataclass(frozen=True, slots=True)
 class ConvertingCopy(Copy):
     """The same where at least one value changes its unit."""
 
@@ -121,6 +133,17 @@ def indices(numbers: Sequence[int]) -> Indices:
     first, last = numbers[0], numbers[-1]
     follow_on = list(numbers) == list(range(first, last + 1))
     return slice(first, last + 1) if follow_on else list(numbers)
+
+
+def runs(numbers: Sequence[int]) -> list[slice]:
+    """Slices that hold these numbers in their order, as few as can be."""
+    found: list[slice] = []
+    for number in numbers:
+        if found and found[-1].stop == number:
+            found[-1] = slice(found[-1].start, number + 1)
+        else:
+            found.append(slice(number, number + 1))
+    return found
 
 
 def _explicit(
@@ -205,6 +228,8 @@ def _copy(
     froms, tos = zip(*pairs, strict=True)
     places = (source.outputs, indices(froms), target.inputs, indices(tos))
     if all(change.is_identity for change in changes):
+        if isinstance(places[1], slice) and isinstance(places[3], slice):
+            return RowCopy(*places, places[0][places[1]], places[2][places[3]])
         return Copy(*places)
     factors = np.array([change.factor for change in changes])
     return ConvertingCopy(*places, factors, np.array([change.offset for change in changes]))

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from cardsflow_fmu.experiment import Experiment
 from cardsflow_fmu.foreign_fmu import ROLES
-from cardsflow_fmu.simulation import MODELS, PreparedFmu, build, performer
+from cardsflow_fmu.made_master import MODELS, PreparedFmu, performer
+from cardsflow_fmu.simulation import build
 
 UNPACKED = "unpacked_"
 """What the folders begin with that FMUs are unpacked into."""

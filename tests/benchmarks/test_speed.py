@@ -43,7 +43,7 @@ def test_muscle_paths(benchmark: Any) -> None:
 )
 def test_plant_step(benchmark: Any, name: str, robot: Robot, limit: float) -> None:
     """A step with muscles against DART's own step alone, on equal worlds from equal states."""
-    pulled, bare = Plant(robot), Plant(robot)
+    pulled, bare = (Plant(robot, engine="dart") for _ in range(2))
     forces = np.array([muscle.f_min for muscle in robot.muscles])
     start = np.random.default_rng(0).uniform(-0.5, 0.5, len(robot.coordinates))
     calls = 200

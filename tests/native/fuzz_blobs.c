@@ -33,10 +33,19 @@ static void use(core *c, uint64_t *state)
     double *own_q = array(c, "q", &n), *own_qd = array(c, "qd", &n);
     array(c, "lengths", &m);
     double *q = numbers(state, n), *qd = numbers(state, n), *f = numbers(state, m);
+    double *points = numbers(state, 6), *wrenches = numbers(state, 12);
     if (!core_move_checked(c, q, qd)) {
         memcpy(own_q, q, n * sizeof(double));
         memcpy(own_qd, qd, n * sizeof(double));
         core_step(c, f, NULL, 1e-3, 3);
+    }
+    if (!core_move_checked(c, q, qd)) {
+        const int32_t frames[2] = {-1, (int32_t)n - 1};
+        memcpy(own_q, q, n * sizeof(double));
+        memcpy(own_qd, qd, n * sizeof(double));
+        if (core_push(c, 2, frames, points, wrenches)) exit(3);
+        core_runge_kutta(c, f, qd, 1e-3, 3);
+        core_push(c, 0, frames, points, wrenches);
     }
     core_move(c, q);
     core_pull(c, f);
@@ -46,7 +55,7 @@ static void use(core *c, uint64_t *state)
     core_coriolis(c, qd);
     core_gravity(c);
     core_accelerate(c, qd, qd, q);
-    free(q), free(qd), free(f);
+    free(q), free(qd), free(f), free(points), free(wrenches);
 }
 
 static int is_refused(const unsigned char *contents, size_t size, uint64_t *state)

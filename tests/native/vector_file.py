@@ -156,7 +156,7 @@ def _add_loop(file: VectorFile, experiment: Experiment) -> None:
         delay=settings.delay,
         predict=settings.predict,
     )
-    plant = Plant(robot, experiment.plant.step)
+    plant = Plant(robot, experiment.plant.step, engine="dart")  # another than what replays
     plant.reset(experiment.start.q, experiment.start.qd)
     steps = round(settings.period / experiment.plant.step)
     rows = [np.array(reference.evaluate(0.5 + settings.period * t)[:3]) for t in range(TICKS)]

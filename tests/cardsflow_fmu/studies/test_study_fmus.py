@@ -46,15 +46,17 @@ def numbers(folder: Path) -> list[list[float]]:
 
 
 @pytest.mark.parametrize("text", [PARAMETERS, ROBOTS])
-def test_fmus_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
-    for engine in ("direct", "fmu"):
+def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
+    engines = ("direct", "fmu", "native")
+    for engine in engines:
         study = small_study(tmp_path, text, f"{TOP}engine = '{engine}'")
         with one_thread() as executor:
             run_study(study, executor, jobs=1, output=tmp_path / engine)
-    direct, fmu = (numbers(tmp_path / engine) for engine in ("direct", "fmu"))
+    direct, fmu, native = (numbers(tmp_path / engine) for engine in engines)
     assert len(direct) >= 4
-    for one, other in zip(direct, fmu, strict=True):
+    for one, other, in_c in zip(direct, fmu, native, strict=True):
         assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
+        assert one == pytest.approx(in_c, rel=1e-9, abs=1e-9)
     assert len({tuple(row[-3:]) for row in direct}) > 1
 
 

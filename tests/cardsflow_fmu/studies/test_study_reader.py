@@ -167,4 +167,4 @@ def test_an_unknown_word_as_value_is_the_runs_own_trouble(tmp_path: Path) -> Non
 def test_the_nearest_muscle_is_named(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError) as caught:
         Study.load(write_study(tmp_path, top="engine = 'nothing'"))
-    assert caught.value.known == ("direct", "fmu")
+    assert caught.value.known == ("direct", "fmu", "native")

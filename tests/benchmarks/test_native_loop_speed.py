@@ -1,0 +1,146 @@
+"""Native closed loops against the clock: `pytest tests/benchmarks/test_native_loop_speed.py -s`.
+
+The arm of the example with its operational-space controller, at its own period and at 1 kHz.
+Factors are those of the best of many short blocks, in time of this thread: what other programs
+take does not count.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from interleaved import interleaved, record
+from robots import EXAMPLES
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu_instance import FmuInstance
+from cardsflow_fmu.foreign_fmu import fitting_wiring
+from cardsflow_fmu.master import Master
+from cardsflow_fmu.native_loop import NativeLoop
+from cardsflow_fmu.ports import load_signals
+from cardsflow_fmu.simulation import build
+from sim_dart import Plant
+
+MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 60.0, 90.0, 1.8  # times real time; times one thread
+INSTANTIATE_LIMIT = 5e-3  # in [s]
+ENGINE_LIMIT = 2.0
+BLOCK = 128  # steps between two calls of `progress`
+STEPS = 100 * BLOCK
+
+
+def arm(period: float) -> Experiment:
+    settings = {"controller.period": period, "run.duration": STEPS * 1e-3}
+    return Experiment.load(EXAMPLES / "roboy_left_arm", settings)
+
+
+class Blocks:
+    """Times of blocks of steps: call it after each."""
+
+    def __init__(self) -> None:
+        self._stamps = [time.thread_time()]
+
+    def __call__(self, done: int) -> None:
+        self._stamps.append(time.thread_time())
+
+    def factor(self, steps: int, step: float) -> float:
+        """How many times faster than time the best block was."""
+        return steps * step / float(np.diff(self._stamps)[1:-1].min())
+
+
+@pytest.mark.parametrize("period", [0.005, 0.001])
+def test_the_master_and_the_loop_in_c(period: float, tmp_path: Path) -> None:
+    experiment = arm(period)
+    fmus = build(experiment, tmp_path, native=True)
+    parts = {
+        name: FmuInstance(name, fmus[name], tmp_path / name)
+        for name in ("plant", "reference", "controller")
+    }
+    run, loads = experiment.run, load_signals(experiment.robot)
+    master = Master(
+        list(parts.values()),
+        fitting_wiring(experiment.wiring, experiment.fmus, parts.values(), loads),
+        step=run.step,
+        steps=run.steps,
+        coupling=run.coupling,
+        every={"controller": round(period / run.step)},
+    )
+    blocks = Blocks()
+    recording = master.run(blocks)
+    through_master = blocks.factor(BLOCK, run.step)
+    with NativeLoop(experiment) as loop:
+        in_c = Blocks()
+        rows = loop.run(in_c).rows
+    through_c = in_c.factor(1024, run.step)
+    assert recording.failure is None
+    np.testing.assert_array_equal(rows, recording.rows)
+    record(f"native arm, control every {period} s", master=through_master, loop_in_c=through_c)
+    assert through_master >= MASTER_LIMIT
+    assert through_c >= LOOP_LIMIT
+
+
+def test_instantiating(tmp_path: Path) -> None:
+    """Again, with its library loaded: as a study does it."""
+    fmus = build(arm(0.005), tmp_path, native=True)
+    best = {}
+    for name in ("plant", "controller", "reference"):
+        FmuInstance(name, fmus[name], tmp_path / name).close()
+        times = []
+        for _ in range(20):
+            begin = time.thread_time()
+            instance = FmuInstance(name, fmus[name], tmp_path / name)
+            times.append(time.thread_time() - begin)
+            instance.close()
+        best[name] = min(times)
+    record("instantiating a native FMU", **best)
+    assert max(best.values()) < INSTANTIATE_LIMIT
+
+
+def test_two_threads_of_closed_loops() -> None:
+    """Each with its own models; a call lets go of Python's lock."""
+    experiment = arm(0.001)
+
+    def run() -> None:
+        with NativeLoop(experiment) as loop:
+            assert loop.run().failure is None
+
+    def steps(loop: NativeLoop) -> None:
+        rows, times = np.empty((8193, len(loop.names))), np.empty(8193)
+        for k in range(8):
+            assert loop._advance(1024 * k, 1024, rows, times)[1] is None
+
+    run()
+    with ThreadPoolExecutor(2) as pool:
+
+        def one() -> float:
+            with NativeLoop(experiment) as a, NativeLoop(experiment) as b:
+                begin = time.perf_counter()
+                steps(a)
+                steps(b)
+                return time.perf_counter() - begin
+
+        def two() -> float:
+            with NativeLoop(experiment) as a, NativeLoop(experiment) as b:
+                begin = time.perf_counter()
+                list(pool.map(steps, (a, b)))
+                return time.perf_counter() - begin
+
+        alone, together = zip(*((one(), two()) for _ in range(30)), strict=True)
+    ratio = min(alone) / min(together)
+    record("two threads of closed loops", ratio=ratio)
+    assert ratio >= THREADS_LIMIT
+
+
+def test_the_plants_engines() -> None:
+    """A step of a plant, called from Python, in both engines."""
+    robot = arm(0.005).robot
+    forces = np.array([muscle.f_min for muscle in robot.muscles])
+    plants = {engine: Plant(robot, engine=engine) for engine in ("core", "dart")}  # type: ignore[arg-type]
+    steps = {name: (lambda plant=plant: plant.step(forces)) for name, plant in plants.items()}
+    times = interleaved(steps, calls=100, rounds=100)
+    ratio = times["dart"] / times["core"]
+    record("plant's engines", ratio=ratio, core_us=times["core"] * 1e6, dart_us=times["dart"] * 1e6)
+    assert ratio >= ENGINE_LIMIT
