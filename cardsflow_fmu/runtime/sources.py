@@ -20,8 +20,8 @@ RUNTIME = "cardsflow_fmu/runtime/csrc"
 CORE = ("sim_dart/csrc", "controllers/csrc")
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
-_PYTHON = ("bell_", "channel", "environment", "interpreters", "process_", "python_")
-_PYTHON += ("shared_memory_", "waiting", "worker", "backend.")
+_PYTHON: tuple[str, ...] = ("bell_", "channel", "environment", "interpreters", "process_")
+_PYTHON += ("python_", "shared_memory_", "waiting", "worker", "backend.")
 _NATIVE = ("backend_native.",)
 
 
