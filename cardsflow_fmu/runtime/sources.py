@@ -6,6 +6,7 @@ only.
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -58,6 +59,14 @@ class Library(NamedTuple):
             if not (folder == RUNTIME and path.name.startswith(self.without or "?"))
         )
 
+    def fingerprint(self, root: Path = ROOT) -> str:
+        """Of all that it is made of: a compiled library beside other sources is not theirs."""
+        digest = hashlib.sha256(repr((FLAGS, self.flags)).encode())
+        for name in [*self.sources(root), *self.headers(root)]:
+            contents = (root / name).read_bytes()
+            digest.update(f"{name}\0{len(contents)}\0".encode() + contents)
+        return digest.hexdigest()
+
 
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
@@ -95,7 +104,7 @@ TARGETS = {
 """By FMI 3.0's name."""
 
 PREBUILT_PLATFORMS = tuple(name for name in TARGETS if name != "aarch64-windows")
-"""Those whose native library comes with the package."""
+"""Those whose native library comes with the package, its fingerprint beside it."""
 
 
 def cross_command(library: Library, platform: str, file: Path) -> list[str]:

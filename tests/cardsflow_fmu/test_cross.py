@@ -90,6 +90,10 @@ def test_native_libraries_come_with_the_package(
     prebuilt = tmp_path / sources.PREBUILT / f"{other}.dll"
     prebuilt.parent.mkdir()
     prebuilt.write_bytes(b"other")
+    mark = prebuilt.with_suffix(".sha256")
+    mark.write_text("of other sources\n")
+    assert library.prebuilt_libraries() == {}
+    mark.write_text(f"{sources.NATIVE.fingerprint()}\n")
     assert cross.libraries_for(["win64"], tmp_path, native=True) == {other: prebuilt}
     both = build(experiment, tmp_path / "both", native=True)["plant"]
     assert binaries(both) == binaries(alone) | {"binaries/win64/plant.dll": b"other"}
