@@ -92,7 +92,8 @@ class Target(NamedTuple):
 # What no exported function needs is left out.
 _LINUX = ("-fPIC", "-D_GNU_SOURCE", "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
 _DARWIN = ("-fPIC", "-Wl,-dead_strip", "-Wl,-install_name,@rpath/cardsflow_fmi.dylib")
-_WINDOWS = ("-Wl,--gc-sections", "-D__USE_MINGW_ANSI_STDIO=0")  # printf is the system's
+# There code is larger, and system functions come inside: small loops stay loops.
+_WINDOWS = ("-Wl,--gc-sections", "-fno-unroll-loops", "-fno-vectorize", "-fno-slp-vectorize")
 TARGETS = {
     "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", _LINUX),
     "aarch64-linux": Target("aarch64-linux-gnu.2.17", ".so", _LINUX),
