@@ -95,13 +95,14 @@ def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
     return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
 
 
-def compile_prebuilt(platform: str, output: Path) -> Path:
-    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its path."""
-    name = f"{platform}{_SOURCES.TARGETS[platform].suffix}"
-    return _make(
-        output / _SOURCES.PREBUILT / name,
-        lambda aside: _SOURCES.cross_command(_SOURCES.NATIVE, platform, aside),
-    )
+def compile_prebuilt(platform: str, output: Path) -> list[Path]:
+    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files."""
+    native = _SOURCES.NATIVE
+    file = output / _SOURCES.PREBUILT / f"{platform}{_SOURCES.TARGETS[platform].suffix}"
+    _make(file, lambda aside: _SOURCES.cross_command(native, platform, aside))
+    mark = file.with_suffix(".sha256")
+    mark.write_text(f"{native.fingerprint(ROOT)}\n", "ascii")
+    return [file, mark]
 
 
 def wanted_platforms(names: str) -> list[str]:
@@ -148,7 +149,7 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         output = Path(self._aside or ROOT)
         platforms = wanted_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
         compiled = [compile_library(library, output, []) for library in LIBRARIES]
-        compiled += [compile_prebuilt(name, output) for name in platforms]
+        compiled += [file for name in platforms for file in compile_prebuilt(name, output)]
         for built in compiled:
             build_data["force_include"][str(built)] = built.relative_to(output).as_posix()
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
@@ -173,7 +174,7 @@ def main() -> None:
     for library in LIBRARIES:
         print(compile_library(library, arguments.output, SANITIZE if arguments.sanitize else []))
     for name in wanted_platforms(arguments.platforms):
-        print(compile_prebuilt(name, arguments.output))
+        print(compile_prebuilt(name, arguments.output)[0])
 
 
 if __name__ == "__main__":

@@ -115,11 +115,21 @@ def prebuilt_libraries() -> dict[str, Path]:
     """The libraries of native FMUs that came with the package, by FMI 3.0's name of the platform.
 
     An installed package has one for each of `PREBUILT_PLATFORMS`; a source tree those that
-    `python hatch_build.py --platforms` has made.
+    `python hatch_build.py --platforms` has made of the sources as they are.
     """
     folder = _root() / PREBUILT
     files = {name: folder / f"{name}{PLATFORMS[name].suffix}" for name in PREBUILT_PLATFORMS}
-    return {name: file for name, file in files.items() if file.is_file()}
+    there = {name: file for name, file in files.items() if file.is_file()}
+    fingerprint = NATIVE.fingerprint() if there else ""
+    return {name: file for name, file in there.items() if _mark(file) == fingerprint}
+
+
+def _mark(file: Path) -> str:
+    """The fingerprint of the sources that a library was made of."""
+    try:
+        return file.with_suffix(".sha256").read_text("ascii").strip()
+    except (OSError, UnicodeDecodeError):
+        return ""
 
 
 def _root() -> Path:

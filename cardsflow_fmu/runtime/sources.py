@@ -6,6 +6,7 @@ only.
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -20,15 +21,8 @@ RUNTIME = "cardsflow_fmu/runtime/csrc"
 CORE = ("sim_dart/csrc", "controllers/csrc")
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
-_PYTHON: tuple[str, ...] = (
-    "bell_",
-    "channel",
-    "environment",
-    "interpreters",
-    "process_",
-    "python_",
-)
-_PYTHON += ("shared_memory_", "waiting", "worker", "backend.")
+_PYTHON: tuple[str, ...] = ("bell_", "channel", "environment", "interpreters", "process_")
+_PYTHON += ("python_", "shared_memory_", "waiting", "worker", "backend.")
 _NATIVE = ("backend_native.",)
 
 
@@ -65,6 +59,14 @@ class Library(NamedTuple):
             if not (folder == RUNTIME and path.name.startswith(self.without or "?"))
         )
 
+    def fingerprint(self, root: Path = ROOT) -> str:
+        """Of all that it is made of: a compiled library beside other sources is not theirs."""
+        digest = hashlib.sha256(repr((FLAGS, self.flags)).encode())
+        for name in [*self.sources(root), *self.headers(root)]:
+            contents = (root / name).read_bytes()
+            digest.update(f"{name}\0{len(contents)}\0".encode() + contents)
+        return digest.hexdigest()
+
 
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
@@ -90,7 +92,8 @@ class Target(NamedTuple):
 # What no exported function needs is left out.
 _LINUX = ("-fPIC", "-D_GNU_SOURCE", "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
 _DARWIN = ("-fPIC", "-Wl,-dead_strip", "-Wl,-install_name,@rpath/cardsflow_fmi.dylib")
-_WINDOWS = ("-Wl,--gc-sections",)
+# There code is larger, and system functions come inside: small loops stay loops.
+_WINDOWS = ("-Wl,--gc-sections", "-fno-unroll-loops", "-fno-vectorize", "-fno-slp-vectorize")
 TARGETS = {
     "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", _LINUX),
     "aarch64-linux": Target("aarch64-linux-gnu.2.17", ".so", _LINUX),
@@ -102,7 +105,7 @@ TARGETS = {
 """By FMI 3.0's name."""
 
 PREBUILT_PLATFORMS = tuple(name for name in TARGETS if name != "aarch64-windows")
-"""Those whose native library comes with the package."""
+"""Those whose native library comes with the package, its fingerprint beside it."""
 
 
 def cross_command(library: Library, platform: str, file: Path) -> list[str]:

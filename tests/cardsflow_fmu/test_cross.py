@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu import cross
+from cardsflow_fmu import Experiment, build, cross
+from cardsflow_fmu.runtime import library, sources
 from cardsflow_fmu.runtime.library import library_path, this_platform
 
 sys.path.append(str(Path(__file__).parents[2]))
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 MAGIC = {
     "x86_64-linux": b"\x7fELF\x02\x01",
@@ -67,9 +70,52 @@ def test_bad_platforms(tmp_path: Path) -> None:
         cross.libraries_for([], tmp_path)
 
 
-def test_flags_are_those_of_the_package() -> None:
+def test_native_libraries_come_with_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As they are, and into native FMUs unasked; else a word on what to do."""
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(library, "_root", lambda: tmp_path)
+    own, other = this_platform(), "x86_64-windows"
+    assert other != own.tuple
+    target = tmp_path / f"{sources.NATIVE.target}{own.suffix}"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(b"own")
+    message = "no prebuilt library for it is in this installation.*cardsflow\\[cross\\]"
+    with pytest.raises(InputError, match=message):
+        cross.libraries_for([other], tmp_path, native=True)
+    experiment = Experiment.load(EXAMPLES / "planar_2r")
+    alone = build(experiment, tmp_path / "alone", native=True)["plant"]
+    assert binaries(alone) == {f"binaries/{own.fmi2}/plant{own.suffix}": b"own"}
+    prebuilt = tmp_path / sources.PREBUILT / f"{other}.dll"
+    prebuilt.parent.mkdir()
+    prebuilt.write_bytes(b"other")
+    mark = prebuilt.with_suffix(".sha256")
+    mark.write_text("of other sources\n")
+    assert library.prebuilt_libraries() == {}
+    mark.write_text(f"{sources.NATIVE.fingerprint()}\n")
+    assert cross.libraries_for(["win64"], tmp_path, native=True) == {other: prebuilt}
+    both = build(experiment, tmp_path / "both", native=True)["plant"]
+    assert binaries(both) == binaries(alone) | {"binaries/win64/plant.dll": b"other"}
+
+
+def binaries(fmu: Path) -> dict[str, bytes]:
+    archive = zipfile.ZipFile(fmu)
+    return {name: archive.read(name) for name in archive.namelist() if name.startswith("binaries/")}
+
+
+def test_native_libraries_hold_nothing_that_starts_a_python() -> None:
+    native, all_of_it = sources.NATIVE.sources(), sources.FMI.sources()
+    names = {Path(name).stem for name in native}
+    assert not {name for name in names if name.startswith(("python", "worker", "process"))}
+    assert set(native) - set(all_of_it) == {f"{sources.RUNTIME}/backend_native.c"}
+
+
+def test_the_build_of_the_package_knows_the_platforms(monkeypatch: pytest.MonkeyPatch) -> None:
     import hatch_build
 
-    plain = [flag for flag in hatch_build.FLAGS if not flag.startswith("-W")]
-    (library,) = (one for one in hatch_build.LIBRARIES if one.target.endswith("cardsflow_fmi"))
-    assert [*plain, *library.flags] == cross.FLAGS
+    assert hatch_build.wanted_platforms("") == []
+    assert hatch_build.wanted_platforms("all") == list(sources.PREBUILT_PLATFORMS)
+    assert hatch_build.wanted_platforms("x86_64-windows") == ["x86_64-windows"]
+    with pytest.raises(SystemExit, match="no platform win32; platforms: x86_64-linux"):
+        hatch_build.wanted_platforms("win32")

@@ -4,6 +4,7 @@
    were refused. The sanitizers that this is compiled with end it at anything else.                      */
 #include "core.h"
 #include "mutate.h"
+#include "tangent.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -25,6 +26,26 @@ static double *numbers(uint64_t *state, size_t count)
     for (size_t i = 0; i < count; i++)
         values[i] = wild && draw(state) % 4 == 0 ? odd[draw(state) % 7] : (double)(draw(state) >> 40) / 5e6 - 1.5;
     return values;
+}
+
+static void use_laws(core *c, const double *qd, const double *u)
+{
+    core_start(c, u);
+    core_drive(c, qd, u);
+    core_law_rates(c, u);
+    core_reach(c, 1e-3);
+    core_invert(c, u, 1e-3);
+    core_advance(c, u, 1e-3);
+}
+
+/* A step with its derivative, from wherever the core is. */
+static void go_along(core *c, const double *f, double *dq, double *dqd)
+{
+    const size_t size = core_tangent_size(c);
+    double *memory = size && size < (size_t)1 << 24 ? malloc(size * sizeof *memory) : NULL;
+    const core_tangent direction = {f, f, 0, NULL, NULL, NULL, dq, dqd, memory};
+    if (memory) core_step_along(c, &direction, 1e-3);
+    free(memory);
 }
 
 static void use(core *c, uint64_t *state)
@@ -55,6 +76,9 @@ static void use(core *c, uint64_t *state)
     core_coriolis(c, qd);
     core_gravity(c);
     core_accelerate(c, qd, qd, q);
+    core_trace(c);
+    use_laws(c, qd, f);
+    go_along(c, f, q, qd);
     free(q), free(qd), free(f), free(points), free(wrenches);
 }
 

@@ -1,6 +1,9 @@
 """Damaged robot blobs and native FMUs under sanitizers: refused with a reason, or sound.
 
-CARDSFLOW_MUTATIONS says how many of each are tried, 2000 else.
+CARDSFLOW_MUTATIONS says how many of each are tried, 2000 else; as many of robot files are tried
+by test_damaged_robot_files.py.
+
+    CARDSFLOW_MUTATIONS=100000 python -m pytest -n 0 -s tests/native/test_fuzz.py
 """
 
 from __future__ import annotations
@@ -14,42 +17,57 @@ from every_joint import every_joint
 from robots import EXAMPLES, planar_2r, random_robot
 from targets import ROOT, Target, build_program, run_program
 
+from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.runtime.sources import NATIVE
+from cardsflow_fmu.runtime.sources import RUNTIME as RUNTIME_FOLDER
 from cardsflow_fmu.simulation import build
 from sim_dart import compile_blob
 
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "2000"))
+BATCH = 5000
 SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
 STRICT = ("-fno-sanitize-recover=all",)
-RUNTIME = ROOT / "cardsflow_fmu/runtime/csrc"
+MUSCULAR = ("pneumatic_elbow", "hill_arm")
 CONTROLLER_AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 
 
+def count_refused(program: list[str], *arguments: Path) -> int:
+    """How many of all are refused, some thousands a run of the program."""
+    refused = 0
+    for first in range(0, MUTATIONS, BATCH):
+        count = min(BATCH, MUTATIONS - first)
+        refused += int(run_program(program, str(first), str(count), *arguments))
+    return refused
+
+
 def test_damaged_blobs(tmp_path: Path) -> None:
-    blobs = [tmp_path / f"{k}.bin" for k in range(5)]
     robots = [planar_2r(), every_joint(), *(random_robot(seed) for seed in range(3))]
+    robots += [read_robot(EXAMPLES / name / "robot") for name in MUSCULAR]
+    blobs = [tmp_path / f"{k}.bin" for k in range(len(robots))]
     for path, robot in zip(blobs, robots, strict=True):
         path.write_bytes(compile_blob(robot))
     program = build_program(SANITIZED, tmp_path, ("fuzz_blobs.c", "mutate.c"), *STRICT)
-    refused = int(run_program(program, "0", str(MUTATIONS), *blobs))
+    refused = count_refused(program, *blobs)
     print(f"\n{MUTATIONS} blobs, {refused} refused")
     assert MUTATIONS / 3 < refused < MUTATIONS
 
 
 def test_damaged_native_models(tmp_path: Path) -> None:
     folders = []
-    for example in ("planar_2r", "roboy_left_arm"):
-        experiment = Experiment.load(EXAMPLES / example, CONTROLLER_AROUND)
+    for example in ("planar_2r", "roboy_left_arm", *MUSCULAR):
+        settings = CONTROLLER_AROUND | {"plant.energy": False}
+        experiment = Experiment.load(EXAMPLES / example, settings)
         for name, file in build(experiment, tmp_path / example, native=True).items():
             folder = tmp_path / f"{example}_{name}"
             fmpy.extract(str(file), str(folder))
             folders.append(folder / "resources")
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    runtime = [str(path) for path in sorted(RUNTIME.glob("*.c"))]
-    flags = [*STRICT, "-D_GNU_SOURCE", f"-I{RUNTIME}", *runtime, "-ldl", "-lpthread"]
+    runtime = [str(ROOT / name) for name in NATIVE.sources() if name.startswith(RUNTIME_FOLDER)]
+    flags = [*STRICT, "-D_GNU_SOURCE", f"-I{ROOT / RUNTIME_FOLDER}", *runtime, "-ldl", "-lpthread"]
     program = build_program(SANITIZED, tmp_path, ("fuzz_native.c", "mutate.c"), *flags)
-    refused = int(run_program(program, "0", str(MUTATIONS), scratch, *folders))
+    refused = count_refused(program, scratch, *folders)
     print(f"\n{MUTATIONS} native models, {refused} refused")
     assert MUTATIONS / 3 < refused < MUTATIONS
 

@@ -2,17 +2,11 @@
  *
  * Values: q (n), qd (n), reference (3 r), loads (3 p), states of muscles (s); f (m), commands (d), slack
  * (r), at_bound, solve_time, infeasible, limits_dropped in operational space; kp (r), kd (r), f_min (m),
- * f_max (m), period, worker_timeout.
- *
- * Settings, after those of the robot and of the muscles: whether it is in operational space; ki (r),
- * bandwidth of the observer in rad/s, delay, predict; H_f (m); and in operational space whether each task
- * is an angle (k), H_q (n), H_r (m), f_p (m), W (k), posture kp (n), posture kd (n), q0 (n), bandwidth of
- * the limits, or 0. */
-#include "../../../controllers/csrc/control_loop.h"
+ * f_max (m), period, worker_timeout. */
+#include "native_controller.h"
+
 #include "../../../sim_dart/csrc/elementary.h"
 #include "clock.h"
-#include "native_model.h"
-#include "native_muscles.h"
 
 #include <float.h>
 #include <math.h>
@@ -21,28 +15,6 @@
 
 static const double AT_BOUND = 1e-9;
 static const double PI = 3.141592653589793;
-
-struct controller {
-    control_loop *loop;
-    computed_torque *law;
-    size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
-    struct native_muscles muscles;
-    double *q, *qd, *reference, *loads, *states;
-    double *forces, *commands, *slack, *report, *kp, *kd, *f_min, *f_max, *period;
-    const double *is_angle;
-    double observer;
-};
-
-static double *law_array(const struct controller *c, const char *name)
-{
-    size_t length;
-    return computed_torque_array(c->law, name, &length);
-}
-
-static double *loop_array(const struct controller *c, const char *name, size_t *length)
-{
-    return control_loop_array(c->loop, name, length);
-}
 
 /* --------------------------------------------------------------- what the loop asks of the robot */
 
@@ -278,59 +250,6 @@ static const struct model_functions FUNCTIONS = {
 
 /* ----------------------------------------------------------------------------------- opening it */
 
-struct settings {
-    const double *at;
-    size_t left;
-    int short_of;
-};
-
-static void take(struct settings *settings, double *to, size_t count)
-{
-    if (settings->left < count) {
-        settings->short_of = 1;
-        return;
-    }
-    memcpy(to, settings->at, count * sizeof(double));
-    settings->at += count;
-    settings->left -= count;
-}
-
-static void take_tasks(struct native_model *native, struct controller *c, struct settings *settings)
-{
-    const struct native_robot *robot = &native->robot;
-    const size_t n = robot->n, m = robot->m, k = robot->k;
-    c->is_angle = settings->at;
-    if (settings->left < k) {
-        settings->short_of = 1;
-        return;
-    }
-    settings->at += k;
-    settings->left -= k;
-    take(settings, law_array(c, "H_q"), n);
-    take(settings, law_array(c, "H_r"), m);
-    take(settings, law_array(c, "f_p"), m);
-    take(settings, law_array(c, "W"), k);
-    take(settings, law_array(c, "posture_kp"), n);
-    take(settings, law_array(c, "posture_kd"), n);
-    take(settings, law_array(c, "q0"), n);
-    take(settings, law_array(c, "limit_bandwidth"), 1);
-    memcpy(law_array(c, "q_min"), robot->lower, n * sizeof(double));
-    memcpy(law_array(c, "q_max"), robot->upper, n * sizeof(double));
-}
-
-static int take_settings(struct native_model *native, struct controller *c, struct settings *settings)
-{
-    size_t length;
-    take(settings, loop_array(c, "ki", &length), c->r);
-    take(settings, &c->observer, 1);
-    take(settings, loop_array(c, "delay", &length), 1);
-    take(settings, loop_array(c, "predict", &length), 1);
-    take(settings, law_array(c, "H_f"), native->robot.m);
-    if (c->k)
-        take_tasks(native, c, settings);
-    return settings->short_of || settings->left;
-}
-
 static int open_loop(struct native_model *native, struct controller *c)
 {
     const struct native_robot *robot = &native->robot;
@@ -373,12 +292,10 @@ int native_controller_open(struct model *model, struct native_model *native, str
         return 1;
     }
     int failed = native_muscles_open(&c->muscles, robot, &native->file);
-    struct settings settings = {native->file.settings, native->file.settings_count, failed};
-    double operational = 0;
-    take(&settings, &operational, 1);
-    c->k = operational != 0 ? robot->k : 0;
+    const double *operational = failed ? NULL : native_file_take(&native->file, 1);
+    c->k = operational && operational[0] != 0 ? robot->k : 0;
     c->r = c->k ? c->k : robot->n;
-    if (failed || open_loop(native, c) || take_settings(native, c, &settings)) {
+    if (!operational || open_loop(native, c) || native_controller_settings(c, native)) {
         text_set(error, "native.bin does not fit its controller");
         failed = 1;
     }

@@ -78,8 +78,17 @@ static int go_along(struct model *model, struct change *change)
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     const struct native_robot *robot = &native->robot;
-    const core_tangent direction = {plant->told,   change->forces, (int32_t)robot->p, robot->points, plant->loads,
-                                    change->loads, change->q,      change->qd,        change->memory};
+    const core_tangent direction = {
+        .forces = plant->told,
+        .forces_change = change->forces,
+        .loads = (int32_t)robot->p,
+        .load_tasks = robot->points,
+        .load = plant->loads,
+        .load_change = change->loads,
+        .q_change = change->q,
+        .qd_change = change->qd,
+        .memory = change->memory,
+    };
     const double h = plant->step[0] / plant->substeps;
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
@@ -87,7 +96,7 @@ static int go_along(struct model *model, struct change *change)
         return 1;
     for (double i = 0; i < (double)steps * plant->substeps; i++)
         if (core_step_along(robot->core, &direction, h)) {
-            text_set(&model->error, "the step does not lead anywhere: an input is not finite or the robot diverges");
+            text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
             return 1;
         }
     return 0;

@@ -1,0 +1,185 @@
+"""Native FMUs in a host in C, on several platforms, and compiled by others: the same bits."""
+
+from __future__ import annotations
+
+import subprocess
+import xml.etree.ElementTree as ET
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import fmpy
+import pytest
+from robots import EXAMPLES
+from targets import TARGETS, TIMEOUT, Target, environment, require
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cross import libraries_for
+from cardsflow_fmu.model_description import FmiVersion
+from cardsflow_fmu.simulation import build
+
+STEPS = 200
+EMULATED = {
+    "zig linux64": "x86_64-linux",
+    "zig linux-aarch64, qemu": "aarch64-linux",
+    "zig win64, wine": "x86_64-windows",
+}
+MODELS = [
+    ("roboy_left_arm", "plant"),
+    ("roboy_left_arm", "controller"),
+    ("roboy_left_arm", "reference"),
+    ("hill_arm", "plant"),
+    ("hill_arm", "controller"),
+]
+LARGEST = 300_000
+
+
+class Unpacked(NamedTuple):
+    """A native FMU of FMI 2.0, and its library for this platform."""
+
+    folder: Path
+    library: Path
+
+
+@pytest.fixture(scope="module", params=MODELS, ids="-".join)
+def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
+    example, model = request.param
+    return unpacked(example, model, tmp_path_factory.mktemp(f"{example}_{model}"))
+
+
+def unpacked(example: str, model: str, folder: Path, fmi: FmiVersion = "2.0") -> Unpacked:
+    settings = {"plant.energy": False} if example == "hill_arm" else {}
+    experiment = Experiment.load(EXAMPLES / example, settings)
+    file = build(experiment, folder / "out", native=True, fmi=fmi)[model]
+    fmpy.extract(str(file), str(folder / "fmu"))
+    platform = "linux64" if fmi == "2.0" else "x86_64-linux"
+    return Unpacked(folder / "fmu", folder / f"fmu/binaries/{platform}/{model}.so")
+
+
+@cache
+def host(name: str, folder: Path) -> list[str]:
+    """The compiled host for a target, and what runs it."""
+    target = TARGETS[name]
+    runner = require(target)
+    program = folder / f"host{target.suffix}"
+    source = Path(__file__).with_name("fmu_trajectory.c")
+    headers = Path(fmpy.__file__).parent / "c-code"
+    libraries = [] if target.suffix == ".exe" else ["-ldl"]
+    command = [*target.compiler, f"-I{headers}", str(source), "-o", str(program), *libraries]
+    compile_(command, folder)
+    return [*runner, str(program)]
+
+
+def compile_(command: list[str], folder: Path) -> None:
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+        timeout=TIMEOUT,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def trajectory(command: list[str], library: Path, fmu: Unpacked, *, drive: str = "") -> str:
+    """What the host prints."""
+    description = fmpy.read_model_description(str(fmu.folder))
+    references = {
+        causality: [
+            v.valueReference
+            for v in description.modelVariables
+            if v.causality == causality and v.type == "Real" and v.name != "solve_time"
+        ]
+        for causality in ("input", "output")
+    }
+    step = round(1e3 * float(description.defaultExperiment.stepSize))
+    numbers = [STEPS, step, len(references["input"])]
+    numbers += references["input"] + references["output"]
+    resources = f"file:///{drive}{fmu.folder / 'resources'}".replace(":////", ":///")
+    done = subprocess.run(
+        [*command, str(library), description.guid, resources, *map(str, numbers)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+        cwd="/",
+        timeout=TIMEOUT,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("hosts")
+
+
+@pytest.mark.parametrize("name", EMULATED)
+def test_the_same_bits_on_every_platform(
+    name: str, fmu: Unpacked, programs: Path, tmp_path: Path
+) -> None:
+    own = trajectory(host("gcc -O2", programs), fmu.library, fmu)
+    folder = programs / name.replace(" ", "_")
+    folder.mkdir(exist_ok=True)
+    try:
+        (library,) = libraries_for([EMULATED[name]], tmp_path, native=True).values()
+    except CardsflowError as error:
+        pytest.skip(str(error))
+    if name == "zig linux64":
+        library = zig_library(tmp_path)
+    drive = "Z:/" if TARGETS[name].suffix == ".exe" else ""
+    other = trajectory(host(name, folder), library, fmu, drive=drive)
+    assert len(set(own.split())) > 20
+    assert own.splitlines() == other.splitlines()
+
+
+def zig_library(folder: Path) -> Path:
+    """The prebuilt one of this platform, which the package's own hides."""
+    from cardsflow_fmu.cross import compile_for
+    from cardsflow_fmu.runtime.library import prebuilt_libraries
+
+    there = prebuilt_libraries().get("x86_64-linux")
+    return there or compile_for("x86_64-linux", folder, native=True)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+@pytest.mark.parametrize("example", ["roboy_left_arm", "hill_arm"])
+def test_others_can_compile_it(
+    version: FmiVersion, example: str, programs: Path, tmp_path: Path
+) -> None:
+    """With a compiler and nothing but the FMU, as its description of the build says."""
+    require(Target(["gcc"]))
+    fmu = unpacked(example, "plant", tmp_path, version)
+    sources = fmu.folder / "sources"
+    own = tmp_path / "own.so"
+    if version == "2.0":
+        root = ET.parse(fmu.folder / "modelDescription.xml").getroot()
+        files = [file.attrib["name"] for file in root.iterfind("CoSimulation/SourceFiles/File")]
+        options = ["-std=c99", "-O2"]
+    else:
+        root = ET.parse(sources / "buildDescription.xml").getroot()
+        (kit,) = root.iterfind("BuildConfiguration/SourceFileSet")
+        files = [file.attrib["name"] for file in kit.iterfind("SourceFile")]
+        options = kit.attrib["compilerOptions"].split()
+        assert kit.attrib["compiler"] == "gcc"
+    compile_(["gcc", *options, "-fPIC", "-shared", *files, "-o", str(own), "-lm"], sources)
+    twin = fmu if version == "2.0" else unpacked(example, "plant", tmp_path / "twin")
+    command = host("gcc -O2", programs)
+    assert trajectory(command, own, twin) == trajectory(command, twin.library, twin)
+
+
+def test_prebuilt_libraries_are_small() -> None:
+    """Those of other platforms, where they have been made; see hatch_build.py --platforms."""
+    from cardsflow_fmu.runtime.library import prebuilt_libraries
+    from cardsflow_fmu.runtime.sources import PREBUILT_PLATFORMS
+
+    there = prebuilt_libraries()
+    if not there:
+        pytest.skip("none here: python hatch_build.py --platforms all")
+    sizes = {name: file.stat().st_size for name, file in there.items()}
+    print(f"\n{sizes}")
+    assert all(size < LARGEST for size in sizes.values())
+    assert set(sizes) <= set(PREBUILT_PLATFORMS)
