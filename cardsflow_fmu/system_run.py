@@ -22,9 +22,11 @@ from .master import Master, Progress, Recording
 from .output import OutputFolder
 from .participants import Participant
 from .results import TABLE, SystemResult
+from .saved_run import EXPERIMENT
 from .ssp_reader import read_system, unpack_ssp
 from .ssp_system import Component, System
 from .summary import Speed, summarize_system
+from .system_experiment import system_experiment
 from .tables import Table
 from .units import conversion, variable_units
 
@@ -51,7 +53,7 @@ def run_system(
     progress: Progress | None = None,
     started: float | None = None,
 ) -> SystemResult:
-    """Run an .ssp file and write its results: table and summary.
+    """Run an .ssp file and write its results: table, summary, and whose robot it is.
 
     Args:
         path: The .ssp.
@@ -68,12 +70,15 @@ def run_system(
     """
     started = time.perf_counter() if started is None else started
     path = Path(path)
+    carried = system_experiment(path)
+    contents: dict[str, str | bytes] = {} if carried is None else {EXPERIMENT: carried}
     with OutputFolder(Path(output or path.parent / "results")) as folder:
-        with Journal(folder, {}) as journal:
+        with Journal(folder, contents) as journal:
             result = _simulate(path, settings or {}, realtime, progress, started, journal)
         with ignoring_interrupts():
-            result.summary["files"] = {name: name for name in (TABLE, *result.notes())}
-            result.files = folder.write(result.notes(), [TABLE])
+            there = [TABLE, *contents]
+            result.summary["files"] = {name: name for name in (*there, *result.notes())}
+            result.files = folder.write(result.notes(), there)
     if not result.complete:
         raise SystemRunError(result.summary["error"], result)
     return result
