@@ -123,7 +123,7 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
     from .hardware.settings import HardwareSettings
     from .system_run import SystemRunError, run_system
 
-    refuse_view(options, "the robot of an .ssp is not known")
+    refuse_view(options, "draws experiments; run the .ssp, and then view its results")
     if options.direct or options.native:
         option = "--direct" if options.direct else "--native"
         raise InputError(f"holds FMUs, which {option} cannot do without", file=options.experiment)

@@ -26,9 +26,11 @@ from .master import Master, Progress, Recording
 from .output import OutputFolder
 from .participants import Participant
 from .results import TABLE, SystemResult
+from .saved_run import EXPERIMENT
 from .ssp_reader import read_system, unpack_ssp
 from .ssp_system import Component, System
 from .summary import Speed, summarize_system
+from .system_experiment import system_experiment
 from .tables import Table
 from .units import conversion, variable_units
 
@@ -55,7 +57,7 @@ def run_system(
     progress: Progress | None = None,
     started: float | None = None,
 ) -> SystemResult:
-    """Run an .ssp file and write its results: table and summary.
+    """Run an .ssp file and write its results: table, summary, and whose robot it is.
 
     Where its variant "hardware" drives hardware, every exchange is recorded beside them.
 
@@ -74,13 +76,19 @@ def run_system(
     """
     started = time.perf_counter() if started is None else started
     path = Path(path)
+    carried = system_experiment(path)
+    contents: dict[str, str | bytes] = {} if carried is None else {EXPERIMENT: carried}
     with OutputFolder(Path(output or path.parent / "results")) as folder:
         streamed = [RECORDING_FILE] if (settings or {}).get("variant") == HARDWARE else []
         recording = folder.path / RECORDING_FILE if streamed else None
-        with environment(HardwareSettings(), recording), Journal(folder, {}, streamed) as journal:
+        with (
+            environment(HardwareSettings(), recording),
+            Journal(folder, contents, streamed) as journal,
+        ):
             result = _simulate(path, settings or {}, realtime, progress, started, journal)
         with ignoring_interrupts():
-            there = [TABLE, *(name for name in streamed if (folder.path / name).exists())]
+            recorded = [name for name in streamed if (folder.path / name).exists()]
+            there = [TABLE, *contents, *recorded]
             result.summary["files"] = {name: name for name in (*there, *result.notes())}
             result.files = folder.write(result.notes(), there)
     if not result.complete:

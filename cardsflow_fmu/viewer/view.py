@@ -153,6 +153,9 @@ def acts_of(
     paths: Sequence[str | Path], *, cable_set: str | None = None, full_scale: bool = False
 ) -> list[Act]:
     """What is shown of runs, or of a robot. Arguments and errors as for `view`."""
+    for path in paths:
+        if Path(path).suffix == ".ssp":
+            raise InputError("is a system of FMUs: run it, and view its results", file=path)
     runs = [is_run(Path(path)) for path in paths]
     if len(paths) > 1 and not all(runs):
         odd = paths[runs.index(False)]

@@ -17,7 +17,7 @@ from foreign_fmus import foreign_fmu
 from lxml import etree
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu import Experiment, build
+from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.cli import main
 from cardsflow_fmu.simulation import simulate
 from cardsflow_fmu.ssp_reader import read_system, unpack_ssp
@@ -136,6 +136,11 @@ def test_the_command_runs_a_system(
     assert "tracking" in capsys.readouterr().out
     assert (out / "results.csv").read_text().count("\n") == 12
     assert json.loads((out / "summary.json").read_text())["status"] == "complete"
+    page = tmp_path / "page.html"
+    assert main(["view", str(out), "--html", str(page)]) == 0
+    assert "cable_1" in Result.load(out).experiment.robot.muscles[0].name
+    assert main(["report", str(out), "-o", str(tmp_path / "report.html")]) == 0
+    assert main(["view", str(system), "--html", str(page)]) == 2
     assert main(["run", str(system), "--direct"]) == 2
     assert main(["run", str(tmp_path / "none.ssp")]) == 2
 
