@@ -99,7 +99,7 @@ def _require_address(link: str) -> None:
     """
     from .hardware.link import open_link
 
-    if link and not link.startswith("loopback:"):
+    if link and not link.startswith(("loopback:", "emulated:")):
         open_link(link)
 
 
