@@ -129,7 +129,9 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
         raise InputError(f"holds FMUs, which {option} cannot do without", file=options.experiment)
     settings = settings_of(options.set)
     if options.hardware is not None:
-        if not options.hardware.startswith("loopback:"):  # whose device hardware.fmu makes
+        if not options.hardware.startswith(
+            ("loopback:", "emulated:")
+        ):  # whose device hardware.fmu makes
             open_link(options.hardware)  # is refused where no link understands it
         settings["variant"] = "hardware"
     if options.as_script:

@@ -319,7 +319,10 @@ def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | Non
     assert study.optimise is not None
     run, outcome = search.runs[search.best]
     experiment = Experiment.load(study.experiment, {**study.settings, **run.settings})
-    notes = write_best(experiment, folder / BEST)
+    try:
+        notes = write_best(experiment, folder / BEST)
+    except CardsflowError as error:
+        raise StudyError(str(error)) from None
     return {
         "run": run.index,
         "hash": run.hash,

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_studies import PLANAR, SHORT, one_thread, small_study
+from small_studies import PLANAR, ROOT, SHORT, one_thread, small_study
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.studies import fmu_store, run_study
+from cardsflow_fmu.studies import Study, fmu_store, run_study
 from cardsflow_fmu.studies.fmu_store import prepared_fmus
 
 pytestmark = pytest.mark.native
+
+HILL = ROOT / "examples" / "hill_arm"
 
 PARAMETERS = """
 [[vary]]
@@ -37,6 +39,15 @@ values = [0.1, 0.15]
 TOP = "metrics = ['tracking.rms', 'tracking.max', 'force.peak.*', 'force.rms', 'energy']\n"
 
 
+LAWS = """
+[[vary]]
+path = "muscles.*.model.max_isometric_force"
+values = [0.9, 1.1]
+relative = "factor"
+together = true
+"""
+
+
 def numbers(folder: Path) -> list[list[float]]:
     with (folder / "table.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -58,6 +69,20 @@ def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, tex
         assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
         assert one == pytest.approx(in_c, rel=1e-9, abs=1e-9)
     assert len({tuple(row[-3:]) for row in direct}) > 1
+
+
+def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
+    """They have no hardware.fmu, which no run needs."""
+    rows = []
+    for engine in ("direct", "fmu"):
+        top = f"experiment = '{HILL}'\nengine = '{engine}'\nmetrics = ['force.peak.*']\n"
+        file = tmp_path / "study.toml"
+        file.write_text(f"{top}[settings]\nrun.duration = 0.02\n{LAWS}")
+        with one_thread() as executor:
+            run_study(Study.load(file), executor, jobs=1, output=tmp_path / engine)
+        rows.append(numbers(tmp_path / engine))
+    assert rows[0] == rows[1]
+    assert rows[0][0] != rows[0][1]
 
 
 def test_parameters_need_no_other_fmus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

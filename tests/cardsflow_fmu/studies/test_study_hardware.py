@@ -12,6 +12,7 @@ from small_studies import PLANAR, one_thread, small_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli import main
 from cardsflow_fmu.results import Result
 from cardsflow_fmu.simulation import simulate
 from cardsflow_fmu.studies import run_study
@@ -135,3 +136,15 @@ def test_a_study_drives_no_robot(tmp_path: Path, executor: Executor) -> None:
 def test_wrong_faults_are_refused(settings: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Experiment.load(PLANAR, settings)
+
+
+def test_the_command_line_drives_an_emulated_robot(tmp_path: Path) -> None:
+    tables = []
+    for k in range(2):
+        output = tmp_path / str(k)
+        words = ["run", str(PLANAR), "--hardware", "emulated:", "-o", str(output)]
+        words += ["--set", "run.duration=0.1", "--set", "hardware.emulator.loss=0.1"]
+        assert main(words) == 0
+        tables.append((output / "results.csv").read_bytes())
+        assert (output / "hardware.rec").stat().st_size > 1000
+    assert tables[0] == tables[1]
