@@ -18,7 +18,7 @@ from addin_sdfusion.robot import CardsflowError, InputError
 
 from .frame import Flag, Frame, FrameError, FrameWriter, Keys, Kind, all_finite, is_newer, pack
 from .hello import HELLO_VALUES, ErrorCode, Hello, halves
-from .offer import Offer
+from .offer import Offer, bounds
 
 FloatArray = NDArray[np.float64]
 
@@ -100,8 +100,8 @@ class Device:
         self._offer = Offer(signature, step, scale, watchdog, robot.commands, robot.states)
         self.robot, self.signature, self.step, self.scale = robot, signature, step, scale
         self.watchdog = watchdog
-        self._lower = _bounds(f_min, robot.commands, "f_min")
-        self._upper = _bounds(f_max, robot.commands, "f_max")
+        self._lower = bounds(f_min, robot.commands, "f_min")
+        self._upper = bounds(f_max, robot.commands, "f_max")
         if not (self._lower <= self._upper).all():
             raise InputError("a device's f_min must not be above its f_max")
         self.state: State = "idle"
@@ -350,10 +350,3 @@ def _scaled(values: FloatArray, factor: float) -> FloatArray | None:
         with np.errstate(over="ignore"):
             values = values * factor
     return values if all_finite(values) else None
-
-
-def _bounds(value: ArrayLike, count: int, name: str) -> FloatArray:
-    bounds = np.asarray(value, float)
-    if np.isnan(bounds).any() or bounds.shape not in ((), (count,)):
-        raise InputError(f"a device's {name} must be one number or {count}, none of them NaN")
-    return np.broadcast_to(bounds, (count,)).copy()

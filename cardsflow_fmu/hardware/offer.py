@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from addin_sdfusion.robot import InputError
 
 from .hello import ErrorCode, Hello
+
+FloatArray = NDArray[np.float64]
 
 MOST_STEPS = 1000
 """A set point in lock step takes no more steps than so many: nobody can keep a device busy."""
@@ -65,3 +70,20 @@ class Offer:
         steps = min(time / self.step, MOST_STEPS + 1.0)
         whole = abs(steps - round(steps)) <= _ROUNDING * steps
         return whole and 1 <= round(steps) <= MOST_STEPS
+
+
+def bounds(value: ArrayLike, count: int, name: str) -> FloatArray:
+    """One bound for each command.
+
+    Args:
+        value: A number, or shape (count,).
+        count: Number of commands.
+        name: For messages.
+
+    Raises:
+        InputError: It is neither, or a number is NaN.
+    """
+    values = np.asarray(value, float)
+    if np.isnan(values).any() or values.shape not in ((), (count,)):
+        raise InputError(f"a device's {name} must be one number or {count}, none of them NaN")
+    return np.broadcast_to(values, (count,)).copy()
