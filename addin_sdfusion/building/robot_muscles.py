@@ -152,7 +152,8 @@ class _Muscles:
         for row, k in uses:
             use = row.muscles[k]
             if index.get(use.after, len(points)) < len(points) - 1:
-                wraps.append(Wrap(row.name, index[use.after], use.side, use.turns))
+                way = Wrap(row.name, index[use.after], use.side, use.turns, use.inside)
+                wraps.append(way)
         return tuple(wraps)
 
     def _surface(self, row: WrapRow) -> WrapSurface | None:

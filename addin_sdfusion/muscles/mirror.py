@@ -143,6 +143,6 @@ def _wraps_mirrored(
             )
             findings.append(finding("warning", "wrap-not-mirrored", message, "muscle", image))
             continue
-        turned = WrapUse(image, use.after, _TURNED[use.side], use.turns)
+        turned = WrapUse(image, use.after, _TURNED[use.side], use.turns, use.inside)
         wraps[other.name] = replace(other, muscles=(*other.muscles, turned))
     return replace(table, wraps=tuple(wraps[wrap.name] for wrap in table.wraps)), findings

@@ -61,12 +61,14 @@ class WrapUse:
         after: Number of the via point before the surface.
         side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter way.
         turns: Whole turns about it.
+        inside: Whether it is led through the surface; then it has no side and no turns.
     """
 
     muscle: str
     after: int
     side: Literal[-1, 0, 1] = 0
     turns: int = 0
+    inside: bool = False
 
 
 @dataclass(frozen=True, slots=True)

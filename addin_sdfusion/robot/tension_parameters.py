@@ -28,6 +28,10 @@ class Parameter(NamedTuple):
     open_low: bool = False
 
 
+_LEAST, _MOST = 1e-7, 1e7
+"""Strains, forces over F0 and slopes beyond which a curve's pieces have no digits left."""
+
+
 def _positive(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
     return Parameter(name, unit, default, 0.0, math.inf, meaning, open_low=True)
 
@@ -64,7 +68,7 @@ MOTOR = (
               "while it is driven", open_low=True),
     _natural("gear_inertia", "kg.m2", 0.4e-7, "J_G, on the motor's side"),
     _positive("motor_inertia", "kg.m2", 4.09e-7, "J_M"),
-    _positive("spindle_radius", "m", 0.0045, "r"),
+    Parameter("spindle_radius", "m", 0.0045, 1e-6, math.inf, "r"),
     _positive("stiffness", "N/m", 30680.0, "k, of the spring"),
     Parameter("rest_length", "m", 0.0, -math.inf, math.inf,
               "l0: path length at which the spring has no force with the spindle at 0"),
@@ -105,8 +109,10 @@ ROBOY_TEST_BENCH = (
 """What the plug-in's own test of a muscle uses; its spindle and spring are those of the plug-in."""
 
 MCKIBBEN = (
-    _positive("thread_length", "m", None, "b: length of a thread of the sleeve"),
-    _positive("turns", "1", None, "n: how often the thread goes round the bladder"),
+    Parameter(
+        "thread_length", "m", None, 0.0, 1e3, "b: length of a thread of the sleeve", open_low=True
+    ),
+    Parameter("turns", "1", None, 1e-3, math.inf, "n: how often the thread goes round the bladder"),
     _natural("cord_length", "m", 0.0, "path length beside the bladder's own"),
     _positive("max_pressure", "Pa", 6e5, "largest command, above that of the air"),
     _natural("pressure_time_constant", "s", 0.05, "of the pressure behind its set point; 0: none"),
@@ -159,14 +165,16 @@ MILLARD = _hill(0.01, 0.04, 0.01, (
     _part("concentric_curviness", 0.6, "of the shortening part"),
     _part("eccentric_curviness", 0.9, "of the lengthening part"),
     Parameter("passive_zero_strain", "1", 0.0, -1.0, math.inf, "fibre strain where it resists"),
-    _positive("passive_fibre_strain", "1", 0.7, "fibre strain at which it resists with F0"),
+    Parameter("passive_fibre_strain", "1", 0.7, _LEAST, math.inf,
+              "fibre strain at which it resists with F0"),
     _positive("passive_stiffness_low", "1", 0.2, "slope where it begins to resist"),
-    _natural("passive_stiffness", "1", 0.0, "slope at F0; 0: 2 over the strain between"),
+    Parameter("passive_stiffness", "1", 0.0, 0.0, _MOST,
+              "slope at F0; 0: 2 over the strain between"),
     _part("passive_curviness", 0.75, "of the passive curve"),
-    _positive("tendon_strain", "1", 0.049, "tendon strain at F0"),
-    _natural("tendon_stiffness", "1", 0.0, "slope at F0; 0: 1.375 over the strain"),
-    Parameter("tendon_toe_force", "1", 2 / 3, 0.0, 1.0, "where the tendon becomes linear",
-              open_low=True),
+    Parameter("tendon_strain", "1", 0.049, _LEAST, math.inf, "tendon strain at F0"),
+    Parameter("tendon_stiffness", "1", 0.0, 0.0, _MOST,
+              "slope at F0; 0: 1.375 over the strain"),
+    Parameter("tendon_toe_force", "1", 2 / 3, _LEAST, 1.0, "where the tendon becomes linear"),
     _part("tendon_curviness", 0.5, "of the toe"),
 ))  # fmt: skip
 
@@ -174,7 +182,7 @@ THELEN = _hill(0.015, 0.05, 0.01, (
     _positive("tendon_strain", "1", 0.04, "tendon strain at F0"),
     _positive("passive_fibre_strain", "1", 0.6, "fibre strain at which it resists with F0"),
     _positive("active_shape", "1", 0.45, "gamma, of the active force-length curve"),
-    _positive("passive_shape", "1", 5.0, "of the passive curve"),
+    Parameter("passive_shape", "1", 5.0, 0.0, 100.0, "of the passive curve", open_low=True),
     _positive("concentric_shape", "1", 0.25, "Af, of the force-velocity curve"),
     Parameter("eccentric_force", "1", 1.4, 1.0, math.inf, "largest force while lengthening, over "
               "F0", open_low=True),

@@ -8,7 +8,7 @@
 #define CARDSFLOW_BEZIER_H
 
 /* Cells of equal width in x, at whose ends a piece's parameter is known in advance. */
-#define BEZIER_CELLS 32
+#define BEZIER_CELLS 16
 /* Of a piece: cells per x, the coefficients of x and y beyond the first, the parameters at the cells' ends
    and what they grow by in a cell there.                                                               */
 #define BEZIER_PIECE (1 + 5 + 5 + 2 * (BEZIER_CELLS + 1))

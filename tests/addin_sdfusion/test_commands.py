@@ -401,6 +401,22 @@ def test_referenced_components_are_named(fusion: Any, addin: Any) -> None:
     assert fusion.full_fingerprint() == before
 
 
+def test_a_muscle_may_be_led_through_a_surface(fusion: Any, user: User) -> None:
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", user.vertex(0))
+    command.pick("pick", user.circle())
+    command.pick("wrap_pick", user.face("Cylinder"))
+    command.press("use_add")
+    command.set(command.cell("wrap_uses", 1, 3).id, 2)
+    command.set(command.cell("wrap_uses", 1, 2).id, "Inside")
+    assert command.table("wrap_uses")[-1][2] == "Inside"
+    command.ok()
+    assert command.failed == ""
+    attribute = user.face("Cylinder").attributes.itemByName("CARDSFlow", "wrap")
+    (use,) = json.loads(attribute.value)["muscles"]
+    assert (use["side"], use["turns"], use["inside"]) == (0, 0, True)
+
+
 def test_wrap_surfaces_task_points_and_markers(fusion: Any, user: User) -> None:
     mine = fusion.fingerprint()
     command = fusion.run_command(DEFINE)

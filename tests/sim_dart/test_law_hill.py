@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from sim_dart.muscle_laws import Curve
+from addin_sdfusion.robot.tension_laws import TENSION_LAWS
+from sim_dart.muscle_laws import Curve, MuscleLaws
 
 pytestmark = pytest.mark.native
 
@@ -23,6 +24,7 @@ KINDS = ("hill_degroote2016", "hill_millard2012", "hill_thelen2003")
 ELASTIC = HILL | {"elastic_tendon": 1.0}
 PENNATE = ELASTIC | {"pennation_at_optimal": 0.4}
 UNDAMPED = {"fibre_damping": 0.0}
+BENT = ("concentric", "eccentric", "passive", "tendon")
 
 
 def _cases(**extra: float) -> list[tuple[str, dict[str, float]]]:
@@ -63,6 +65,54 @@ def test_curves_go_through_their_anchors(kind: str) -> None:
     ):
         found = laws.curve("m0", curve, x)  # type: ignore[arg-type]
         assert found == pytest.approx(y, abs=1e-4 if kind == KINDS[0] and x == -1.0 else 1e-12)
+
+
+ODD = [{}, {"active_shortest": 0.3, "active_transition": 0.8, "active_longest": 2.4}]
+ODD += [{f"{curve}_curviness": c for curve in BENT} for c in (0.0, 0.3, 1.0)]
+ODD += [{"passive_stiffness": 40.0, "tendon_stiffness": 200.0, "passive_zero_strain": -0.2}]
+
+
+@pytest.mark.parametrize("extra", ODD)
+def test_bezier_curves_are_their_control_polygons(extra: dict[str, float]) -> None:
+    """De Casteljau's rule at any parameter gives a point of the curve, to 1e-10.
+
+    The polygons are found from the curve itself: the ends of a piece with their slopes, and its
+    curviness.
+    """
+    laws = Bench(("hill_millard2012", HILL | extra)).laws
+    for curve, knots, part in _pieces({**DEFAULTS, **extra}):
+        x, (y, slope) = np.array(knots), (_at(laws, curve, knots, s) for s in (False, True))
+        for i in range(len(knots) - 1):
+            turn = slope[i] - slope[i + 1]
+            corner = (y[i + 1] - y[i] - x[i + 1] * slope[i + 1] + x[i] * slope[i]) / turn
+            top = (corner - x[i + 1]) * slope[i + 1] + y[i + 1]
+            ends, meet = np.array([[x[i], y[i]], [x[i + 1], y[i + 1]]]), np.array([corner, top])
+            near = ends + (0.1 + 0.8 * part) * (meet - ends)
+            polygon = np.array([ends[0], near[0], near[0], near[1], near[1], ends[1]])
+            for t in np.linspace(1e-6, 1 - 1e-6, 401):
+                left = polygon
+                while len(left) > 1:
+                    left = left[:-1] + t * np.diff(left, axis=0)
+                found = float(laws.curve("m0", curve, left[0, 0]))  # type: ignore[arg-type]
+                assert found == pytest.approx(left[0, 1], abs=1e-10 * max(1.0, abs(slope).max()))
+
+
+DEFAULTS = {p.name: p.default for p in TENSION_LAWS["hill_millard2012"].parameters}
+
+
+def _pieces(p: Mapping[str, Any]) -> list[tuple[str, list[float], float]]:
+    """The ends of the pieces of two curves, as Millard et al. place them, and their curviness."""
+    begin, turn, end = (p[f"active_{name}"] for name in ("shortest", "transition", "longest"))
+    active = [begin, (begin + turn) / 2, (turn + 0.95) / 2, 1.0, (1.05 + end) / 2, end]
+    return [
+        ("active_force_length", active, 1.0),
+        ("force_velocity", [-1.0, -0.9, 0.0], p["concentric_curviness"]),
+        ("force_velocity", [0.0, 0.9, 1.0], p["eccentric_curviness"]),
+    ]
+
+
+def _at(laws: MuscleLaws, curve: Any, x: list[float], slope: bool) -> FloatArray:
+    return np.array(laws.curve("m0", curve, np.array(x), slope=slope))
 
 
 def _along(fibre: float, parameters: Mapping[str, float]) -> float:

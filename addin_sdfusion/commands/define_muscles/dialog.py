@@ -18,6 +18,8 @@ PLANES = {
 """Planes through the design's origin, by their normals."""
 PICKED_PLANE = "A picked plane"
 SIDES: dict[str, Literal[-1, 0, 1]] = {"Shorter way": 0, "Turning +": 1, "Turning -": -1}
+INSIDE = "Inside"
+"""Beside those: led through the surface."""
 MODELS: tuple[str, ...] = get_args(CableKind)
 NO_SURFACE = "(none yet)"
 

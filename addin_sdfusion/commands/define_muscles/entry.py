@@ -19,7 +19,17 @@ from ..command import Command, Window
 from ..guard import application
 from ..inputs import Inputs, Place
 from ..reading import Reading, read
-from .dialog import DIALOG, MARKER, NEW_MUSCLE, NO_SURFACE, OF_PART, PICKED_PLANE, PLANES, SIDES
+from .dialog import (
+    DIALOG,
+    INSIDE,
+    MARKER,
+    NEW_MUSCLE,
+    NO_SURFACE,
+    OF_PART,
+    PICKED_PLANE,
+    PLANES,
+    SIDES,
+)
 from .entities import Entities
 from .picks import Picks, plane
 from .preview import draw
@@ -185,7 +195,13 @@ class DefineMuscles(Window):
         elif column == 1:
             self.session.change_use(row, lambda use: replace(use, after=int(value)))
         elif column == 2:
-            self.session.change_use(row, lambda use: replace(use, side=SIDES[value]))
+            side, inside = SIDES.get(value, 0), value == INSIDE
+            self.session.change_use(
+                row,
+                lambda use: replace(
+                    use, side=side, inside=inside, turns=0 if inside else use.turns
+                ),
+            )
         else:
             self.session.change_use(row, lambda use: replace(use, turns=int(value)))
 

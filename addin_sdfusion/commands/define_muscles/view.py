@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...muscles.muscle_rows import TaskRow
 from ...robot.model import WORLD
 from ..inputs import Cell, Inputs
-from .dialog import MARKER, MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, SIDES, TASK
+from .dialog import INSIDE, MARKER, MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, SIDES, TASK
 from .problems import hints, problems
 from .session import Session
 
@@ -75,7 +75,7 @@ def _show_wrap(session: Session, inputs: Inputs) -> None:
         (
             Cell(use.muscle, muscles if use.muscle in muscles else (*muscles, use.muscle)),
             Cell(use.after),
-            Cell(sides[use.side], tuple(SIDES)),
+            Cell(INSIDE if use.inside else sides[use.side], (*SIDES, INSIDE)),
             Cell(use.turns),
         )
         for use in row.muscles
