@@ -1,8 +1,6 @@
 /* What acts from outside: generalised forces of the caller, and wrenches on points of frames. */
 #include "state.h"
 
-#include <string.h>
-
 int core_push(core *c, int32_t count, const int32_t *frame, const double *point, const double *wrench)
 {
     for (int32_t k = 0; k < count; k++)
@@ -33,23 +31,8 @@ static void push(core *c, int32_t frame, const double local[3], const double wre
 
 void pushes_add(core *c, const double *extra)
 {
-    const size_t size = (size_t)c->blob.counts.dofs * sizeof(double);
-    if (extra)
-        memcpy(c->outer, extra, size);
-    else
-        memset(c->outer, 0, size);
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->outer[j] = extra ? extra[j] : 0;
     for (int32_t k = 0; k < c->pushes; k++)
         if (!is_nothing(c->push_wrench + 6 * k))
             push(c, c->push_frame[k], c->push_point + 3 * k, c->push_wrench + 6 * k);
-}
-
-void work_add(core *c, double h, const double *qd, const double *damped)
-{
-    double muscles = 0, outer = 0, damping = 0;
-    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        muscles += c->torques[j] * qd[j];
-        outer += c->outer[j] * qd[j];
-        damping -= c->blob.damping[j] * damped[j] * qd[j];
-    }
-    c->work[0] += h * muscles, c->work[1] += h * outer, c->work[2] += h * damping;
 }

@@ -30,6 +30,17 @@ static void begin(core *c)
     memset(c->slopes, 0, (2 * dofs + states) * sizeof(double));
 }
 
+/* What torques, outer forces and damping do in a time h. */
+static void add_work(core *c, double h)
+{
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const double way = h * c->qd[j];
+        c->work[0] += c->torques[j] * way;
+        c->work[1] += c->outer[j] * way;
+        c->work[2] -= c->blob.damping[j] * c->qd[j] * way;
+    }
+}
+
 /* slopes += weight rates; the work of the same share of the step. */
 static void add_stage(core *c, double weight, double h)
 {
@@ -39,7 +50,7 @@ static void add_stage(core *c, double weight, double h)
         c->slopes[dofs + j] += weight * c->qdd[j];
     }
     for (int32_t k = 0; k < states; k++) c->slopes[2 * dofs + k] += weight * c->law_rates[k];
-    work_add(c, weight * h / 6, c->qd, c->qd);
+    add_work(c, weight * h / 6);
 }
 
 /* Go to before + h rates. 0, or what core_step answers. */

@@ -109,9 +109,6 @@ void dynamics_respond(core *c, const double *impulse, double *change);
 void limits_keep(core *c);
 /* outer = extra, or nothing where that is NULL, and what core_push has given, at the last q. */
 void pushes_add(core *c, const double *extra);
-/* Add to the work what torques, outer forces and damping do in a time h: at the velocities `qd`, with
-   damping as at `damped`. */
-void work_add(core *c, double h, const double *qd, const double *damped);
 /* -L'f at the state: 0, or 1 + the index of the first command that is not finite. */
 int muscles_pull(core *c, const double *u);
 int muscles_are_sound(const core *c);

@@ -28,6 +28,19 @@ static void accelerate(core *c, double h)
     core_accelerate(c, c->qd, c->load, c->armature);
 }
 
+/* qd += h qdd; whether q then passes a limit within h. */
+static int speed_up(core *c, double h)
+{
+    int passes = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        c->before[j] = c->qd[j];
+        c->qd[j] += h * c->qdd[j];
+        const double next = c->q[j] + h * c->qd[j];
+        passes |= next < c->blob.lower[j] || next > c->blob.upper[j];
+    }
+    return passes;
+}
+
 /* No coordinate may pass a limit within h. */
 static void stay_within(core *c, double h)
 {
@@ -42,9 +55,14 @@ static void stay_within(core *c, double h)
    exactly, if M is constant. */
 static void book(core *c, double h)
 {
-    double *mean = c->before;
-    for (int32_t j = 0; j < c->blob.counts.dofs; j++) mean[j] = 0.5 * (mean[j] + c->qd[j]);
-    work_add(c, h, mean, c->qd);
+    double muscles = 0, outer = 0, damping = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const double way = 0.5 * h * (c->before[j] + c->qd[j]);
+        muscles += c->torques[j] * way;
+        outer += c->outer[j] * way;
+        damping -= c->blob.damping[j] * c->qd[j] * way;
+    }
+    c->work[0] += muscles, c->work[1] += outer, c->work[2] += damping;
 }
 
 /* Muscles remember with the lengthening that the step ends with. */
@@ -64,9 +82,7 @@ int core_step(core *c, const double *u, const double *extra, double h, int32_t s
         if (bad) return -bad;
         pushes_add(c, extra);
         accelerate(c, h);
-        memcpy(c->before, c->qd, (size_t)dofs * sizeof(double));
-        for (int32_t j = 0; j < dofs; j++) c->qd[j] += h * c->qdd[j];
-        stay_within(c, h);
+        if (speed_up(c, h)) stay_within(c, h);
         book(c, h);
         if (c->has_laws && !advance_muscles(c, u, h)) return dofs + 1;
         for (int32_t j = 0; j < dofs; j++) c->q[j] += h * c->qd[j];

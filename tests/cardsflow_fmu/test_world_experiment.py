@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,10 @@ def test_without_a_world_nothing_is_new() -> None:
 
 
 def test_a_world_of_nothing_leaves_every_result_as_it_was() -> None:
-    plain = simulate(load(), through="direct")
+    """In the same engine, which a world chooses."""
+    alone = load()
+    in_dart = replace(alone, plant=replace(alone.plant, engine="dart"))
+    plain = simulate(in_dart, through="direct")
     world = simulate(load({"friction": 0.5}), through="direct")
     assert world.names == plain.names
     columns = [k for k, name in enumerate(plain.names) if name != "solve_time"]
