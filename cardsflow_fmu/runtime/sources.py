@@ -22,7 +22,7 @@ CORE = ("sim_dart/csrc", "controllers/csrc")
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
 _PYTHON: tuple[str, ...] = ("bell_", "channel", "environment", "interpreters", "process_")
-_PYTHON += ("python_", "shared_memory_", "waiting", "worker", "backend.")
+_PYTHON += ("python_", "shared_memory_", "waiting", "worker", "backend.c")
 _NATIVE = ("backend_native.",)
 
 

@@ -66,7 +66,8 @@ def host(name: str, folder: Path) -> list[str]:
     source = Path(__file__).with_name("fmu_trajectory.c")
     headers = Path(fmpy.__file__).parent / "c-code"
     libraries = [] if target.suffix == ".exe" else ["-ldl"]
-    command = [*target.compiler, f"-I{headers}", str(source), "-o", str(program), *libraries]
+    flags = ["-ffp-contract=off", f"-I{headers}"]  # its inputs are to be the same as well
+    command = [*target.compiler, *flags, str(source), "-o", str(program), *libraries]
     compile_(command, folder)
     return [*runner, str(program)]
 
