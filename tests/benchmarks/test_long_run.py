@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -46,5 +47,5 @@ def test_ten_minutes_at_1_khz_stream_to_disk_with_bounded_memory(tmp_path: Path)
     memory, written = zip(*seen, strict=True)
     print(f"memory {max(memory) / MEBIBYTE:.0f} MiB, table {written[-1] / MEBIBYTE:.0f} MiB")
     assert max(memory) - memory[0] < 16 * MEBIBYTE  # the rows alone are 120 MB
-    steps = [b - a for a, b in zip(written, written[1:], strict=False)]
+    steps = [b - a for a, b in pairwise(written)]
     assert min(steps) > 0
