@@ -258,13 +258,15 @@ def test_no_script_is_printed_of_bad_input_or_a_view(
 # Interruption
 
 
-def interrupted(words: list[str], there: Path, sign: signal.Signals = signal.SIGINT) -> int:
+def interrupted(
+    words: list[str], folder: Path, pattern: str, sign: signal.Signals = signal.SIGINT
+) -> int:
     """Exit code of a command that is interrupted as soon as a file is there."""
     with subprocess.Popen(
         [*CARDSFLOW, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
     ) as process:
         begin = time.monotonic()
-        while not there.exists():
+        while not any(folder.glob(pattern)):
             assert process.poll() is None, process.stderr and process.stderr.read()
             assert time.monotonic() - begin < 120.0
             time.sleep(0.01)
@@ -282,7 +284,7 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
     out = tmp_path / "out"
     words = ["run", str(PLANAR_2R), "--direct", "-o", str(out), "--set", "run.duration=600"]
     words += ["--set", 'reference={spline="linear", points=[{time=0, q=0}, {time=600, q=0.5}]}']
-    assert interrupted(words, out / "results.csv", sign) == 130
+    assert interrupted(words, out, "results.csv", sign) == 130
     result = Result.load(out)
     assert result.summary["error"] == "interrupted"
     assert len(result.rows) > 0
@@ -293,7 +295,7 @@ def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path) -> None:
     long = "[settings]\nrun.duration = 8.0\n"
     study = write_study(tmp_path, short=long)
     out = tmp_path / "out"
-    assert interrupted(["study", str(study), "-j", "1", "-o", str(out)], out) == 130
+    assert interrupted(["study", str(study), "-j", "1", "-o", str(out)], out, "runs/*.json") == 130
 
 
 # Progress

@@ -40,6 +40,7 @@ def awkward(count: int) -> np.ndarray:
     rng = np.random.default_rng(3)
     rows = rng.normal(size=(count, 3)) * 10.0 ** rng.integers(-300, 300, size=(count, 3))
     rows[::7, 1], rows[::11, 2], rows[::13, 1] = np.nan, np.inf, -0.0
+    rows[:, 0].sort()  # times rise
     return rows
 
 
