@@ -208,13 +208,6 @@ def _interrupt(process: subprocess.Popen[str]) -> int:
     return int(process.returncode)
 
 
-def test_what_is_not_run_has_no_effect_on_the_rest() -> None:
-    """A document whose every block is left out would pass for nothing."""
-    for file in documents.documents():
-        code = [block for block in blocks(file) if block.language in ("sh", "bash", "python")]
-        assert not code or any(map(_runs, code)), file
-
-
 def test_examples_are_run_with_what_users_type() -> None:
     """The two commands of the README are those that the checks before a change run themselves."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
