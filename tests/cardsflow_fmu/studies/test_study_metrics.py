@@ -116,7 +116,7 @@ def test_a_workspace_without_limits_says_what_to_give(result: Result) -> None:
 def test_every_metric_has_a_value_and_a_unit(result: Result) -> None:
     box = Box((-0.4, -0.4), (0.4, 0.4), 2)
     values = metric_values(METRICS, result, box)
-    assert all(value is not None for value in values.values())
+    assert [name for name, value in values.items() if value is None] == ["missed"]  # no hardware
     units = metric_units(METRICS, "rad")
     assert units["tracking.rms"] == "rad"
     assert units["energy"] == "J"
