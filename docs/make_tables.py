@@ -40,10 +40,10 @@ def commands_page() -> str:
     parts = [
         MADE,
         "# Commands",
-        "Exit codes: 0 it is done; 1 it failed, or has found what it looks for (errors, differences, "
-        "too weak muscles); 2 the input or the options are wrong, and nothing has been done; 130 "
-        "interrupted by Ctrl-C, and what a run gave so far is there. `--debug` shows the trace of an "
-        "error.",
+        "Exit codes: 0 it is done; 1 it failed, or has found what it looks for (errors, "
+        "differences, too weak muscles); 2 the input or the options are wrong, and nothing has been "
+        "done; 130 interrupted by Ctrl-C, and what a run gave so far is there. `--debug` shows the "
+        "trace of an error.",
     ]
     for name, parser in _commands("cardsflow", _parser()):
         parts += [f"## {name}", str(parser.description)]
