@@ -41,7 +41,7 @@ def commands_page() -> str:
         MADE,
         "# Commands",
         "Exit codes: 0 it is done; 1 it failed, or has found what it looks for (errors, "
-        "differences, too weak muscles); 2 the input or the options are wrong, and nothing has been "
+        "differences, too weak muscles); 2 the input or the options are wrong, and nothing is "
         "done; 130 interrupted by Ctrl-C, and what a run gave so far is there. `--debug` shows the "
         "trace of an error.",
     ]
