@@ -49,7 +49,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code; see `EXIT_CODES`.
     """
-    options = _parser().parse_args(arguments)
+    try:
+        return _run(_parser().parse_args(arguments))
+    except KeyboardInterrupt:
+        print(f"cardsflow: {interruption.INTERRUPTED}", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _run(options: argparse.Namespace) -> int:
     try:
         code = int(options.command(options))
         sys.stdout.flush()
@@ -69,9 +76,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         what = f"{type(error).__name__}: {error}"
         print(f"cardsflow: internal error: {what} (--debug shows where)", file=sys.stderr)
         return FAILED
-    except KeyboardInterrupt:
-        print(f"cardsflow: {interruption.INTERRUPTED}", file=sys.stderr)
-        return INTERRUPTED
 
 
 def _code_of(error: CardsflowError) -> int:
