@@ -24,6 +24,7 @@ PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 _PYTHON: tuple[str, ...] = ("bell_", "channel", "environment", "interpreters", "process_")
 _PYTHON += ("python_", "shared_memory_", "waiting", "worker", "backend.c")
 _NATIVE = ("backend_native.",)
+_LOOP = ("native_loop.",)
 
 
 class Library(NamedTuple):
@@ -71,7 +72,9 @@ class Library(NamedTuple):
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
 """That of FMUs whose model may be one in Python."""
-NATIVE = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_native", _INSIDE, _PYTHON)
+NATIVE = Library(
+    (RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_native", _INSIDE, _PYTHON + _LOOP
+)
 """That of native FMUs: without what starts a Python."""
 LIBRARIES = (
     Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),

@@ -49,7 +49,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.
     """
-    rr, place = require_rerun(), own_place(file, [".rrd"])
+    place, rr = own_place(file, [".rrd"]), require_rerun()
     with tempfile.TemporaryDirectory() as aside:
         draft = Path(aside) / "recording.rrd"
         recording = rr.RecordingStream(MARK, recording_id=acts[0].title)

@@ -19,8 +19,9 @@ static const double PI = 3.14159265358979323846;
 
 static const char *refusal(const double *p)
 {
-    if (!(p[AT_thread_length] > 0)) return "thread_length must be positive";
-    if (!(p[AT_turns] > 0)) return "turns must be positive";
+    if (!(p[AT_thread_length] > 0 && p[AT_thread_length] <= 1e3))
+        return "thread_length must be positive, and 1000 at most";
+    if (!(p[AT_turns] >= 1e-3)) return "turns must be 0.001 at least";
     if (p[AT_cord_length] < 0) return "cord_length must not be negative";
     if (!(p[AT_max_pressure] > 0)) return "max_pressure must be positive";
     return p[AT_pressure_time_constant] < 0 ? "pressure_time_constant must not be negative" : NULL;

@@ -169,6 +169,6 @@ def test_20000_points_take_seconds(name):
         "cylinder": _prism(10_000),
     }[name]
     points = points_of(rows)
-    started = time.perf_counter()
+    started = time.process_time()
     assert convex_hull(points) is not None
-    assert time.perf_counter() - started < 9.0  # 1 s on a machine of its own
+    assert time.process_time() - started < 9.0  # takes 1 s

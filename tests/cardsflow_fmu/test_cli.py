@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pytest
 from robots import EXAMPLES, PLANAR_2R
-from small_studies import write_study
+from small_studies import KP, write_study
 
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli import _parser, main
@@ -292,8 +292,9 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
 
 @pytest.mark.native
 def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path) -> None:
-    long = "[settings]\nrun.duration = 8.0\n"
-    study = write_study(tmp_path, short=long)
+    many = KP.replace("count = 6 ", "count = 600 ")
+    assert many != KP
+    study = write_study(tmp_path, many)
     out = tmp_path / "out"
     assert interrupted(["study", str(study), "-j", "1", "-o", str(out)], out, "runs/*.json") == 130
 

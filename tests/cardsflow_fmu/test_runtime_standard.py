@@ -93,6 +93,11 @@ def test_only_fmi_is_exported() -> None:
     nm = shutil.which("nm")
     if nm is None or sys.platform != "linux":
         pytest.skip("no nm")
-    lines = run([nm, "-D", "--defined-only", str(library_path())]).splitlines()
-    names = {line.split()[-1] for line in lines}
-    assert all(name.startswith(("fmi2", "fmi3", "cardsflow_worker_")) for name in names)
+    for library, also in (
+        (library_path(), ("cardsflow_worker_", "native_loop_")),
+        (library_path(native=True), ()),
+    ):
+        lines = run([nm, "-D", "--defined-only", str(library)]).splitlines()
+        names = {line.split()[-1] for line in lines}
+        assert names
+        assert all(name.startswith(("fmi2", "fmi3", *also)) for name in names)

@@ -135,12 +135,12 @@ def try_all(
         for file in sorted(target.iterdir()):
             if rng.random() < 0.5:
                 (cut if file.suffix == ".traj" else mutate)(rng, file)
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             survive(target)
         except Exception as error:
             raise AssertionError(f"mutation {number} is kept in {target}") from error
-        assert time.perf_counter() - start < SECONDS, f"mutation {number}"
+        assert time.process_time() - start < SECONDS, f"mutation {number}"
         shutil.rmtree(target)
 
 
@@ -206,6 +206,6 @@ def test_ten_thousand_links_are_no_burden_in_a_chain_a_loop_or_pieces(tmp_path, 
         )
     text = f'<sdf version="1.7"><model name="m">{"".join(parts)}</model></sdf>'
     (tmp_path / "model.sdf").write_text(text)
-    start = time.perf_counter()
+    start = time.process_time()
     survive(tmp_path)
-    assert time.perf_counter() - start < 10.0
+    assert time.process_time() - start < 10.0
