@@ -200,7 +200,7 @@ def _interrupt(process: subprocess.Popen[str]) -> int:
     """End it as Ctrl-C does; its exit code."""
     process.send_signal(signal.SIGINT)
     try:
-        process.communicate(timeout=30)
+        process.communicate(timeout=120)
     except subprocess.TimeoutExpired:
         process.kill()
         process.communicate()
