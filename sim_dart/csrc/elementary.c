@@ -163,6 +163,9 @@ static const double TANH[] = {-0.3333333333333333,    0.13333333333332628,   -0.
                               -0.0014555686280255324, 0.000587971111313554,  -0.00022913508403632726,
                               6.856938213882136e-05};
 
+/* Added to a number below 2^51, it leaves the nearest whole one in the last bits, rounded as sums are. */
+static const double WHOLE = 6755399441055744.0; /* 2^52 + 2^51 */
+
 static double power_of_two(int exponent) /* within -1022 to 1023 */
 {
     const uint64_t bits = (uint64_t)(exponent + 1023) << 52;
@@ -171,28 +174,48 @@ static double power_of_two(int exponent) /* within -1022 to 1023 */
     return power;
 }
 
-/* e^x as y 2^n, of |x| < 1000 */
-static inline double exponential_parts(double x, int *exponent)
+/* e^x as y 2^n, of |x| < 1000; n + WHOLE */
+static inline double exponential_parts(double x, double *shifted)
 {
-    const double n = (double)(int)(x * 1.4426950408889634 + (x < 0 ? -0.5 : 0.5));
+    *shifted = x * 1.4426950408889634 + WHOLE;
+    const double n = *shifted - WHOLE;
     const double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
     const double z = r * r, c = r - z * POLYNOMIAL(z, EXP);
-    *exponent = (int)n;
     return 1 - ((low - (r * c) / (2 - c)) - high);
+}
+
+/* Of |x| < 700, without a branch or an integer that has to be converted. */
+static inline double moderate_exponential(double x)
+{
+    double shifted, power;
+    const double y = exponential_parts(x, &shifted);
+    uint64_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (bits + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return y * power;
 }
 
 double exponential(double x)
 {
-    int k;
-    if (fabs(x) < 700) {
-        const double y = exponential_parts(x, &k);
-        return y * power_of_two(k);
-    }
+    double shifted;
+    if (fabs(x) < 700) return moderate_exponential(x);
     if (isnan(x)) return x;
     if (x > 709.782712893384) return INFINITY;
     if (x < -745.2) return 0;
-    const double y = exponential_parts(x, &k); /* 2^k itself may be beyond what a number can hold */
+    const double y = exponential_parts(x, &shifted);
+    const int k = (int)(shifted - WHOLE); /* 2^k itself may be beyond what a number can hold */
     return y * power_of_two(k / 2) * power_of_two(k - k / 2);
+}
+
+void exponential_of_four(const double x[4], double y[4])
+{
+    int is_moderate = 1;
+    for (int i = 0; i < 4; i++) is_moderate &= fabs(x[i]) < 700;
+    if (is_moderate)
+        for (int i = 0; i < 4; i++) y[i] = moderate_exponential(x[i]);
+    else
+        for (int i = 0; i < 4; i++) y[i] = exponential(x[i]);
 }
 
 double exponential_less_one(double x)

@@ -173,7 +173,7 @@ static void prepare(const double *p, double *k)
     prepare_curves(p, k);
 }
 
-static const hill_curves CURVES = {active, velocity, passive, tendon, NULL};
+static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, NULL};
 HILL_FUNCTIONS(CURVES)
 
 const tension_law LAW_MILLARD = HILL_LAW(PARAMETERS, CONSTANTS);
