@@ -20,6 +20,7 @@ static const double PI = 3.14159265358979323846;
 static const char *refusal(const double *p)
 {
     if (!(p[AT_thread_length] > 0)) return "thread_length must be positive";
+    if (p[AT_thread_length] > 1e3) return "thread_length must be 1000 m at most";
     if (!(p[AT_turns] > 0)) return "turns must be positive";
     if (p[AT_cord_length] < 0) return "cord_length must not be negative";
     if (!(p[AT_max_pressure] > 0)) return "max_pressure must be positive";

@@ -120,6 +120,8 @@ static const char *refusal(const double *p)
                            AT_eccentric_slope_at_vmax, AT_passive_stiffness, AT_tendon_stiffness};
     for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
         if (p[natural[i]] < 0) return "lengths, slopes and stiffnesses must not be negative";
+    if (p[AT_passive_stiffness] > 1e7 || p[AT_tendon_stiffness] > 1e7)
+        return "passive_stiffness and tendon_stiffness must be 1e7 at most";
     if (p[AT_concentric_slope_near_vmax] < p[AT_concentric_slope_at_vmax] ||
         p[AT_eccentric_slope_near_vmax] < p[AT_eccentric_slope_at_vmax])
         return "a slope at vmax must not be above that near vmax";
