@@ -66,6 +66,8 @@ static double stable_step(const double *k, double a, double u, double h)
 double activation_after(const double *k, double a, double u, double h)
 {
     a = hill_activation(k, a);
+    if (2 * h * larger(k[HILL_RISE], k[HILL_FALL]) <= LARGEST_DECAY) /* no 1 / tau is larger */
+        return hill_activation(k, accurate_step(k, a, u, h));
     const double decay = h * quickest(k, a, u);
     if (decay <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
     const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_STEPS);

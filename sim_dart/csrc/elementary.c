@@ -2,6 +2,7 @@
 
    The polynomials are minimax ones, found by Remez' algorithm for relative errors below 5e-18. Sums are
    arranged so that what is rounded is small against the result.                                        */
+#include "arc.h"
 #include "elementary.h"
 
 #include <math.h>
@@ -90,47 +91,20 @@ double cosine(double x)
 
 /* ------------------------------------------------------------------------------------ arc tangent */
 
-/* (atan x - x)/x^3 by x^2, for |x| <= 7/16 */
-static const double ARC[] = {-0.33333333333332926, 0.1999999999987503,   -0.14285714272372965,
-                             0.11111110399576317,  -0.09090886979963088, 0.07691873724338298,
-                             -0.0666104749337431,  0.05833400416770279,  -0.04976182551012515,
-                             0.03651550949356882,  -0.01626983448084869};
-
-/* atan of 0, 0.5, 1, 1.5 and infinity as high + low */
-static const double CORNER[5][2] = {{0, 0},
-                                    {0.4636476090008061, 2.2698777452961687e-17},
-                                    {0.7853981633974483, 3.061616997868383e-17},
-                                    {0.982793723247329, 1.3903311031230998e-17},
-                                    {1.5707963267948966, 6.123233995736766e-17}};
-
-/* atan(b/a) = atan(q/p) + atan((p b - q a)/(p a + q b)) with the corners q/p */
-static const double UNDER[5] = {1, 2, 1, 1, 0}, OVER[5] = {0, 1, 1, 1.5, 1};
-
-/* of b / a, neither of which is negative */
-static inline double arc_tangent_of(double b, double a)
-{
-    const int k = (b >= 0.4375 * a) + (b >= 0.6875 * a) + (b >= 1.1875 * a) + (b >= 2.4375 * a);
-    const double x = (UNDER[k] * b - OVER[k] * a) / (UNDER[k] * a + OVER[k] * b), z = x * x;
-    return CORNER[k][0] + (x + (x * z * POLYNOMIAL(z, ARC) + CORNER[k][1]));
-}
-
 /* Of numbers so large or so small that a sum or a product of theirs may not be one. */
 static double extreme_arc_tangent_of(double b, double a)
 {
     if (isnan(a) || isnan(b)) return NAN;
-    if (isinf(a) && isinf(b)) return CORNER[2][0];
-    return b == 0 ? 0 : arc_tangent_of(b / a, 1);
+    if (isinf(a) && isinf(b)) return ARC_CORNER[2][0];
+    return b == 0 ? 0 : arc_of(b / a, 1);
 }
 
 double arc_tangent(double y, double x)
 {
-    static const double PI = 3.141592653589793, PI_LOW = 1.2246467991473532e-16;
     const double a = fabs(x), b = fabs(y);
-    const int is_moderate = a > 1e-250 && a < 1e300 && b < 1e300;
-    if (!is_moderate && b > 1e300 * a) return signbit(y) ? -CORNER[4][0] : CORNER[4][0]; /* straight up */
-    double angle = is_moderate ? arc_tangent_of(b, a) : extreme_arc_tangent_of(b, a);
-    if (signbit(x)) angle = PI - (angle - PI_LOW);
-    return signbit(y) ? -angle : angle;
+    const int is_moderate = arc_is_moderate(b, a);
+    if (!is_moderate && b > 1e300 * a) return signbit(y) ? -ARC_CORNER[4][0] : ARC_CORNER[4][0]; /* straight up */
+    return arc_in_quadrant(is_moderate ? arc_of(b, a) : extreme_arc_tangent_of(b, a), y, x);
 }
 
 double arc_sine(double x)
@@ -163,6 +137,9 @@ static const double TANH[] = {-0.3333333333333333,    0.13333333333332628,   -0.
                               -0.0014555686280255324, 0.000587971111313554,  -0.00022913508403632726,
                               6.856938213882136e-05};
 
+/* Added to a number below 2^51, it leaves the nearest whole one in the last bits, rounded as sums are. */
+static const double WHOLE = 6755399441055744.0; /* 2^52 + 2^51 */
+
 static double power_of_two(int exponent) /* within -1022 to 1023 */
 {
     const uint64_t bits = (uint64_t)(exponent + 1023) << 52;
@@ -171,28 +148,48 @@ static double power_of_two(int exponent) /* within -1022 to 1023 */
     return power;
 }
 
-/* e^x as y 2^n, of |x| < 1000 */
-static inline double exponential_parts(double x, int *exponent)
+/* e^x as y 2^n, of |x| < 1000; n + WHOLE */
+static inline double exponential_parts(double x, double *shifted)
 {
-    const double n = (double)(int)(x * 1.4426950408889634 + (x < 0 ? -0.5 : 0.5));
+    *shifted = x * 1.4426950408889634 + WHOLE;
+    const double n = *shifted - WHOLE;
     const double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
     const double z = r * r, c = r - z * POLYNOMIAL(z, EXP);
-    *exponent = (int)n;
     return 1 - ((low - (r * c) / (2 - c)) - high);
+}
+
+/* Of |x| < 700, without a branch or an integer that has to be converted. */
+static inline double moderate_exponential(double x)
+{
+    double shifted, power;
+    const double y = exponential_parts(x, &shifted);
+    uint64_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (bits + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return y * power;
 }
 
 double exponential(double x)
 {
-    int k;
-    if (fabs(x) < 700) {
-        const double y = exponential_parts(x, &k);
-        return y * power_of_two(k);
-    }
+    double shifted;
+    if (fabs(x) < 700) return moderate_exponential(x);
     if (isnan(x)) return x;
     if (x > 709.782712893384) return INFINITY;
     if (x < -745.2) return 0;
-    const double y = exponential_parts(x, &k); /* 2^k itself may be beyond what a number can hold */
+    const double y = exponential_parts(x, &shifted);
+    const int k = (int)(shifted - WHOLE); /* 2^k itself may be beyond what a number can hold */
     return y * power_of_two(k / 2) * power_of_two(k - k / 2);
+}
+
+void exponential_of_four(const double x[4], double y[4])
+{
+    int is_moderate = 1;
+    for (int i = 0; i < 4; i++) is_moderate &= fabs(x[i]) < 700;
+    if (is_moderate)
+        for (int i = 0; i < 4; i++) y[i] = moderate_exponential(x[i]);
+    else
+        for (int i = 0; i < 4; i++) y[i] = exponential(x[i]);
 }
 
 double exponential_less_one(double x)

@@ -13,6 +13,7 @@ double arc_tangent(double y, double x); /* as atan2 */
 double arc_sine(double x);              /* of x clamped to [-1, 1] */
 double arc_cosine(double x);            /* likewise */
 double exponential(double x);
+void exponential_of_four(const double x[4], double y[4]); /* the same bits, sooner */
 double exponential_less_one(double x); /* as expm1 */
 double logarithm(double x);
 double hyperbolic_tangent(double x);

@@ -12,27 +12,43 @@
 enum { DE_GROOTE_PARAMETERS(AT) PARAMETERS };
 enum { PER_WIDTH = HILL_CONSTANTS, PASSIVE_RATE, PASSIVE_FOOT, PASSIVE_SCALE, TENDON_RATE, CONSTANTS };
 
-/* A Gauss curve of height b[0] about b[1], as wide as b[2] + b[3] z. */
-static inline double skewed(const double b[4], double z, double *slope)
+/* Three Gauss curves, each of height BELL[0] about BELL[1], as wide as BELL[2] + BELL[3] z. */
+enum { BELLS = 3 };
+static const double BELL[BELLS][4] = {
+    {0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465},
+    {0.433004984392647, 0.716775413397760, -0.029947116970696, 0.200356847296188},
+    {0.1, 1.0, 0.353553390593274, 0.0},
+};
+
+/* The active curve's length: its width is scaled. */
+static inline double scaled(const double *k, double x)
 {
-    const double per_width = 1 / (b[2] + b[3] * z), ratio = (z - b[1]) * per_width;
-    const double y = b[0] * exponential(-0.5 * ratio * ratio);
-    if (slope && y > 0) *slope += -y * ratio * (1 - ratio * b[3]) * per_width;
-    return y;
+    return (x - 1) * k[PER_WIDTH] + 1;
+}
+
+static inline double per_width(const double b[4], double z)
+{
+    return 1 / (b[2] + b[3] * z);
+}
+
+static inline double bell_exponent(const double b[4], double z)
+{
+    const double ratio = (z - b[1]) * per_width(b, z);
+    return -0.5 * ratio * ratio;
 }
 
 static double active(const double *k, double x, double *slope)
 {
-    static const double LONG[] = {0.8150671134243542, 1.055033428970575, 0.162384573599574,
-                                  0.063303448465465};
-    static const double SHORT[] = {0.433004984392647, 0.716775413397760, -0.029947116970696,
-                                   0.200356847296188};
-    static const double MIDDLE[] = {0.1, 1.0, 0.353553390593274, 0.0};
-    const double z = (x - 1) * k[PER_WIDTH] + 1;
-    if (slope) *slope = 0;
-    const double y = skewed(LONG, z, slope) + skewed(SHORT, z, slope) + skewed(MIDDLE, z, slope);
-    if (slope) *slope *= k[PER_WIDTH];
-    return y;
+    const double z = scaled(k, x);
+    double sum = 0, rate = 0;
+    for (int i = 0; i < BELLS; i++) {
+        const double *b = BELL[i], ratio = (z - b[1]) * per_width(b, z);
+        const double y = b[0] * exponential(bell_exponent(b, z));
+        sum += y;
+        if (y > 0) rate += -y * ratio * (1 - ratio * b[3]) * per_width(b, z);
+    }
+    if (slope) *slope = rate * k[PER_WIDTH];
+    return sum;
 }
 
 static double velocity(const double *k, double w, double *slope)
@@ -51,6 +67,18 @@ static double passive(const double *k, double x, double *slope)
     return (y - k[PASSIVE_FOOT]) * k[PASSIVE_SCALE];
 }
 
+/* The active and the passive curve: four exponentials at once. */
+static double lengths(const double *k, double x, double *passive)
+{
+    const double z = scaled(k, x);
+    double exponents[BELLS + 1], y[BELLS + 1];
+    for (int i = 0; i < BELLS; i++) exponents[i] = bell_exponent(BELL[i], z);
+    exponents[BELLS] = k[PASSIVE_RATE] * (x - 1);
+    exponential_of_four(exponents, y);
+    *passive = (y[BELLS] - k[PASSIVE_FOOT]) * k[PASSIVE_SCALE];
+    return BELL[0][0] * y[0] + BELL[1][0] * y[1] + BELL[2][0] * y[2];
+}
+
 static double tendon(const double *k, double x, double *slope)
 {
     const double y = 0.2 * exponential(k[TENDON_RATE] * (x - 1));
@@ -58,7 +86,7 @@ static double tendon(const double *k, double x, double *slope)
     return y - 0.2;
 }
 
-static const hill_curves CURVES = {active, velocity, passive, tendon, NULL};
+static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, lengths};
 HILL_FUNCTIONS(CURVES)
 
 static const char *refusal(const double *p)

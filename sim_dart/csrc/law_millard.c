@@ -121,7 +121,7 @@ static const char *refusal(const double *p)
     for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
         if (p[natural[i]] < 0) return "lengths, slopes and stiffnesses must not be negative";
     if (p[AT_passive_stiffness] > 1e7 || p[AT_tendon_stiffness] > 1e7)
-        return "stiffnesses must be 1e7 at most";
+        return "passive_stiffness and tendon_stiffness must be 1e7 at most";
     if (p[AT_concentric_slope_near_vmax] < p[AT_concentric_slope_at_vmax] ||
         p[AT_eccentric_slope_near_vmax] < p[AT_eccentric_slope_at_vmax])
         return "a slope at vmax must not be above that near vmax";
@@ -175,7 +175,7 @@ static void prepare(const double *p, double *k)
     prepare_curves(p, k);
 }
 
-static const hill_curves CURVES = {active, velocity, passive, tendon, NULL};
+static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, NULL};
 HILL_FUNCTIONS(CURVES)
 
 const tension_law LAW_MILLARD = HILL_LAW(PARAMETERS, CONSTANTS);

@@ -112,7 +112,7 @@ static void prepare(const double *p, double *k)
     k[TENDON_SLOPE] = (1 - TOE_FORCE) / (p[AT_tendon_strain] - k[TOE_STRAIN]);
 }
 
-static const hill_curves CURVES = {active, velocity, passive, tendon, speed};
+static const hill_curves CURVES = {active, velocity, passive, tendon, speed, NULL};
 HILL_FUNCTIONS(CURVES)
 
 const tension_law LAW_THELEN = HILL_LAW(PARAMETERS, CONSTANTS);

@@ -86,11 +86,13 @@ static double add_wrap(core *c, int32_t k, int32_t w, double *row, int is_traced
         wrap_over(&surface, &way, A, B, &passed);
         write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
     }
-    const int is_touched = wrap_pull(&surface, &way, A, B, &over);
+    const int32_t before = c->blob.point_frame[k], after = c->blob.point_frame[k + 1];
+    const int ends = (before != frame ? ENTERING : 0) | (after != frame ? LEAVING : 0);
+    const int is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
     if (way.is_counted) c->wrap_turning[w] = over.turning;
     if (!is_touched) return add_segment(c, k, row);
-    add_span(c, over.entering, A, c->blob.point_frame[k], A, frame, row);
-    add_span(c, over.leaving, B, frame, B, c->blob.point_frame[k + 1], row);
+    if (ends & ENTERING) add_span(c, over.entering, A, before, A, frame, row);
+    if (ends & LEAVING) add_span(c, over.leaving, B, frame, B, after, row);
     return over.length;
 }
 

@@ -18,6 +18,7 @@
 #pragma GCC optimize("no-tree-vectorize") /* packing vectors of three into pairs costs more than it saves */
 #endif
 
+#include "arc.h"
 #include "elementary.h"
 #include "wrap.h"
 
@@ -173,7 +174,7 @@ static inline double contact_angle(const view *v, const course *c, double ta, do
 {
     const double re = v->RR - ta * tb, im = -v->R * (ta + tb);
     const double ab = v->aa + v->ad, turned = c->sense * v->cross;
-    const double angle = arc_tangent(ab * im + turned * re, ab * re - turned * im);
+    const double angle = quick_arc_tangent(ab * im + turned * re, ab * re - turned * im);
     const double middle = (c->is_long ? PI : 0) + (re > 0 ? PI / 4 : -PI / 4);
     return angle < middle - PI ? angle + 2 * PI : angle > middle + PI ? angle - 2 * PI : angle;
 }
@@ -200,16 +201,24 @@ static void add_radius(const wrap_surface *s, const view *v, double rate, pull *
         for (int k = 0; k < 3; k++) out->leaving[k] += rate / v->R * v->b[k];
 }
 
+/* scale (across n x end + along end) + climb n */
+static inline void direct(const view *v, const double end[3], double scale, double across, double along,
+                          double climb, double out[3])
+{
+    double turned[3];
+    cross3(turned, v->normal, end);
+    for (int k = 0; k < 3; k++)
+        out[k] = scale * (across * turned[k] + along * end[k]) + climb * v->normal[k];
+}
+
 /* Directions of the tangents in the plane, times their ends' squared distances:
    -ta a + R n x a at the start, tb b + R n x b at the end. They turn with the climb.                   */
-static inline void pull_along(const view *v, int sense, double ta, double tb, pull *out)
+static inline void pull_along(const view *v, int sense, double ta, double tb, int ends, pull *out)
 {
     const double P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
-    double na[3], nb[3], climb = 0;
+    double climb = 0;
     const double both = v->aa * v->bb, per_both = both > 0 ? 1 / both : 0;
     double ia = v->bb * per_both, ib = v->aa * per_both;
-    cross3(na, v->normal, v->a);
-    cross3(nb, v->normal, v->b);
     out->length = P;
     if (h != 0) {
         const double square = P * P + h * h, per_square = 1 / square;
@@ -217,17 +226,16 @@ static inline void pull_along(const view *v, int sense, double ta, double tb, pu
         const double per = out->length * per_square; /* so that root and quotient are found at once */
         climb = per * h, ia *= per * P, ib *= per * P;
     }
-    for (int k = 0; k < 3; k++) {
-        out->entering[k] = ia * (sR * na[k] - ta * v->a[k]) + climb * v->normal[k];
-        out->leaving[k] = ib * (sR * nb[k] + tb * v->b[k]) + climb * v->normal[k];
-    }
+    if (ends & ENTERING) direct(v, v->a, ia, sR, -ta, climb, out->entering);
+    if (ends & LEAVING) direct(v, v->b, ib, sR, tb, climb, out->leaving);
 }
 
 /* The turning sense where the cable touches, 0 where it runs straight; `plain`, the pull without what a
    changing radius adds, only if asked for. `v` is what wrap_is_clear looks at.                         */
-static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, pull *out,
-                       pull *plain)
+static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
+                       pull *out, pull *plain)
 {
+    const int changes = v->is_shrunk || v->slope != 0; /* the radius, with either end */
     find_normal(s, v);
     const int goes_on = way->is_counted && !isnan(way->remembered);
     const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v, is_clear);
@@ -235,20 +243,21 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int 
     const double ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
     if (out->angle <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
-    pull_along(v, c.sense, ta, tb, out);
+    pull_along(v, c.sense, ta, tb, changes ? BOTH_ENDS : ends, out);
     if (plain) *plain = *out;
-    if (v->is_shrunk || v->slope != 0)
+    if (changes)
         add_radius(s, v, out->angle * (ta + tb + v->R * out->angle) / out->length, out);
     return c.sense;
 }
 
-int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], pull *out)
+int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], int ends,
+              pull *out)
 {
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
     const int is_clear = look(s, a, b, &v);
     if (is_clear && !way->turns && !way->is_counted) return 0;
-    return bend(s, way, &v, is_clear, out, NULL) != 0;
+    return bend(s, way, &v, is_clear, ends, out, NULL) != 0;
 }
 
 static void run_straight(const double A[3], const double B[3], double t, contact *out)
@@ -276,7 +285,7 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const double A[3], co
         return;
     }
     const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted;
-    const int sense = is_free ? 0 : bend(s, way, &v, is_clear, &out->pull, &plain);
+    const int sense = is_free ? 0 : bend(s, way, &v, is_clear, BOTH_ENDS, &out->pull, &plain);
     if (!sense) {
         run_straight(A, B, nearest(&v), out);
         return;

@@ -28,6 +28,9 @@ typedef struct {
     double remembered; /* turning angle of the last move; NAN before the first */
 } wrap_way;
 
+/* Which directions of a pull are asked for. */
+enum ends { ENTERING = 1, LEAVING = 2, BOTH_ENDS = ENTERING | LEAVING };
+
 /* What a bent cable pulls. */
 typedef struct {
     double length;      /* from a to b */
@@ -45,8 +48,9 @@ typedef struct {
 } contact;
 
 /* 1 and the pull where the cable touches the surface; 0 where it runs straight from a to b: then only the
-   turning is set.                                                                                      */
-int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], pull *out);
+   turning is set. Of `ends`, both directions or one; the other may be left as it is.                    */
+int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], int ends,
+              pull *out);
 
 void wrap_over(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3],
                contact *out);
