@@ -288,3 +288,30 @@ def test_wraps_and_laws_say_that_they_have_none(tmp_path: Path) -> None:
 def test_random_trees(seed: int, tmp_path: Path) -> None:
     """Joints of several degrees of freedom, and free bases."""
     check(random_tree(seed, damping=0.1), tmp_path, seed)
+
+
+def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
+    """No step remembers the stops of another: as from an instance that starts where it is."""
+    robot = random_robot(7)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, qd = np.full(n, 0.2), np.zeros(n)
+    qd[0] = 3.0
+    first, *others = robot.joints
+    (stop,) = first.coordinates
+    first = replace(first, coordinates=(replace(stop, upper=0.201),))
+    with started(replace(robot, joints=(first, *others)), tmp_path, q, qd) as slave:
+        inputs = slave.of["input"]
+        assert slave.step()[0] == pytest.approx(0.201, abs=1e-15)
+        back = np.zeros(m)
+        back[np.argmax(CoreDynamics(robot).muscle_jacobian(q)[:, 0])] = 2000.0
+        slave.slave.setReal(inputs[:m], list(back))
+        state = slave.step()[: 2 * n]
+        assert state[n] < 0.0
+        knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
+        found = slave.derivative(knowns, np.ones(len(knowns)))
+    again = tmp_path / "again"
+    again.mkdir()
+    with started(robot, again, state[:n], state[n:]) as slave:
+        at = np.concatenate([back, np.zeros(len(inputs) - m)])
+        expected = slave_at(slave, inputs, at).derivative(knowns, np.ones(len(knowns)))
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
