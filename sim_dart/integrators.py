@@ -192,7 +192,9 @@ class RungeKutta4:
         q = np.clip(mechanism.q, self._lower, self._upper)
         self._skeleton.set_positions(q)
         M = self._skeleton.matrix(self._skeleton.dart.getMassMatrix())
-        inverse_M = np.linalg.inv(M)  # DART's own is wrong behind fixed joints within a tree
+        inverse_M: FloatArray = np.linalg.inv(
+            M
+        )  # DART's own is wrong behind fixed joints within a tree
         normals = np.concatenate([np.eye(q.size)[low], -np.eye(q.size)[high]])
         mechanism.arrive(q, stopped(mechanism.qd, inverse_M, normals))
 
