@@ -192,9 +192,8 @@ class RungeKutta4:
         q = np.clip(mechanism.q, self._lower, self._upper)
         self._skeleton.set_positions(q)
         M = self._skeleton.matrix(self._skeleton.dart.getMassMatrix())
-        inverse_M: FloatArray = np.linalg.inv(
-            M
-        )  # DART's own is wrong behind fixed joints within a tree
+        # DART's own inverse is wrong where a fixed joint has moving ones behind it
+        inverse_M = np.asarray(np.linalg.inv(M), dtype=np.float64)
         normals = np.concatenate([np.eye(q.size)[low], -np.eye(q.size)[high]])
         mechanism.arrive(q, stopped(mechanism.qd, inverse_M, normals))
 
