@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import CardsflowError, SimulationError
+from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 
 from .experiment import Experiment
 from .interruption import interruptible
@@ -90,6 +90,7 @@ class NativeLoop:
         self.names, self.units, _ = columns_of(parts)
         every = round(experiment.controller.period / run.step)
         self._every = {"plant": 1, "reference": 1, "controller": every}
+        self._has_run = False
         self._plan(parts)
 
     def run(
@@ -106,8 +107,14 @@ class NativeLoop:
             pacer: None: these steps wait for nothing.
             watch: As for `Master.run`.
             journal: As for `Master.run`.
+
+        Raises:
+            InputError: It has run before, or is closed.
         """
         assert pacer is None, "refused before"
+        if self._loop is None or self._has_run:
+            raise InputError("a native loop runs once, before it is closed; make another")
+        self._has_run = True
         rows = np.empty((self.count, len(self.names))) if journal is None else journal.rows
         times = np.zeros(self.count)
         failure: CardsflowError | None = None
@@ -250,14 +257,16 @@ def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recor
 
     Args:
         experiments: What to run.
-        threads: How many at a time.
+        threads: How many at a time, from 1 on.
 
     Returns:
         What each of them gave, in their order; one that fails holds its failure.
 
     Raises:
-        InputError: One of them has something that the native models lack.
+        InputError: One of them has something that the native models lack, or there is no thread.
     """
+    if threads < 1:
+        raise InputError(f"a batch needs a thread at least, not {threads}")
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(_run_one, experiments))
 

@@ -2,7 +2,9 @@
 
 Semi-implicit Euler, DART's own rule: qd+ = qd + h M^-1 (-L'f + ... - C - G - D qd - ...), then
 q+ = q + h qd+. Contacts and joint limits hold as of the step's end; damping and springs of joints
-are implicit, so that they are stable with any step; the error is of first order in h.
+are implicit, so that they are stable with any step; the error is of first order in h. DART stops
+those joints that would pass their limits without any stop; one that only the stop of another
+drives into its own is beyond it for a step. The core's step (`core_mechanism`) holds all at once.
 
 Runge-Kutta 4 for plants without contacts: M qdd = -L'f + A tau + J_p'w - C - G - D qd - K (q - r)
 and x' of the muscles, with everything evaluated at all four stages. Its error is of fourth order
@@ -189,7 +191,9 @@ class RungeKutta4:
             return
         q = np.clip(mechanism.q, self._lower, self._upper)
         self._skeleton.set_positions(q)
-        inverse_M = self._skeleton.matrix(self._skeleton.dart.getInvMassMatrix())
+        M = self._skeleton.matrix(self._skeleton.dart.getMassMatrix())
+        # DART's own inverse is wrong where a fixed joint has moving ones behind it
+        inverse_M = np.asarray(np.linalg.inv(M), dtype=np.float64)
         normals = np.concatenate([np.eye(q.size)[low], -np.eye(q.size)[high]])
         mechanism.arrive(q, stopped(mechanism.qd, inverse_M, normals))
 

@@ -47,8 +47,8 @@ class Plant:
         scene: What stands around the robot, for contacts; None for nothing.
         wrenched: Names of the links that take wrenches from outside.
         engine: `core`, the C core, for robots without contacts and Coulomb friction; `dart`; or
-            `auto` for the core where it can. Both give the same motion, but for rounding; the core
-            is some ten times faster.
+            `auto` for the core where it can. Both give the same motion, but for rounding, and where
+            a stop drives another joint into its own: see `integrators`. The core is faster.
 
     Raises:
         RobotError: The robot is not valid.

@@ -113,7 +113,8 @@ CORE_API void core_accelerate(core *c, const double *qd, const double *tau, cons
    further generalised forces `extra` (NULL for none): semi-implicit Euler, with the joints' damping and
    springs implicit:
      (M + h D + h^2 K) qdd + C + G = -L'f + extra - D qd - K (q + h qd - rest)
-   (here G is the weight's alone) and joint limits as inelastic stops that are met exactly. 0; or 1 + the
+   (here G is the weight's alone) and joint limits as inelastic stops that are met exactly; a coordinate
+   that starts beyond one comes back to it by 10 rad/s or m/s at most. 0; or 1 + the
    index of the first coordinate that has diverged, dofs + 1 for a muscle's state; or -1 - the index of the
    first command that is not finite, before anything moves.                                            */
 CORE_API int core_step(core *c, const double *u, const double *extra, double h, int32_t steps);

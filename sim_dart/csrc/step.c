@@ -1,4 +1,5 @@
 /* Steps of the plant: muscles, forward dynamics, semi-implicit Euler, joint limits. */
+#include "elementary.h"
 #include "state.h"
 
 #include <math.h>
@@ -41,12 +42,15 @@ static int speed_up(core *c, double h)
     return passes;
 }
 
+/* In rad/s or m/s: how fast a coordinate that was put beyond a limit has to come back, at most. DART's. */
+static const double LARGEST_RETURN = 10;
+
 /* No coordinate may pass a limit within h. */
 static void stay_within(core *c, double h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        c->low[j] = (c->blob.lower[j] - c->q[j]) / h;
-        c->high[j] = (c->blob.upper[j] - c->q[j]) / h;
+        c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, LARGEST_RETURN);
+        c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -LARGEST_RETURN);
     }
     limits_keep(c);
 }

@@ -174,6 +174,7 @@ int core_step_along(core *c, const core_tangent *d, double h)
     memcpy(k.begin_q, c->q, size);
     memcpy(k.begin_qd, c->qd, size);
     outer_forces(c, d, k.asked);
+    memset(c->side, 0, size); /* a step that meets no limit leaves those of the last one that did */
     const int bad = core_step(c, d->forces, k.asked, h, 1);
     if (bad) return bad;
     memcpy(k.free, c->free, size); /* if any limit is met */

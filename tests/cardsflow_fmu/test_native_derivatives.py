@@ -23,7 +23,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu_file import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native import NativeModel, _encode, _plant_settings, _robot_settings
-from cardsflow_fmu.ports import plant_ports
+from cardsflow_fmu.ports import Port, plant_ports
 from cardsflow_fmu.simulation import build
 from sim_dart import CoreDynamics, compile_blob
 
@@ -288,3 +288,57 @@ def test_wraps_and_laws_say_that_they_have_none(tmp_path: Path) -> None:
 def test_random_trees(seed: int, tmp_path: Path) -> None:
     """Joints of several degrees of freedom, and free bases."""
     check(random_tree(seed, damping=0.1), tmp_path, seed)
+
+
+def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
+    """No step remembers the stops of another: as from an instance that starts where it is."""
+    robot = random_robot(7)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, qd = np.full(n, 0.2), np.zeros(n)
+    qd[0] = 3.0
+    first, *others = robot.joints
+    (stop,) = first.coordinates
+    first = replace(first, coordinates=(replace(stop, upper=0.201),))
+    with started(replace(robot, joints=(first, *others)), tmp_path, q, qd) as slave:
+        inputs = slave.of["input"]
+        assert slave.step()[0] == pytest.approx(0.201, abs=1e-15)
+        back = np.zeros(m)
+        back[np.argmax(CoreDynamics(robot).muscle_jacobian(q)[:, 0])] = 2000.0
+        slave.slave.setReal(inputs[:m], list(back))
+        state = slave.step()[: 2 * n]
+        assert state[n] < 0.0
+        knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
+        found = slave.derivative(knowns, np.ones(len(knowns)))
+    again = tmp_path / "again"
+    again.mkdir()
+    with started(robot, again, state[:n], state[n:]) as slave:
+        at = np.concatenate([back, np.zeros(len(inputs) - m)])
+        expected = slave_at(slave, inputs, at).derivative(knowns, np.ones(len(knowns)))
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+
+
+def test_an_output_without_derivative_is_refused(tmp_path: Path) -> None:
+    """A file that calls a tension an output of ideal cables: nothing is read beyond its tasks."""
+    robot = random_robot(1)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    ports = plant_ports(robot, [0.0] * n, [0.0] * n, STEP)
+    place = next(k for k, port in enumerate(ports) if port.name.startswith("q_start"))
+    ports.insert(place, Port("t.cable", "N", "output", "continuous", "Its tension"))
+    settings = [1, m, range(m), 1, 0, 0]
+    own = np.concatenate([np.ravel(s) for s in [*_robot_settings(robot), *settings]])
+    file = write_fmu(
+        tmp_path / "plant.fmu",
+        model_class=PlantModel,
+        model_name="plant",
+        ports=ports,
+        resources={},
+        step=STEP,
+        native=NativeModel(_encode("plant", compile_blob(robot), [own]), True),
+    )
+    slave = Slave(file, tmp_path / "unpacked")
+    slave.slave.enterInitializationMode()
+    slave.slave.exitInitializationMode()
+    (tension,) = slave.references("t")
+    refused(lambda: slave.slave.getDirectionalDerivative([tension], [0], [1.0]))
+    slave.slave.terminate()
+    slave.slave.freeInstance()

@@ -147,3 +147,23 @@ def test_engines_give_the_same_run() -> None:
     for other in rows[1:]:
         for name in names:
             np.testing.assert_allclose(other[name], rows[0][name], rtol=0, atol=1e-12)
+
+
+def test_a_loop_runs_once() -> None:
+    """A second run would go on from where the first one ended; a closed loop has no models."""
+    experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.01})
+    loop = NativeLoop(experiment)
+    assert loop.run().failure is None
+    with pytest.raises(InputError, match="runs once"):
+        loop.run()
+    loop.close()
+    loop.close()
+    with NativeLoop(experiment) as closed:
+        closed.close()
+        with pytest.raises(InputError, match="runs once"):
+            closed.run()
+
+
+def test_a_batch_needs_a_thread() -> None:
+    with pytest.raises(InputError, match="a thread at least, not 0"):
+        run_batch([], threads=0)

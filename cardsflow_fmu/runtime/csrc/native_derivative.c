@@ -110,7 +110,7 @@ static double product(const double *row, const struct change *change, size_t n)
     return sum;
 }
 
-/* The change of an output, the robot being where it counts. */
+/* The change of an output, the robot being where it counts; NaN if it is none of these. */
 static double answer(const struct native_model *native, const struct change *change, const double *value)
 {
     const struct plant *plant = native->own;
@@ -123,8 +123,22 @@ static double answer(const struct native_model *native, const struct change *cha
         return change->qd[at];
     if ((at = place_in(value, plant->lengths, robot->m)) < robot->m)
         return product(robot->jacobian + at * n, change, n);
-    at = place_in(value, plant->tasks, robot->k);
-    return product(robot->task_jacobian + (size_t)robot->rows[at] * n, change, n);
+    if ((at = place_in(value, plant->tasks, robot->k)) < robot->k)
+        return product(robot->task_jacobian + (size_t)robot->rows[at] * n, change, n);
+    return NAN;
+}
+
+static int answer_all(struct model *model, const struct change *change, const struct derivative *request)
+{
+    const struct native_model *native = model->backend;
+    for (size_t i = 0; i < request->unknown_count; i++) {
+        request->answers[i] = answer(native, change, native->values + request->unknowns[i]);
+        if (isnan(request->answers[i])) {
+            text_set(&model->error, "there is no derivative of %s", native->ports->ports[request->unknowns[i]].name);
+            return 1;
+        }
+    }
+    return 0;
 }
 
 int native_plant_derivative(struct model *model, const struct derivative *request)
@@ -144,8 +158,7 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
         plant->told[(size_t)plant->commanded[i]] = plant->commands[i];
     int failed = add_seeds(model, &change, request) || (native->clock[1] != 0 && go_along(model, &change));
     core_task_jacobian(robot->core);
-    for (size_t i = 0; i < request->unknown_count && !failed; i++)
-        request->answers[i] = answer(native, &change, native->values + request->unknowns[i]);
+    failed = failed || answer_all(model, &change, request);
     memcpy(robot->q, change.begin, size);
     memcpy(robot->qd, change.begin + robot->n, size);
     core_move(robot->core, robot->q);

@@ -61,7 +61,7 @@ static int parse(struct native_file *file, size_t size)
         return 1;
     const size_t blob = u32_at(bytes + 24), padded = (blob + 7u) & ~(size_t)7u, count = u32_at(bytes + 28);
     const size_t body = size - HEADER_SIZE;
-    if (u32_at(bytes + 20) >= NATIVE_KINDS || padded > body || count != (body - padded) / 8 ||
+    if (u32_at(bytes + 20) >= NATIVE_KINDS || blob > body || padded > body || count != (body - padded) / 8 ||
         (body - padded) % 8)
         return 1;
     file->kind = (enum native_kind)u32_at(bytes + 20);

@@ -1,17 +1,9 @@
 #include "native_muscles.h"
 
+#include "../../../sim_dart/csrc/elementary.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
-static double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
 
 static int take_settings(struct native_muscles *muscles, const struct native_robot *robot,
                          struct native_file *file)
