@@ -225,7 +225,8 @@ def test_a_published_set_of_parameters_goes_by_its_name() -> None:
         ),
         (
             {"muscles.cable_1.model": MCKIBBEN | {"thread_length": -1.0}},
-            "muscles.cable_1.model.thread_length: thread_length must be above 0 and at most 1000, not -1.0",
+            "muscles.cable_1.model.thread_length: thread_length must be above 0 and at most 1000, "
+            "not -1.0",
         ),
         (
             {"muscles.cable_1.model": MCKIBBEN | {"thread_lenght": 1.0}},
