@@ -29,6 +29,9 @@ Rule = Literal["euler", "rk4"]
 Engine = Literal["auto", "core", "dart"]
 """What computes a plant, or a controller's dynamics; see `sim_dart.engine`."""
 
+MOST_SUBSTEPS = 1_000_000
+"""As `sim_dart.plant` has it."""
+
 
 @dataclass(frozen=True, slots=True)
 class StartSettings:

@@ -11,7 +11,7 @@ from addin_sdfusion.robot.trajectory import Spline
 
 from .control_types import TYPES
 from .coupling import SCHEMES
-from .experiment import Engine
+from .experiment import MOST_SUBSTEPS, Engine
 from .forms import (
     ANYTHING,
     Form,
@@ -281,7 +281,9 @@ PLANT = table(
         "engine": choice(
             "auto: the core where there are no contacts and no friction", get_args(Engine), "auto"
         ),
-        "substeps": whole("steps of the integrator in an internal step", 1, least=1),
+        "substeps": whole(
+            "steps of the integrator in an internal step", 1, least=1, most=MOST_SUBSTEPS
+        ),
         "energy": flag("whether energies and work are outputs", False),
         "wrenches": rows({"type": "string"}, "links that take forces and torques from outside"),
     },

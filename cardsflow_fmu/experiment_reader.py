@@ -17,6 +17,7 @@ from addin_sdfusion.robot.readers import Reading, read
 from .controller_reader import followed_space, read_controller
 from .coupling import SCHEMES, Coupling, Scheme
 from .experiment import (
+    MOST_SUBSTEPS,
     DisturbanceSettings,
     Engine,
     Experiment,
@@ -217,6 +218,8 @@ def _plant(table: Table, robot: Robot, run: RunSettings, scene: Scene | None) ->
         raise table.error("mass_scale", "must be above 0")
     if substeps < 1:
         raise table.error("substeps", f"must be at least 1, not {substeps}")
+    if substeps > MOST_SUBSTEPS:
+        raise table.error("substeps", f"must be at most {MOST_SUBSTEPS}, not {substeps}")
     rough = [c.name for c in robot.coordinates if c.friction]
     if integrator == "rk4" and rough:
         what = f"rk4 knows no Coulomb friction, and {', '.join(rough)} has some; use 'euler'"

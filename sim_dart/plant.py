@@ -34,6 +34,9 @@ FloatArray = NDArray[np.float64]
 
 Rule = Literal["euler", "rk4"]
 
+MOST_SUBSTEPS = 1_000_000
+"""Native plants take no more either."""
+
 
 class Plant:
     """A simulated robot.
@@ -42,7 +45,8 @@ class Plant:
         robot: The robot; its active cable set counts.
         step: Length of a step, in [s].
         integrator: `euler`, semi-implicit, with contacts; or `rk4`, of fourth order, without.
-        substeps: Steps of the integrator in a step of the plant, with commands held.
+        substeps: Steps of the integrator in a step of the plant, with commands held; a million at
+            most.
         energy: Whether the work done on the robot is booked, for `energy`.
         scene: What stands around the robot, for contacts; None for nothing.
         wrenched: Names of the links that take wrenches from outside.
@@ -79,6 +83,7 @@ class Plant:
     ) -> None:
         require_valid(robot)
         _check(step, integrator, substeps)
+        substeps = int(substeps)
         self.robot = robot
         self._step = float(step)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
@@ -336,5 +341,7 @@ def _check(step: float, integrator: str, substeps: int) -> None:
         raise InputError(f"the plant's step must be a positive time in s, not {step}")
     if integrator not in get_args(Rule):
         raise InputError(f"integrator {integrator!r} is none of {', '.join(get_args(Rule))}")
-    if substeps < 1 or substeps != int(substeps):
-        raise InputError(f"substeps must be a whole number from 1 on, not {substeps!r}")
+    if not 1 <= substeps <= MOST_SUBSTEPS or substeps != int(substeps):
+        raise InputError(
+            f"substeps must be a whole number from 1 to {MOST_SUBSTEPS}, not {substeps!r}"
+        )

@@ -19,6 +19,7 @@ from cardsflow_fmu.muscle_ports import ENERGIES
 from cardsflow_fmu.simulation import simulate
 from cardsflow_fmu.sizing import size
 from sim_dart import DartDynamics, MuscleDrive
+from sim_dart.plant import MOST_SUBSTEPS
 
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 HILL = {
@@ -242,6 +243,7 @@ def test_a_published_set_of_parameters_goes_by_its_name() -> None:
         ),
         ({"plant.integrator": "rk5"}, "plant.integrator: no integrator 'rk5'"),
         ({"plant.substeps": 0}, "plant.substeps: must be at least 1"),
+        ({"plant.substeps": MOST_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
         ({"plant.energy": 1}, "plant.energy: must be true or false"),
         ({"controller.muscle_horizon": -1.0}, "controller.muscle_horizon: must not be negative"),
     ],

@@ -407,7 +407,7 @@ def test_a_stop_is_the_least_impulse_that_keeps_the_joints_in(seed: int) -> None
 def test_wrong_settings_are_refused() -> None:
     with pytest.raises(InputError, match="integrator 'leapfrog' is none of euler, rk4"):
         Plant(planar_2r(), integrator="leapfrog")  # type: ignore[arg-type]
-    for substeps in (0, 1.5):
+    for substeps in (0, 1.5, np.nan, 2**32):
         with pytest.raises(InputError, match="substeps must be a whole number"):
             Plant(planar_2r(), substeps=substeps)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="keeps no books"):
