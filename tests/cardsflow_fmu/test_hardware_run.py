@@ -227,8 +227,9 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     build(load(settings), tmp_path)
     system = tmp_path / "system.ssp"
     ours = simulate_system(system)
-    with pytest.raises(Exception, match=r"hardware\.link: missing"):
+    with pytest.raises(InputError, match=r"system\.ssp: hardware\.link: missing"):
         simulate_system(system, {"variant": "hardware"})
+    assert "hardware" not in ours.summary
     monkeypatch.setenv(LINK, "loopback:")
     result = simulate_system(system, {"variant": "hardware"})
     for name in ours.names:
@@ -239,10 +240,25 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     assert "real time" in capsys.readouterr().out
     summary = json.loads((out / "summary.json").read_text())
     assert summary["files"][RECORDING_FILE] == RECORDING_FILE
+    hardware = summary["hardware"]
+    assert (hardware["link"], hardware["mode"], hardware["missed"]) == ("loopback:", "lockstep", 0)
+    assert hardware["round_trip"]["max"] > 0.0
     joint = read_recording(out / RECORDING_FILE).states[: len(ours.rows) - 1, 0]
     np.testing.assert_array_equal(joint, ours["q.joint_1"][1:])
     assert main(["run", str(system), "-o", str(out)]) == 0  # without hardware there is none
     assert not (out / RECORDING_FILE).exists()
+
+
+def test_a_system_counts_what_its_hardware_missed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = {"run.duration": 0.4, "hardware.emulator.loss": 0.02, "hardware.emulator.seed": 3}
+    build(load(settings), tmp_path)
+    monkeypatch.setenv(LINK, "emulated:")
+    result = simulate_system(tmp_path / "system.ssp", {"variant": "hardware"})
+    assert result.summary["hardware"]["missed"] == result["missed"][-1] > 0
+    assert result.summary["hardware"]["oldest_state"] == result["age"].max() > 0.0
+    assert "real_time" not in result.summary, "in a time of its own"
 
 
 def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:
@@ -508,7 +524,7 @@ def test_whatever_ends_a_run_the_robot_ends_safe(
         error = process.stderr.read()
     if signal_ == signal.SIGKILL:
         return
-    assert process.returncode == 1
+    assert process.returncode == 130
     assert error == "cardsflow: interrupted\n"
     assert device.counters["stops"] == 1
     assert device.counters["watchdog"] == 0
