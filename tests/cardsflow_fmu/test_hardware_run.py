@@ -31,6 +31,7 @@ from cardsflow_fmu.hardware.settings import HardwareSettings
 from cardsflow_fmu.hardware_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation import build, run, simulate
+from cardsflow_fmu.summary_html import summary_tables
 from cardsflow_fmu.system_run import simulate_system
 
 SHORT = {"run.duration": 0.05}
@@ -259,6 +260,11 @@ def test_a_system_counts_what_its_hardware_missed(
     assert result.summary["hardware"]["missed"] == result["missed"][-1] > 0
     assert result.summary["hardware"]["oldest_state"] == result["age"].max() > 0.0
     assert "real_time" not in result.summary, "in a time of its own"
+    page = "\n".join(summary_tables(result.summary))
+    missed = result.summary["hardware"]["missed"]
+    assert f'<td>exchanges missed</td><td class="number">{missed}</td>' in page
+    assert "<td>emulated:</td>" in page
+    assert "steps behind the clock" not in page
 
 
 def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:
