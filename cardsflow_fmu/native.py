@@ -76,7 +76,7 @@ def _native_file(experiment: Experiment, model: str) -> bytes:
         own = _plant_settings(robot, experiment.plant.substeps)
     else:
         robot, controller = experiment.robot, experiment.controller
-        _require_native(controller)
+        _require_native_law(experiment)
         own = [*_muscle_settings(experiment), *_controller_settings(robot, controller)]
     return _encode(model, compile_blob(robot), [*_robot_settings(robot), *own])
 
@@ -94,12 +94,15 @@ def _require_native_plant(experiment: Experiment) -> None:
     }
     for what, is_there in lacking.items():
         if is_there:
-            raise InputError(f"a native plant does not have {what}; build it without --native")
+            raise InputError(
+                f"a native plant does not have {what}; build it without --native",
+                file=experiment.file,
+            )
 
 
-def _require_native(controller: ControllerSettings) -> None:
+def _require_native_law(experiment: Experiment) -> None:
     """Refuse what the laws in C lack."""
-    lacking = None
+    controller, lacking = experiment.controller, None
     if controller.type not in _LAWS:
         lacking = f"the law {controller.type!r} (only {' and '.join(_LAWS)})"
     elif controller.tasks is not None and len(set(controller.tasks.priorities)) > 1:
@@ -107,6 +110,7 @@ def _require_native(controller: ControllerSettings) -> None:
     if lacking:
         raise InputError(
             f"a native controller does not have {lacking}; build the FMU without --native",
+            file=experiment.file,
             key="controller",
         )
 

@@ -19,7 +19,7 @@ from .runtime.port_table import encode_port_table
 from .variables import scalar_variables
 from .version import __version__
 
-_INSTEAD = 'use the engine "direct" or "fmu"'
+_INSTEAD = 'run it as FMUs (without --native; in a study with engine = "fmu")'
 
 
 def native_models(experiment: Experiment, names: Sequence[str]) -> dict[str, bytes]:
@@ -34,12 +34,12 @@ def native_models(experiment: Experiment, names: Sequence[str]) -> dict[str, byt
     """
     lacking = _lacking(experiment, names)
     if lacking is not None:
-        raise InputError(f"a native loop does not have {lacking}; {_INSTEAD}")
+        raise InputError(f"a native loop does not have {lacking}; {_INSTEAD}", file=experiment.file)
     try:
         return {name: native_model(experiment, name).contents for name in names}
     except InputError as error:
         what = error.what.partition(";")[0]  # behind it stands what to build instead
-        raise InputError(f"{what}; {_INSTEAD}", key=error.key) from None
+        raise InputError(f"{what}; {_INSTEAD}", file=error.file, key=error.key) from None
 
 
 def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
@@ -51,7 +51,8 @@ def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
         return f"FMUs of others ({', '.join(foreign)})"
     engines = {"plant": experiment.plant.engine, "controller": experiment.controller.engine}
     in_dart = [name for name, engine in engines.items() if engine == "dart"]
-    return f'the engine "dart" ({", ".join(in_dart)})' if in_dart else None
+    named = ", ".join(f"{role}.engine" for role in in_dart)
+    return f'the engine "dart" ({named})' if in_dart else None
 
 
 def opened_loop(

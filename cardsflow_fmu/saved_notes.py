@@ -28,10 +28,16 @@ _KINDS: dict[str, tuple[type, ...]] = {
     "forces": _TABLE,
     "slack": _TABLE,
     "solve_time": _TABLE,
+    "engine": _TABLE,
+    "hardware": _TABLE,
+    "real_time": _TABLE,
     "files": _TABLE,
     "versions": _TABLE,
     "warnings": (list, type(None)),
 }
+
+_INNER = {"hardware": "round_trip", "real_time": "lateness"}
+"""Tables within tables."""
 
 _ROWS = {
     "tracking": ("per_signal", ("rms", "max", "unit")),
@@ -55,6 +61,9 @@ def read_summary(file: Path) -> dict[str, Any]:
     for key, kinds in _KINDS.items():
         if key in summary and not isinstance(summary[key], kinds):
             raise _foreign(file, key)
+    for key, inner in _INNER.items():
+        if not isinstance((summary.get(key) or {}).get(inner), _TABLE):
+            raise _foreign(file, f"{key}.{inner}")
     for key, (rows, columns) in _ROWS.items():
         if not _are_rows((summary.get(key) or {}).get(rows), columns):
             raise _foreign(file, f"{key}.{rows}")

@@ -305,7 +305,8 @@ def _simulate(
         experiment.run.step, realtime, experiment.hardware if experiment.hardware.use else None
     )
     if through == "native" and pace.pacer is not None:
-        raise InputError("a native loop does not wait for the clock; run it as FMUs")
+        what = "a native loop does not wait for the clock; run it as FMUs (without --native)"
+        raise InputError(what, file=experiment.file)
     with made_master(experiment, fmus, streamed, through) as master:
         if journal is not None:
             nothing = Recording(master.names, no_rows(master.names), master.units, [], [], STARTED)

@@ -59,7 +59,25 @@ def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
         ["time of a tick, largest [s]", time.get("max")],
         *([f"engine of the {role}", name] for role, name in (summary.get("engine") or {}).items()),
         ["master", summary.get("master")],
+        *_hardware(summary),
         ["speed over real time", summary.get("real_time_factor")],
         *(["warning", warning] for warning in summary.get("warnings") or ()),
     ]
     return [row for row in rows if row[1] is not None]
+
+
+def _hardware(summary: Mapping[str, Any]) -> list[list[Any]]:
+    """How hardware answered, and whether a run by the clock kept up."""
+    hardware, pace = summary.get("hardware") or {}, summary.get("real_time") or {}
+    trip, lateness = hardware.get("round_trip") or {}, pace.get("lateness") or {}
+    return [
+        ["hardware", hardware.get("link") or None],
+        ["mode of the hardware", hardware.get("mode")],
+        ["exchanges missed", hardware.get("missed")],
+        ["oldest state of the hardware [s]", hardware.get("oldest_state")],
+        ["round trip, median [s]", trip.get("median")],
+        ["round trip, 99 % [s]", trip.get("p99")],
+        ["steps behind the clock", pace.get("behind")],
+        ["lateness of a step, largest [s]", lateness.get("max")],
+        ["scheduling", pace.get("scheduling")],
+    ]

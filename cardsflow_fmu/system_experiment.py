@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import io
+import json
 import tempfile
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-from .archive import write_archive
+from addin_sdfusion.robot import CardsflowError
+
+from .archive import unpack_archive, write_archive
+from .experiment import Experiment
 from .experiment_resources import EXPERIMENT_FILE
+from .foreign_fmu import HARDWARE
+from .hardware.settings import HardwareSettings
 
 _RESOURCES = "resources/"
 _PARTS = ("robot", "robots", "world")
@@ -26,20 +33,45 @@ def system_experiment(path: Path) -> bytes | None:
     Returns:
         The archive; None where no FMU of ours is in it.
     """
-    try:
-        with zipfile.ZipFile(path) as system:
-            for entry in sorted(system.infolist(), key=_plants_first):
-                if entry.filename.endswith(".fmu") and entry.file_size <= _MOST_BYTES:
-                    files = _carried(system.read(entry))
-                    if files:
-                        return _archive(files)
-    except (OSError, ValueError, zipfile.BadZipFile, RuntimeError, NotImplementedError):
-        return None
+    for files in _all_carried(path, first="plant.fmu"):
+        return _archive(files)
     return None
 
 
-def _plants_first(entry: zipfile.ZipInfo) -> tuple[bool, str]:
-    return not entry.filename.endswith("plant.fmu"), entry.filename
+def system_hardware(path: Path) -> HardwareSettings | None:
+    """What the hardware's FMU knows of the way to its hardware.
+
+    Args:
+        path: The .ssp.
+
+    Returns:
+        The settings; None where there is no hardware's FMU of ours.
+    """
+    for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
+        with tempfile.TemporaryDirectory() as aside:
+            archive = Path(aside) / "experiment.zip"
+            write_archive(archive, files)
+            try:
+                if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
+                    continue
+                folder = unpack_archive(archive, Path(aside) / "it", "archive", "an experiment")
+                return Experiment.from_resources(folder).hardware
+            except (CardsflowError, ValueError, TypeError):
+                continue
+    return None
+
+
+def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
+    """What FMUs carry of their experiment, that of an FMU of that name first."""
+    try:
+        with zipfile.ZipFile(path) as system:
+            fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
+            for entry in sorted(fmus, key=lambda e: (not e.filename.endswith(first), e.filename)):
+                files = _carried(system.read(entry)) if entry.file_size <= _MOST_BYTES else {}
+                if files:
+                    yield files
+    except (OSError, ValueError, zipfile.BadZipFile, RuntimeError, NotImplementedError):
+        return
 
 
 def _carried(fmu: bytes) -> dict[str, bytes]:

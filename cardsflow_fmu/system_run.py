@@ -16,7 +16,7 @@ from addin_sdfusion.robot import InputError, SimulationError
 from .coupling import SCHEMES, Coupling, Scheme
 from .fmu_instance import FmuInstance
 from .foreign_fmu import HARDWARE
-from .hardware.opening import environment
+from .hardware.opening import environment, linked
 from .hardware.recording import RECORDING_FILE
 from .hardware.settings import HardwareSettings
 from .hardware_run import Pace
@@ -30,7 +30,7 @@ from .saved_run import EXPERIMENT
 from .ssp_reader import read_system, unpack_ssp
 from .ssp_system import Component, System
 from .summary import Speed, summarize_system
-from .system_experiment import system_experiment
+from .system_experiment import system_experiment, system_hardware
 from .tables import Table
 from .units import conversion, variable_units
 
@@ -123,6 +123,7 @@ def _simulate(
     with tempfile.TemporaryDirectory() as aside, _naming(path, Path(aside) / "system") as folder:
         unpack_ssp(path, folder)
         system = read_system(folder, settings.get("variant"))
+        hardware = _hardware(path, settings)
         step, steps, coupling = _run_settings(Table(runs, path, "run"), system)
         parameters = _given(values, system, path)
         with _participants(system, folder, Path(aside), parameters) as participants:
@@ -143,13 +144,19 @@ def _simulate(
                 )
                 summary = about(nothing, Speed(0.0, time.perf_counter() - started))
                 journal.begin(master.names, units, master.count, summary)
-            with Pace(step, realtime) as pace:
+            with Pace(step, realtime, hardware) as pace:
                 begin = time.perf_counter()
                 recording = master.run(progress, pace.pacer, journal=journal)
                 speed = Speed(time.perf_counter() - begin, begin - started)
     summary = about(recording, speed) | pace.report(recording)
     times = recording.times_of_ticks()
     return SystemResult(recording.names, recording.rows, units, summary, solve_times=times)
+
+
+def _hardware(path: Path, settings: Mapping[str, Any]) -> HardwareSettings | None:
+    """The hardware that the variant of that name drives; None where it is not known."""
+    known = system_hardware(path) if settings.get("variant") == HARDWARE else None
+    return None if known is None else linked(known, path)
 
 
 @contextlib.contextmanager

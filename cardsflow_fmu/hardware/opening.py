@@ -57,6 +57,23 @@ def _set(values: Mapping[str, str | None]) -> None:
             os.environ[name] = value
 
 
+def linked(settings: HardwareSettings, file: Path) -> HardwareSettings:
+    """The settings with the link that is used, which the environment may override.
+
+    Args:
+        settings: What is said of the hardware.
+        file: Where that is said.
+
+    Raises:
+        InputError: Nothing tells where the hardware is.
+    """
+    link = os.environ.get(LINK) or settings.link
+    if not link:
+        what = f"missing: say where the hardware is ({FORMS}), or set {LINK}"
+        raise InputError(what, file=file, key="hardware.link")
+    return replace(settings, link=link)
+
+
 def session_of(experiment: Experiment) -> HardwareSession:
     """A session with an experiment's hardware, not open yet.
 
@@ -66,10 +83,7 @@ def session_of(experiment: Experiment) -> HardwareSession:
     Raises:
         InputError: Nothing tells where the hardware is, or its key cannot be read.
     """
-    settings = replace(experiment.hardware, link=os.environ.get(LINK) or experiment.hardware.link)
-    if not settings.link:
-        what = f"missing: say where the hardware is ({FORMS}), or set {LINK}"
-        raise InputError(what, file=experiment.file, key="hardware.link")
+    settings = linked(experiment.hardware, experiment.file)
     robot = experiment.robot
     require_forces(robot, experiment.file)
     n, m = len(robot.coordinates), len(robot.muscles)

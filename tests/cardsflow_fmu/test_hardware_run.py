@@ -31,6 +31,7 @@ from cardsflow_fmu.hardware.settings import HardwareSettings
 from cardsflow_fmu.hardware_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation import build, run, simulate
+from cardsflow_fmu.summary_html import summary_tables
 from cardsflow_fmu.system_run import simulate_system
 
 SHORT = {"run.duration": 0.05}
@@ -227,8 +228,9 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     build(load(settings), tmp_path)
     system = tmp_path / "system.ssp"
     ours = simulate_system(system)
-    with pytest.raises(Exception, match=r"hardware\.link: missing"):
+    with pytest.raises(InputError, match=r"system\.ssp: hardware\.link: missing"):
         simulate_system(system, {"variant": "hardware"})
+    assert "hardware" not in ours.summary
     monkeypatch.setenv(LINK, "loopback:")
     result = simulate_system(system, {"variant": "hardware"})
     for name in ours.names:
@@ -239,10 +241,30 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     assert "real time" in capsys.readouterr().out
     summary = json.loads((out / "summary.json").read_text())
     assert summary["files"][RECORDING_FILE] == RECORDING_FILE
+    hardware = summary["hardware"]
+    assert (hardware["link"], hardware["mode"], hardware["missed"]) == ("loopback:", "lockstep", 0)
+    assert hardware["round_trip"]["max"] > 0.0
     joint = read_recording(out / RECORDING_FILE).states[: len(ours.rows) - 1, 0]
     np.testing.assert_array_equal(joint, ours["q.joint_1"][1:])
     assert main(["run", str(system), "-o", str(out)]) == 0  # without hardware there is none
     assert not (out / RECORDING_FILE).exists()
+
+
+def test_a_system_counts_what_its_hardware_missed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = {"run.duration": 0.4, "hardware.emulator.loss": 0.02, "hardware.emulator.seed": 3}
+    build(load(settings), tmp_path)
+    monkeypatch.setenv(LINK, "emulated:")
+    result = simulate_system(tmp_path / "system.ssp", {"variant": "hardware"})
+    assert result.summary["hardware"]["missed"] == result["missed"][-1] > 0
+    assert result.summary["hardware"]["oldest_state"] == result["age"].max() > 0.0
+    assert "real_time" not in result.summary, "in a time of its own"
+    page = "\n".join(summary_tables(result.summary))
+    missed = result.summary["hardware"]["missed"]
+    assert f'<td>exchanges missed</td><td class="number">{missed}</td>' in page
+    assert "<td>emulated:</td>" in page
+    assert "steps behind the clock" not in page
 
 
 def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:

@@ -109,14 +109,16 @@ def test_the_summary_tells_engine_master_and_speed(tmp_path: Path) -> None:
     ("settings", "message"),
     [
         ({"controller.type": "lyapunov"}, "the law 'lyapunov'"),
-        ({"plant.engine": "dart"}, r'the engine "dart" \(plant\)'),
-        ({"controller.engine": "dart"}, r'the engine "dart" \(controller\)'),
+        ({"plant.engine": "dart"}, r'the engine "dart" \(plant\.engine\)'),
+        ({"controller.engine": "dart"}, r'the engine "dart" \(controller\.engine\)'),
         ({"world": {"ground": {}}}, "worlds with contacts"),
     ],
 )
 def test_what_it_lacks_is_refused_by_name(settings: dict[str, Any], message: str) -> None:
     experiment = load("planar_2r", settings)
-    with pytest.raises(InputError, match=rf'{message}.*; use the engine "direct" or "fmu"$'):
+    with pytest.raises(
+        InputError, match=rf"experiment\.toml: .*{message}.*; run it as FMUs \(without --native;"
+    ):
         simulate(experiment, through="native")
 
 
