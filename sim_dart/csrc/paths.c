@@ -73,19 +73,25 @@ static inline wrap_way way_of(const core *c, int32_t w)
     return way;
 }
 
+/* Where a segment over one surface touches it. */
+static void trace_wrap(core *c, int32_t k, int32_t w)
+{
+    const double *A = c->point + 3 * k, *B = A + 3;
+    const wrap_surface surface = placed_surface(c, c->blob.wrap_surface[w]);
+    const wrap_way way = way_of(c, w);
+    contact passed;
+    wrap_over(&surface, &way, A, B, &passed);
+    write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
+}
+
 /* A segment over one surface: all that most muscles need. */
-static double add_wrap(core *c, int32_t k, int32_t w, double *row, int is_traced)
+static double add_wrap(core *c, int32_t k, int32_t w, double *row)
 {
     const double *A = c->point + 3 * k, *B = A + 3;
     const int32_t s = c->blob.wrap_surface[w], frame = c->blob.surface_frame[s];
     const wrap_surface surface = placed_surface(c, s);
     const wrap_way way = way_of(c, w);
     pull over;
-    if (is_traced) {
-        contact passed;
-        wrap_over(&surface, &way, A, B, &passed);
-        write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
-    }
     const int32_t before = c->blob.point_frame[k], after = c->blob.point_frame[k + 1];
     const int ends = (before != frame ? ENTERING : 0) | (after != frame ? LEAVING : 0);
     const int is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
@@ -160,7 +166,10 @@ static double add_way(core *c, int32_t k, progress *at, double *row, int is_trac
     while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
     at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
     const int32_t surfaces = at->wrap - here.wrap, pulleys = at->pulley - here.pulley;
-    if (surfaces == 1 && !pulleys) return add_wrap(c, k, here.wrap, row, is_traced);
+    if (surfaces == 1 && !pulleys) {
+        if (is_traced) trace_wrap(c, k, here.wrap);
+        return add_wrap(c, k, here.wrap, row);
+    }
     return add_sequence(c, k, here, surfaces, pulleys, row, is_traced);
 }
 
