@@ -50,7 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code; see `EXIT_CODES`.
     """
     try:
-        return _run(_parser().parse_args(arguments))
+        with interruption.terminable():
+            return _run(_parser().parse_args(arguments))
     except KeyboardInterrupt:
         print(f"cardsflow: {interruption.INTERRUPTED}", file=sys.stderr)
         return INTERRUPTED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -30,19 +30,28 @@ def interruptible() -> Iterator[list[int]]:
 
 
 @contextmanager
+def terminable() -> Iterator[None]:
+    """SIGTERM raises KeyboardInterrupt, as Ctrl-C does."""
+    with _handling(signal.default_int_handler, [signal.SIGTERM]):
+        yield
+
+
+@contextmanager
 def ignoring_interrupts() -> Iterator[None]:
     """Ctrl-C and SIGTERM do nothing meanwhile: for the seconds in which results are written."""
     with _handling(signal.SIG_IGN):
         yield
 
 
+_BOTH = (signal.SIGINT, signal.SIGTERM)
+
+
 @contextmanager
-def _handling(handler: Any) -> Iterator[None]:
+def _handling(handler: Any, numbers: Sequence[signal.Signals] = _BOTH) -> Iterator[None]:
     """Another handler for Ctrl-C and SIGTERM, in the main thread, which alone may set one."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, handler) for number in numbers]
     try:
         yield

@@ -263,7 +263,10 @@ def interrupted(
 ) -> int:
     """Exit code of a command that is interrupted as soon as a file is there."""
     with subprocess.Popen(
-        [*CARDSFLOW, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+        [*CARDSFLOW, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
     ) as process:
         begin = time.monotonic()
         while not any(folder.glob(pattern)):
@@ -291,12 +294,14 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
 
 
 @pytest.mark.native
-def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
     assert many != KP
     study = write_study(tmp_path, many)
     out = tmp_path / "out"
-    assert interrupted(["study", str(study), "-j", "1", "-o", str(out)], out, "runs/*.json") == 130
+    words = ["study", str(study), "-j", "1", "-o", str(out)]
+    assert interrupted(words, out, "runs/*.json", sign) == 130
 
 
 # Progress
