@@ -165,7 +165,6 @@ def json_of(capsys: pytest.CaptureFixture[str], *words: str) -> Any:
     return json.loads(out)
 
 
-@pytest.mark.native
 def test_whatever_writes_files_tells_them_as_json(
     results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -207,7 +206,6 @@ def test_what_is_told_of_one_thing_is_json(
 # Scripts
 
 
-@pytest.mark.native
 @pytest.mark.parametrize("direct", [True, False])
 def test_the_script_of_a_run_gives_the_same_bits(
     direct: bool,
@@ -229,7 +227,6 @@ def test_the_script_of_a_run_gives_the_same_bits(
     assert scripted == ran
 
 
-@pytest.mark.native
 def test_the_script_of_an_ssp_gives_the_same_bits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -281,7 +278,6 @@ def interrupted(
     return process.returncode
 
 
-@pytest.mark.native
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
@@ -293,7 +289,6 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
     assert len(result.rows) > 0
 
 
-@pytest.mark.native
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
 def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
@@ -316,7 +311,6 @@ def long_work(folder: Path) -> list[list[str]]:
     ]
 
 
-@pytest.mark.native
 @pytest.mark.parametrize("k", [0, 1], ids=["run", "study"])
 def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
     words = long_work(tmp_path)[k]

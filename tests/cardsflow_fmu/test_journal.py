@@ -177,7 +177,6 @@ def test_memory_is_bounded_while_rows_come(tmp_path: Path) -> None:
     assert int(done.stdout) < 16  # MiB, of 238
 
 
-@pytest.mark.native
 def test_what_a_killed_run_could_not_say_is_told_when_it_is_read(tmp_path: Path) -> None:
     """The same rows under the summary of a run that has just begun, and of one that has ended."""
     settings = {"run.duration": 0.3, "plant.mass_scale": 1.2, "controller.period": 0.005}
@@ -193,7 +192,6 @@ def test_what_a_killed_run_could_not_say_is_told_when_it_is_read(tmp_path: Path)
         assert not back.complete
 
 
-@pytest.mark.native
 @pytest.mark.parametrize("after", [0.0, 0.3, 0.7])
 def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, after: float) -> None:
     out = tmp_path / "out"

@@ -25,8 +25,6 @@ from cardsflow_fmu.report import report, report_page
 from cardsflow_fmu.results import SystemResult
 from cardsflow_fmu.saved_run import is_run, read_results
 
-pytestmark = pytest.mark.native
-
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:

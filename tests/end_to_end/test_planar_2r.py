@@ -18,8 +18,6 @@ from robots import PLANAR_2R
 from cardsflow_fmu import Experiment, Result, build, run
 from cardsflow_fmu.simulation import RunError, simulate
 
-pytestmark = pytest.mark.native
-
 
 @pytest.fixture(scope="module")
 def at_1_khz() -> Result:

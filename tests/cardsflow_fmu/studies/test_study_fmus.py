@@ -13,8 +13,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.studies import Study, fmu_store, run_study
 from cardsflow_fmu.studies.fmu_store import prepared_fmus
 
-pytestmark = pytest.mark.native
-
 HILL = ROOT / "examples" / "hill_arm"
 
 PARAMETERS = """
