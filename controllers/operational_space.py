@@ -32,8 +32,8 @@ from .vectors import (
     finite_vector,
     float_array,
     gain_vector,
-    is_finite,
     named_vector,
+    positive_or_none,
 )
 
 FloatArray = NDArray[np.float64]
@@ -117,7 +117,7 @@ class OperationalSpaceController:
         self._H_f = named_vector("force_weights", force_weights, muscles, above=0.0)
         self._H_r = named_vector("force_rate_weights", force_rate_weights, muscles)
         self._f_p = named_vector("pretension", 0.0 if pretension is None else pretension, muscles)
-        self._w = _bandwidth(limit_bandwidth)
+        self._w = positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s")
         self._make_levels(priorities, solver)
         self.reset()
 
@@ -395,9 +395,3 @@ class OperationalSpaceController:
         self._levels = [
             PriorityLevel(rank, ranks, self._W, H, self._n, solver) for rank in np.unique(ranks)
         ]
-
-
-def _bandwidth(w: float | None) -> float | None:
-    if w is not None and not (is_finite(w) and w > 0):
-        raise InputError(f"limit_bandwidth must be positive, in rad/s, or None: {w!r}")
-    return w

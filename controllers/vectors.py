@@ -122,3 +122,19 @@ def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
             raise InputError(
                 f"{what} has shape {np.shape(vector)}, not ({len(names)},): {', '.join(names)}"
             )
+
+
+def positive_or_none(what: str, value: float | None, unit: str) -> float | None:
+    """A positive, finite number; None stands for none.
+
+    Args:
+        what: What it is called.
+        value: The number, in `unit`.
+        unit: For the message.
+
+    Raises:
+        InputError: It is not positive and finite.
+    """
+    if value is not None and not (is_finite(value) and value > 0):
+        raise InputError(f"{what} must be positive, in {unit}, or None: {value!r}")
+    return value

@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.ports import Port
 
 from .derivatives import Indices, directional_derivative
@@ -119,8 +119,11 @@ class FmuModel(ABC):
 
         Args:
             states: One for each of `self.states`.
+
+        Raises:
+            SimulationError: The model names states and does not say how to go to them.
         """
-        raise NotImplementedError(f"{type(self).__name__} names states that it cannot go to")
+        raise SimulationError(f"{type(self).__name__} names states and has no set_states()")
 
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray

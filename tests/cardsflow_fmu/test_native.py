@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from co_simulation import co_simulate
 from fmu_host import load
+from native_states import check_states_repeat
 from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
@@ -77,45 +78,7 @@ def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
     """Run on, go back, run on; and the same in another instance, from serialised bytes."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])
     file = build(experiment, tmp_path, native=True)[model]
-    folder = tmp_path / "unpacked"
-    fmpy.extract(str(file), str(folder))
-    host = load(folder)
-    slave = host.slave
-    description = fmpy.read_model_description(str(folder))
-    kept = [
-        variable.valueReference
-        for variable in description.modelVariables
-        if variable.causality == "output"
-        and variable.type == "Real"
-        and variable.name != "solve_time"
-    ]
-
-    def begin() -> None:
-        assert host.instantiate(slave.guid, (folder / "resources").as_uri())
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-
-    def go(first: int, last: int) -> list[list[float]]:
-        rows = []
-        for k in range(first, last):
-            slave.doStep(k * 1e-2, 1e-2)
-            rows.append(slave.getReal(kept))
-        return rows
-
-    begin()
-    go(0, 5)
-    state = slave.getFMUstate()
-    stored = slave.serializeFMUstate(state)
-    wanted = go(5, 10)
-    slave.setFMUstate(state)
-    assert go(5, 10) == wanted
-    slave.freeFMUstate(state)
-    slave.fmi2FreeInstance(slave.component)
-    begin()
-    slave.setFMUstate(slave.deSerializeFMUstate(stored))
-    assert go(5, 10) == wanted
-    slave.fmi2FreeInstance(slave.component)
+    check_states_repeat(file, tmp_path / "unpacked", step=1e-2)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from co_simulation import co_simulate
 from fmu_host import load, refused
+from native_states import check_states_repeat
 from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
@@ -100,47 +101,8 @@ def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", ["hill", "around"])
 def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> None:
     """Go on, go back, go on; and in another instance from serialised bytes."""
-    folder = tmp_path / "unpacked"
-    fmpy.extract(str(build(experiment_of(case), tmp_path, native=True)[model]), str(folder))
-    description = fmpy.read_model_description(str(folder))
-    host = load(folder)
-    slave = host.slave
-    inputs = [v for v in description.modelVariables if v.causality == "input"]
-    outputs = [
-        v.valueReference
-        for v in description.modelVariables
-        if v.causality == "output" and v.type == "Real" and v.name != "solve_time"
-    ]
-
-    def begin() -> None:
-        assert host.instantiate(slave.guid, (folder / "resources").as_uri())
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-
-    def go(first: int, last: int) -> list[list[float]]:
-        rows = []
-        for k in range(first, last):
-            told = [float(v.start) + 0.02 * (k % 4) for v in inputs]
-            slave.setReal([v.valueReference for v in inputs], told)
-            slave.doStep(k * 5e-3, 5e-3)
-            rows.append(slave.getReal(outputs))
-        return rows
-
-    begin()
-    go(0, 5)
-    state = slave.getFMUstate()
-    stored = slave.serializeFMUstate(state)
-    wanted = go(5, 12)
-    slave.setFMUstate(state)
-    assert go(5, 12) == wanted
-    slave.freeFMUstate(state)
-    slave.fmi2FreeInstance(slave.component)
-    begin()
-    slave.setFMUstate(slave.deSerializeFMUstate(stored))
-    assert go(5, 12) == wanted
-    assert wanted[0] != wanted[-1]
-    slave.fmi2FreeInstance(slave.component)
+    file = build(experiment_of(case), tmp_path, native=True)[model]
+    check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
 def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
