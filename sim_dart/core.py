@@ -22,7 +22,7 @@ IntArray = NDArray[np.int32]
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")
 _MAGIC = 0x45524F43
-_TYPES: dict[str, np.dtype[Any]] = {"int32_t": np.dtype("<i4"), "double": np.dtype("<f8")}
+_TYPES: dict[str, np.dtype[Any]] = {"int32_t": np.dtype("<i4"), "real": np.dtype("<f8")}
 
 
 @cache

@@ -3,11 +3,11 @@
 
 #include <math.h>
 
-int cholesky_factor(size_t n, const double *A, double *factor)
+int cholesky_factor(size_t n, const real *A, real *factor)
 {
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j <= i; j++) {
-            const double sum = A[i * n + j] - dot(j, factor + i * n, factor + j * n);
+            const real sum = A[i * n + j] - dot(j, factor + i * n, factor + j * n);
             if (i != j)
                 factor[i * n + j] = sum / factor[j * n + j];
             else if (sum > 0)
@@ -18,7 +18,7 @@ int cholesky_factor(size_t n, const double *A, double *factor)
     return 0;
 }
 
-void cholesky_solve(size_t n, const double *factor, double *x)
+void cholesky_solve(size_t n, const real *factor, real *x)
 {
     for (size_t i = 0; i < n; i++) x[i] = (x[i] - dot(i, factor + i * n, x)) / factor[i * n + i];
     for (size_t i = n; i-- > 0;) {

@@ -27,7 +27,7 @@ size_t computed_torque_size(int coordinates, int muscles, int tasks)
 #define ADD_LENGTH(name, length) doubles += length;
     TORQUE_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return padded(sizeof(computed_torque)) + 2 * padded(program) + doubles * sizeof(double);
+    return padded(sizeof(computed_torque)) + 2 * padded(program) + doubles * sizeof(real);
 }
 
 computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, void *memory)
@@ -44,13 +44,13 @@ computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, v
     at += padded(dual_newton_size(variables, (int)rows));
     s->soft = dual_newton_open(variables, (int)rows, at);
     at += padded(dual_newton_size(variables, (int)rows));
-#define PLACE(name, length) s->name = (double *)(void *)at, at += (length) * sizeof(double);
+#define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
     TORQUE_ARRAYS(PLACE)
 #undef PLACE
     return s;
 }
 
-double *computed_torque_array(computed_torque *s, const char *name, size_t *length)
+real *computed_torque_array(computed_torque *s, const char *name, size_t *length)
 {
     const size_t n = s->n, m = s->m, k = s->k, r = s->r, rows = s->rows;
 #define FIND(name_, length_) \
@@ -62,28 +62,28 @@ double *computed_torque_array(computed_torque *s, const char *name, size_t *leng
 
 void computed_torque_reset(computed_torque *s)
 {
-    memset(s->memory, 0, (s->m + 2 * s->rows) * sizeof(double));
-    memcpy(s->memory, s->f_min, s->m * sizeof(double));
-    memcpy(s->forces, s->f_min, s->m * sizeof(double));
+    memset(s->memory, 0, (s->m + 2 * s->rows) * sizeof(real));
+    memcpy(s->memory, s->f_min, s->m * sizeof(real));
+    memcpy(s->forces, s->f_min, s->m * sizeof(real));
 }
 
-void torque_wanted(const computed_torque *s, double *wanted)
+void torque_wanted(const computed_torque *s, real *wanted)
 {
     for (size_t i = 0; i < s->r; i++)
         wanted[i] = s->acceleration[i] + s->kd[i] * s->rate_error[i] + s->kp[i] * s->error[i];
 }
 
-int torque_program(dual_newton *program, double *start)
+int torque_program(dual_newton *program, real *start)
 {
-    memcpy(program->start, start, program->m * sizeof(double));
+    memcpy(program->start, start, program->m * sizeof(real));
     const int status = dual_newton_solve(program);
-    memcpy(start, program->start, program->m * sizeof(double));
+    memcpy(start, program->start, program->m * sizeof(real));
     return status;
 }
 
 int computed_torque_solve(computed_torque *s)
 {
     const int status = s->k ? operational_space_solve(s) : joint_space_solve(s);
-    if (status <= COMPUTED_TORQUE_SOFT) memcpy(s->memory, s->forces, s->m * sizeof(double));
+    if (status <= COMPUTED_TORQUE_SOFT) memcpy(s->memory, s->forces, s->m * sizeof(real));
     return status;
 }

@@ -52,7 +52,7 @@ DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscl
      limits_dropped        1: whether joint limits had to be left out
    Memory between calls, to be saved and restored for the same answers bit for bit:
      memory                                                                                             */
-DUAL_NEWTON_API double *computed_torque_array(computed_torque *s, const char *name, size_t *length);
+DUAL_NEWTON_API real *computed_torque_array(computed_torque *s, const char *name, size_t *length);
 
 /* Forget the calls before: warm starts, and last forces, which become f_min. */
 DUAL_NEWTON_API void computed_torque_reset(computed_torque *s);

@@ -29,7 +29,7 @@
     ARRAY(velocity, r)                                                                                 \
     ARRAY(error, r)
 
-#define LOOP_MEMBER(name, length) double *name;
+#define LOOP_MEMBER(name, length) real *name;
 struct control_loop {
     control_robot robot;
     computed_torque *law;
@@ -51,7 +51,7 @@ size_t control_loop_size(int coordinates, int muscles, int tasks)
 #define ADD_LENGTH(name, length) doubles += length;
     LOOP_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return padded(sizeof(control_loop)) + padded(law) + doubles * sizeof(double);
+    return padded(sizeof(control_loop)) + padded(law) + doubles * sizeof(real);
 }
 
 control_loop *control_loop_open(const control_robot *robot, int coordinates, int muscles, int tasks,
@@ -66,7 +66,7 @@ control_loop *control_loop_open(const control_robot *robot, int coordinates, int
     s->law = computed_torque_open(coordinates, muscles, tasks, at);
     at += padded(computed_torque_size(coordinates, muscles, tasks));
     const size_t n = s->law->n, m = s->law->m, r = s->law->r;
-#define PLACE(name, length) s->name = (double *)(void *)at, at += (length) * sizeof(double);
+#define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
     LOOP_ARRAYS(PLACE)
 #undef PLACE
     return s;
@@ -77,7 +77,7 @@ computed_torque *control_loop_law(control_loop *s)
     return s->law;
 }
 
-double *control_loop_array(control_loop *s, const char *name, size_t *length)
+real *control_loop_array(control_loop *s, const char *name, size_t *length)
 {
     const size_t n = s->law->n, m = s->law->m, r = s->law->r;
     if (!strcmp(name, "remembered")) return *length = 3 * m + r + 4 * n + 1, s->acting;
@@ -92,18 +92,18 @@ void control_loop_reset(control_loop *s)
 {
     size_t length;
     computed_torque_reset(s->law);
-    memset(control_loop_array(s, "remembered", &length), 0, (3 * s->law->m + s->law->r + 4 * s->law->n + 1) * sizeof(double));
-    memcpy(s->acting, s->law->f_min, s->law->m * sizeof(double));
-    memcpy(s->coming, s->law->f_min, s->law->m * sizeof(double));
+    memset(control_loop_array(s, "remembered", &length), 0, (3 * s->law->m + s->law->r + 4 * s->law->n + 1) * sizeof(real));
+    memcpy(s->acting, s->law->f_min, s->law->m * sizeof(real));
+    memcpy(s->coming, s->law->f_min, s->law->m * sizeof(real));
 }
 
-static void terms_at(control_loop *s, const double *q, const double *qd)
+static void terms_at(control_loop *s, const real *q, const real *qd)
 {
     s->robot.terms(s->robot.self, q, qd, s->law->M, s->law->h, s->law->L);
 }
 
 /* Compare the velocity with what the model made of the last tick's forces. */
-static void observe(control_loop *s, double period, const double *qd)
+static void observe(control_loop *s, real period, const real *qd)
 {
     const computed_torque *law = s->law;
     const size_t n = law->n;
@@ -111,14 +111,14 @@ static void observe(control_loop *s, double period, const double *qd)
     terms_at(s, s->seen_q, s->seen_qd);
     for (size_t j = 0; j < n; j++) s->qdd[j] = (qd[j] - s->seen_qd[j]) / period;
     for (size_t j = 0; j < n; j++) {
-        double seen = -law->h[j] - dot(n, law->M + j * n, s->qdd) - s->seen_load[j];
+        real seen = -law->h[j] - dot(n, law->M + j * n, s->qdd) - s->seen_load[j];
         for (size_t i = 0; i < law->m; i++) seen -= law->L[i * n + j] * s->seen_forces[i];
         s->disturbance[j] += s->gain[0] * (seen - s->disturbance[j]);
     }
 }
 
 /* qdd = -M^-1 (L'f + h + w) */
-static void accelerate(control_loop *s, const double *q, const double *qd, const double *forces)
+static void accelerate(control_loop *s, const real *q, const real *qd, const real *forces)
 {
     computed_torque *law = s->law;
     terms_at(s, q, qd);
@@ -128,7 +128,7 @@ static void accelerate(control_loop *s, const double *q, const double *qd, const
 }
 
 /* The state one period on, by the midpoint rule: later and faster. */
-static void predict(control_loop *s, double T, const double *q, const double *qd, const double *forces)
+static void predict(control_loop *s, real T, const real *q, const real *qd, const real *forces)
 {
     const size_t n = s->law->n;
     accelerate(s, q, qd, forces);
@@ -144,7 +144,7 @@ static void predict(control_loop *s, double T, const double *q, const double *qd
 }
 
 /* What is still to go to a position of the reference, at q. */
-static void remaining(control_loop *s, const double *q, const double *qd, const double *position)
+static void remaining(control_loop *s, const real *q, const real *qd, const real *position)
 {
     computed_torque *law = s->law;
     if (law->k)
@@ -153,8 +153,8 @@ static void remaining(control_loop *s, const double *q, const double *qd, const 
         for (size_t j = 0; j < law->n; j++) law->error[j] = position[j] - q[j];
 }
 
-static int solve(control_loop *s, const double *q, const double *qd, const double *position,
-                 const double *velocity, const double *acceleration)
+static int solve(control_loop *s, const real *q, const real *qd, const real *position,
+                 const real *velocity, const real *acceleration)
 {
     computed_torque *law = s->law;
     terms_at(s, q, qd);
@@ -167,15 +167,15 @@ static int solve(control_loop *s, const double *q, const double *qd, const doubl
     return computed_torque_solve(law);
 }
 
-int control_loop_tick(control_loop *s, double T, const double *q, const double *qd, const double *reference,
-                      const double *load)
+int control_loop_tick(control_loop *s, real T, const real *q, const real *qd, const real *reference,
+                      const real *load)
 {
     computed_torque *law = s->law;
     const size_t n = law->n, m = law->m, r = law->r;
-    const double *position = reference, *velocity = reference + r, *acceleration = reference + 2 * r;
+    const real *position = reference, *velocity = reference + r, *acceleration = reference + 2 * r;
     if (s->gain[0] > 0) observe(s, T, qd);
     for (size_t j = 0; j < n; j++) s->load[j] = load[j] + s->disturbance[j];
-    const double *at = q, *rate = qd;
+    const real *at = q, *rate = qd;
     if (s->delay[0] && s->predict[0]) {
         predict(s, T, q, qd, s->coming);
         at = s->later, rate = s->faster;
@@ -190,14 +190,14 @@ int control_loop_tick(control_loop *s, double T, const double *q, const double *
         remaining(s, q, qd, reference);
         for (size_t i = 0; i < r; i++) s->correction[i] += T * s->ki[i] * law->error[i];
     }
-    memcpy(s->acting, s->delay[0] ? s->coming : law->forces, m * sizeof(double));
-    memcpy(s->coming, law->forces, m * sizeof(double));
+    memcpy(s->acting, s->delay[0] ? s->coming : law->forces, m * sizeof(real));
+    memcpy(s->coming, law->forces, m * sizeof(real));
     if (s->gain[0] > 0) {
         s->has_seen[0] = 1;
-        memcpy(s->seen_q, q, n * sizeof(double));
-        memcpy(s->seen_qd, qd, n * sizeof(double));
-        memcpy(s->seen_forces, s->acting, m * sizeof(double));
-        memcpy(s->seen_load, load, n * sizeof(double));
+        memcpy(s->seen_q, q, n * sizeof(real));
+        memcpy(s->seen_qd, qd, n * sizeof(real));
+        memcpy(s->seen_forces, s->acting, m * sizeof(real));
+        memcpy(s->seen_load, load, n * sizeof(real));
     }
     return status;
 }

@@ -15,11 +15,11 @@
 typedef struct {
     void *self;
     /* M, n x n; h = C + G + D qd, n; L, m x n */
-    void (*terms)(void *self, const double *q, const double *qd, double *M, double *h, double *L);
+    void (*terms)(void *self, const real *q, const real *qd, real *M, real *h, real *L);
     /* In operational space: what is still to go to a position of the tasks, angles the shorter way round, k;
        J, k x n; J' qd, k */
-    void (*tasks)(void *self, const double *q, const double *qd, const double *position, double *error,
-                  double *J, double *bias);
+    void (*tasks)(void *self, const real *q, const real *qd, const real *position, real *error,
+                  real *J, real *bias);
 } control_robot;
 
 typedef struct control_loop control_loop;
@@ -40,14 +40,14 @@ DUAL_NEWTON_API computed_torque *control_loop_law(control_loop *s);
      disturbance      n: the observer's load
    Everything that it remembers:
      remembered                                                                                         */
-DUAL_NEWTON_API double *control_loop_array(control_loop *s, const char *name, size_t *length);
+DUAL_NEWTON_API real *control_loop_array(control_loop *s, const char *name, size_t *length);
 
 /* Forget everything; f_min acts until the first forces do. */
 DUAL_NEWTON_API void control_loop_reset(control_loop *s);
 
 /* A tick; an enum computed_torque_status of the law. reference: position, velocity, acceleration, 3 x r;
    load: known generalised load on the left of the motion equation, n.                                 */
-DUAL_NEWTON_API int control_loop_tick(control_loop *s, double period, const double *q, const double *qd,
-                                      const double *reference, const double *load);
+DUAL_NEWTON_API int control_loop_tick(control_loop *s, real period, const real *q, const real *qd,
+                                      const real *reference, const real *load);
 
 #endif

@@ -8,7 +8,7 @@ void dual_evaluate(dual_newton *s)
     const size_t n = s->n, m = s->m;
     for (size_t j = 0; j < m; j++) s->r[j] = s->sb[j] - s->eps[j] * s->lam[j];
     for (size_t i = 0; i < n; i++) {
-        const double *a = s->sA + i * m, v = dot(m, a, s->lam) - s->sg[i];
+        const real *a = s->sA + i * m, v = dot(m, a, s->lam) - s->sg[i];
         s->v[i] = v;
         s->sx[i] = clip(v, s->low[i], s->high[i]);
         s->side[i] = v <= s->low[i] ? -1 : v >= s->high[i];
@@ -22,7 +22,7 @@ void dual_direction(dual_newton *s)
 }
 
 /* r = b - eps lam - A x, and the sum of the sizes of its terms, for comparison. */
-void dual_rest(const dual_newton *s, const double *x, const double *lam, double *r, double *size)
+void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size)
 {
     const size_t n = s->n, m = s->m;
     for (size_t j = 0; j < m; j++) {
@@ -30,9 +30,9 @@ void dual_rest(const dual_newton *s, const double *x, const double *lam, double 
         size[j] = fabs(s->sb[j]) + fabs(s->eps[j] * lam[j]);
     }
     for (size_t i = 0; i < n; i++) {
-        const double *a = s->sA + i * m;
+        const real *a = s->sA + i * m;
         for (size_t j = 0; j < m; j++) {
-            const double term = a[j] * x[i];
+            const real term = a[j] * x[i];
             r[j] -= term;
             size[j] += fabs(term);
         }

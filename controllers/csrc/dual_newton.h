@@ -9,6 +9,8 @@
 #ifndef CARDSFLOW_DUAL_NEWTON_H
 #define CARDSFLOW_DUAL_NEWTON_H
 
+#include "../../sim_dart/csrc/real.h"
+
 #include <stddef.h>
 
 #if defined(CARDSFLOW_INSIDE) /* another library */
@@ -51,7 +53,7 @@ DUAL_NEWTON_API dual_newton *dual_newton_open(int variables, int rows, void *mem
                              of an infeasible problem the proof: y'b > y'A x for all x within bounds
      slack                   rows: A x - b
      residuals               2: of the rows, and of the dual, relative to the terms added up          */
-DUAL_NEWTON_API double *dual_newton_array(dual_newton *s, const char *name, size_t *length);
+DUAL_NEWTON_API real *dual_newton_array(dual_newton *s, const char *name, size_t *length);
 
 /* Solve the problem in the arrays; an enum dual_newton_status. Takes 144 steps at most. */
 DUAL_NEWTON_API int dual_newton_solve(dual_newton *s);

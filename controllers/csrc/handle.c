@@ -33,12 +33,12 @@ dual_newton *dual_newton_open(int variables, int rows, void *memory)
     return s;
 }
 
-double *dual_newton_array(dual_newton *s, const char *name, size_t *length)
+real *dual_newton_array(dual_newton *s, const char *name, size_t *length)
 {
     const size_t n = s->n, m = s->m;
     const struct {
         const char *name;
-        double *array;
+        real *array;
         size_t length;
     } arrays[] = {
         {"H_diagonal", s->H_diagonal, n}, {"g", s->g, n},

@@ -8,13 +8,13 @@
 #include <math.h>
 #include <string.h>
 
-static const double TOLERANCE = 1e-6; /* of a torque, relative to 1 + the largest */
-static const double SOFTNESS = 1e-8;  /* relative to the size of the rows */
+static const real TOLERANCE = 1e-6; /* of a torque, relative to 1 + the largest */
+static const real SOFTNESS = 1e-8;  /* relative to the size of the rows */
 
 static void fill(const computed_torque *s, dual_newton *program)
 {
-    double mean = 0;
-    for (size_t i = 0; i < s->m; i++) mean += s->H_f[i] / (double)s->m;
+    real mean = 0;
+    for (size_t i = 0; i < s->m; i++) mean += s->H_f[i] / (real)s->m;
     for (size_t i = 0; i < s->m; i++) {
         program->H_diagonal[i] = s->H_f[i] / mean; /* only ratios matter */
         program->lb[i] = s->f_min[i];
@@ -23,27 +23,27 @@ static void fill(const computed_torque *s, dual_newton *program)
 }
 
 /* Forces and slack = tau + L'f of an answer; the largest slack. */
-static double take(computed_torque *s, const double *tau, const double *forces)
+static real take(computed_torque *s, const real *tau, const real *forces)
 {
-    double most = 0;
-    memcpy(s->forces, forces, s->m * sizeof(double));
-    memcpy(s->slack, tau, s->n * sizeof(double));
+    real most = 0;
+    memcpy(s->forces, forces, s->m * sizeof(real));
+    memcpy(s->slack, tau, s->n * sizeof(real));
     for (size_t i = 0; i < s->m; i++) add(s->n, s->slack, forces[i], s->L + i * s->n);
     for (size_t j = 0; j < s->n; j++) most = larger(most, fabs(s->slack[j]));
     return most;
 }
 
-static int solve_soft(computed_torque *s, const double *tau, double allowed)
+static int solve_soft(computed_torque *s, const real *tau, real allowed)
 {
     const size_t n = s->n, m = s->m;
     dual_newton *program = s->soft;
-    double size = 0, weights = 0;
+    real size = 0, weights = 0;
     fill(s, program);
     if (cholesky_factor(n, s->M, s->factor)) return COMPUTED_TORQUE_WRONG;
-    memcpy(program->b, tau, n * sizeof(double));
+    memcpy(program->b, tau, n * sizeof(real));
     cholesky_solve(n, s->factor, program->b);
     for (size_t i = 0; i < m; i++) {
-        double *column = program->A + i * n;
+        real *column = program->A + i * n;
         for (size_t j = 0; j < n; j++) column[j] = -s->L[i * n + j];
         cholesky_solve(n, s->factor, column);
         size += dot(n, column, column);
@@ -59,17 +59,17 @@ int joint_space_solve(computed_torque *s)
 {
     const size_t n = s->n, m = s->m;
     dual_newton *program = s->hard;
-    double *tau = s->column, most = 0;
+    real *tau = s->column, most = 0;
     torque_wanted(s, s->wanted);
     for (size_t j = 0; j < n; j++) {
         tau[j] = dot(n, s->M + j * n, s->wanted) + s->h[j];
         if (!isfinite(tau[j])) return COMPUTED_TORQUE_WRONG;
         most = larger(most, fabs(tau[j]));
     }
-    const double allowed = TOLERANCE * (1 + most);
+    const real allowed = TOLERANCE * (1 + most);
     fill(s, program);
     for (size_t k = 0; k < m * n; k++) program->A[k] = -s->L[k];
-    memcpy(program->b, tau, n * sizeof(double));
+    memcpy(program->b, tau, n * sizeof(real));
     const int status = torque_program(program, s->memory + m);
     if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
     if (status == DUAL_NEWTON_SOLVED && take(s, tau, program->x) <= allowed) return COMPUTED_TORQUE_SOLVED;

@@ -13,16 +13,16 @@
 #include <string.h>
 
 /* Of tasks that give way, relative to the program's scale: first that, then much more. */
-static const double SOFTNESS[2] = {1e-4, 1e-2};
+static const real SOFTNESS[2] = {1e-4, 1e-2};
 
 /* Costs, bounds and rows but for the limits on qdd. Variables are qdd and then f. */
 static void fill(const computed_torque *s, dual_newton *program)
 {
     const size_t n = s->n, m = s->m, k = s->k, rows = s->rows;
-    const double *f_last = s->memory;
+    const real *f_last = s->memory;
     for (size_t j = 0; j < n; j++) {
-        const double posture = s->posture_kp[j] * (s->q0[j] - s->q[j]) - s->posture_kd[j] * s->qd[j];
-        double *column = program->A + j * rows;
+        const real posture = s->posture_kp[j] * (s->q0[j] - s->q[j]) - s->posture_kd[j] * s->qd[j];
+        real *column = program->A + j * rows;
         program->H_diagonal[j] = s->H_q[j];
         program->g[j] = -s->H_q[j] * posture;
         for (size_t i = 0; i < n; i++) column[i] = s->M[i * n + j];
@@ -30,21 +30,21 @@ static void fill(const computed_torque *s, dual_newton *program)
         program->b[j] = -s->h[j];
     }
     for (size_t i = 0; i < m; i++) {
-        double *column = program->A + (n + i) * rows;
+        real *column = program->A + (n + i) * rows;
         program->H_diagonal[n + i] = s->H_f[i] + s->H_r[i];
         program->g[n + i] = -s->H_f[i] * s->f_p[i] - s->H_r[i] * f_last[i];
         program->lb[n + i] = s->f_min[i];
         program->ub[n + i] = s->f_max[i];
-        memcpy(column, s->L + i * n, n * sizeof(double));
-        memset(column + n, 0, k * sizeof(double));
+        memcpy(column, s->L + i * n, n * sizeof(real));
+        memset(column + n, 0, k * sizeof(real));
     }
-    memcpy(program->b + n, s->wanted, k * sizeof(double));
+    memcpy(program->b + n, s->wanted, k * sizeof(real));
 }
 
-static void bound_accelerations(const computed_torque *s, dual_newton *program, double w)
+static void bound_accelerations(const computed_torque *s, dual_newton *program, real w)
 {
     for (size_t j = 0; j < s->n; j++) {
-        const double brake = -2 * w * s->qd[j];
+        const real brake = -2 * w * s->qd[j];
         program->lb[j] = w > 0 ? brake - w * w * (s->q[j] - s->q_min[j]) : -INFINITY;
         program->ub[j] = w > 0 ? brake + w * w * (s->q_max[j] - s->q[j]) : INFINITY;
     }
@@ -57,17 +57,17 @@ static void weigh_tasks(const computed_torque *s, dual_newton *program)
 }
 
 /* All tasks give way, those of a finite weight at least as much as that says. */
-static void soften_tasks(const computed_torque *s, dual_newton *program, double softness)
+static void soften_tasks(const computed_torque *s, dual_newton *program, real softness)
 {
-    double scale = 0;
+    real scale = 0;
     for (size_t i = 0; i < s->n + s->m; i++)
         for (size_t j = s->n; j < s->rows; j++) {
-            const double a = program->A[i * s->rows + j];
-            scale += a * a / program->H_diagonal[i] / (double)s->k;
+            const real a = program->A[i * s->rows + j];
+            scale += a * a / program->H_diagonal[i] / (real)s->k;
         }
     if (!(scale > 0)) scale = 1;
     for (size_t i = 0; i < s->k; i++) {
-        const double own = isfinite(s->W[i]) ? 1 / s->W[i] : 0;
+        const real own = isfinite(s->W[i]) ? 1 / s->W[i] : 0;
         program->softness[s->n + i] = larger(own, softness * scale);
     }
 }
@@ -81,8 +81,8 @@ static int all_weighted(const computed_torque *s)
 
 static int answer(computed_torque *s, const dual_newton *program, int limited, int status)
 {
-    const double *qdd = program->x;
-    memcpy(s->forces, program->x + s->n, s->m * sizeof(double));
+    const real *qdd = program->x;
+    memcpy(s->forces, program->x + s->n, s->m * sizeof(real));
     for (size_t i = 0; i < s->k; i++) s->slack[i] = s->wanted[i] - dot(s->n, s->J + i * s->n, qdd);
     const int dropped = s->limit_bandwidth[0] > 0 && !limited;
     s->limits_dropped[0] = dropped;
@@ -91,7 +91,7 @@ static int answer(computed_torque *s, const dual_newton *program, int limited, i
 
 int operational_space_solve(computed_torque *s)
 {
-    double *hard = s->memory + s->m, *soft = hard + s->rows;
+    real *hard = s->memory + s->m, *soft = hard + s->rows;
     torque_wanted(s, s->wanted);
     for (size_t i = 0; i < s->k; i++) {
         s->wanted[i] -= s->bias[i];
@@ -101,7 +101,7 @@ int operational_space_solve(computed_torque *s)
     fill(s, s->soft);
     weigh_tasks(s, s->hard);
     for (int limited = s->limit_bandwidth[0] > 0; limited >= 0; limited--) {
-        const double w = limited ? s->limit_bandwidth[0] : 0;
+        const real w = limited ? s->limit_bandwidth[0] : 0;
         bound_accelerations(s, s->hard, w);
         int status = torque_program(s->hard, hard);
         if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;

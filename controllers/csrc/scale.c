@@ -29,11 +29,11 @@ static int scale_bounds(dual_newton *s)
 static int row_norms(dual_newton *s)
 {
     const size_t n = s->n, m = s->m;
-    double longest = 0;
+    real longest = 0;
     for (size_t j = 0; j < m; j++) s->norm[j] = 0;
     for (size_t i = 0; i < n; i++) {
-        const double *column = s->A + i * m, scale = 1 / s->root[i];
-        double *scaled = s->sA + i * m;
+        const real *column = s->A + i * m, scale = 1 / s->root[i];
+        real *scaled = s->sA + i * m;
         for (size_t j = 0; j < m; j++) scaled[j] = column[j] * scale;
         for (size_t j = 0; j < m; j++) s->norm[j] += scaled[j] * scaled[j];
     }
@@ -49,7 +49,7 @@ static int row_norms(dual_newton *s)
 static int scale_rows(dual_newton *s)
 {
     const size_t n = s->n, m = s->m;
-    double *inverse = s->size;
+    real *inverse = s->size;
     if (row_norms(s)) return DUAL_NEWTON_WRONG_ROWS;
     for (size_t j = 0; j < m; j++) {
         inverse[j] = 1 / s->norm[j];
@@ -60,7 +60,7 @@ static int scale_rows(dual_newton *s)
             return DUAL_NEWTON_WRONG_ROWS;
     }
     for (size_t i = 0; i < n; i++) {
-        double *scaled = s->sA + i * m;
+        real *scaled = s->sA + i * m;
         for (size_t j = 0; j < m; j++) scaled[j] *= inverse[j];
     }
     return DUAL_NEWTON_SOLVED;

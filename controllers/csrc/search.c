@@ -5,7 +5,7 @@
 #include <math.h>
 
 /* Curvature left from larger ones that went is rounding error below this share of the largest. */
-static const double LOST_DIGITS = 1e-8;
+static const real LOST_DIGITS = 1e-8;
 
 static void sink(breakpoint *heap, size_t count, size_t at)
 {
@@ -23,10 +23,10 @@ static size_t collect(dual_newton *s)
 {
     size_t count = 0;
     for (size_t i = 0; i < s->n; i++) {
-        const double v = s->v[i], dv = s->dv[i];
+        const real v = s->v[i], dv = s->dv[i];
         if (dv == 0 || s->low[i] == s->high[i]) continue;
-        const double enters = (dv > 0 ? s->low[i] : s->high[i]) - v;
-        const double leaves = (dv > 0 ? s->high[i] : s->low[i]) - v;
+        const real enters = (dv > 0 ? s->low[i] : s->high[i]) - v;
+        const real leaves = (dv > 0 ? s->high[i] : s->low[i]) - v;
         if (s->side[i] && enters / dv >= 0) s->heap[count++] = (breakpoint){enters / dv, dv * dv};
         if ((!s->side[i] || enters / dv >= 0) && isfinite(leaves))
             s->heap[count++] = (breakpoint){leaves / dv, -dv * dv};
@@ -36,25 +36,25 @@ static size_t collect(dual_newton *s)
 }
 
 /* The curvature just after t, afresh. */
-static double curvature(const dual_newton *s, double floor, double t)
+static real curvature(const dual_newton *s, real floor, real t)
 {
-    double sum = floor;
+    real sum = floor;
     for (size_t i = 0; i < s->n; i++) {
-        const double dv = s->dv[i], v = s->v[i] + t * dv;
+        const real dv = s->dv[i], v = s->v[i] + t * dv;
         if ((dv > 0 ? v >= s->low[i] : v > s->low[i]) && (dv > 0 ? v < s->high[i] : v <= s->high[i]))
             sum += dv * dv;
     }
     return sum;
 }
 
-double search_peak(dual_newton *s, double ridge, int *is_far)
+real search_peak(dual_newton *s, real ridge, int *is_far)
 {
-    double slope = dot(s->m, s->pull, s->d), floor = 0, t = 0;
+    real slope = dot(s->m, s->pull, s->d), floor = 0, t = 0;
     for (size_t j = 0; j < s->m; j++) floor += (s->eps[j] + ridge) * s->d[j] * s->d[j];
-    double bend = floor;
+    real bend = floor;
     for (size_t i = 0; i < s->n; i++)
         if (!s->side[i]) bend += s->dv[i] * s->dv[i];
-    double largest = bend;
+    real largest = bend;
     size_t count = collect(s);
     for (; count; sink(s->heap, count, 0)) {
         const breakpoint next = s->heap[0];
@@ -67,6 +67,6 @@ double search_peak(dual_newton *s, double ridge, int *is_far)
         s->heap[0] = s->heap[--count];
     }
     *is_far = !count;
-    const double left = larger(bend, floor);
+    const real left = larger(bend, floor);
     return left > 0 ? t + slope / left : t; /* a direction of nothing leads nowhere */
 }

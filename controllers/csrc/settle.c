@@ -5,31 +5,31 @@
 #include <math.h>
 #include <string.h>
 
-static const double TOLERANCE = 1e-13;      /* of a row, relative to its terms */
-static const double NOISE = 2e-16;          /* of a row, relative to the largest row's terms */
-static const double EXACT = 3e-16;          /* the same: refining further gains nothing */
-static const double NEAR = 1e-10;           /* of a bound, relative to the terms of x */
-static const double DUAL_TOLERANCE = 1e-12; /* of a variable, relative to its terms */
+static const real TOLERANCE = 1e-13;      /* of a row, relative to its terms */
+static const real NOISE = 2e-16;          /* of a row, relative to the largest row's terms */
+static const real EXACT = 3e-16;          /* the same: refining further gains nothing */
+static const real NEAR = 1e-10;           /* of a bound, relative to the terms of x */
+static const real DUAL_TOLERANCE = 1e-12; /* of a variable, relative to its terms */
 enum { MOST_REFINEMENTS = 8 };
 
 /* Does the full step stay, but for rounding errors, within the piece that it was made for? */
 static int stays(const dual_newton *s)
 {
     for (size_t i = 0; i < s->n; i++) {
-        const double v = s->v[i] + s->dv[i], x = clip(v, s->low[i], s->high[i]);
-        const double expected = s->side[i] ? s->sx[i] : v, size = fabs(x) + fabs(s->v[i]) + fabs(s->sg[i]);
+        const real v = s->v[i] + s->dv[i], x = clip(v, s->low[i], s->high[i]);
+        const real expected = s->side[i] ? s->sx[i] : v, size = fabs(x) + fabs(s->v[i]) + fabs(s->sg[i]);
         if (!(fabs(x - expected) <= NEAR * size)) return 0;
     }
     return 1;
 }
 
 /* The worst row's rest, relative to its terms; infinite where one is not a number. */
-static double relative_rest(const dual_newton *s)
+static real relative_rest(const dual_newton *s)
 {
-    double largest = 0, worst = 0;
+    real largest = 0, worst = 0;
     for (size_t j = 0; j < s->m; j++) largest = larger(largest, s->size[j]);
     for (size_t j = 0; j < s->m; j++) {
-        const double rest = fabs(s->rest[j]) - NOISE * largest;
+        const real rest = fabs(s->rest[j]) - NOISE * largest;
         if (isnan(rest)) return INFINITY;
         if (rest > worst * s->size[j]) worst = rest / s->size[j];
     }
@@ -39,7 +39,7 @@ static double relative_rest(const dual_newton *s)
 /* The variables at their bounds stay there; the others and the multipliers start from zero multipliers. */
 static void begin(dual_newton *s)
 {
-    memset(s->end_lam, 0, s->m * sizeof(double));
+    memset(s->end_lam, 0, s->m * sizeof(real));
     for (size_t i = 0; i < s->n; i++)
         s->end_x[i] = s->side[i] < 0 ? s->low[i] : s->side[i] > 0 ? s->high[i] : -s->sg[i];
 }
@@ -54,13 +54,13 @@ static void correct(dual_newton *s)
 }
 
 /* The relative rest that remains. */
-static double refine(dual_newton *s)
+static real refine(dual_newton *s)
 {
-    double before = INFINITY;
+    real before = INFINITY;
     begin(s);
     for (int k = 0; k < MOST_REFINEMENTS; k++) {
         dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
-        const double now = relative_rest(s);
+        const real now = relative_rest(s);
         if (k && (now <= EXACT || !(now < 0.5 * before))) break;
         correct(s);
         before = now;
@@ -72,18 +72,18 @@ static double refine(dual_newton *s)
 
 /* Largest violation of the dual conditions by end_x and lam, relative to the terms; infinite where one
    is not a number.                                                                                    */
-static double dual_violation(const dual_newton *s, const double *lam)
+static real dual_violation(const dual_newton *s, const real *lam)
 {
-    double worst = 0;
+    real worst = 0;
     for (size_t i = 0; i < s->n; i++) {
-        const double *a = s->sA + i * s->m, x = s->end_x[i];
-        double v = -s->sg[i], size = fabs(s->sg[i]) + fabs(x);
+        const real *a = s->sA + i * s->m, x = s->end_x[i];
+        real v = -s->sg[i], size = fabs(s->sg[i]) + fabs(x);
         for (size_t j = 0; j < s->m; j++) {
-            const double term = a[j] * lam[j];
+            const real term = a[j] * lam[j];
             v += term;
             size += fabs(term);
         }
-        const double off = fabs(clip(v, s->low[i], s->high[i]) - x);
+        const real off = fabs(clip(v, s->low[i], s->high[i]) - x);
         if (isnan(off)) return INFINITY;
         if (off > worst * size) worst = off / size;
     }
@@ -94,7 +94,7 @@ static double dual_violation(const dual_newton *s, const double *lam)
    large in directions that no variable sees.                                                          */
 static int is_optimal(dual_newton *s)
 {
-    double largest = 0, rest = 0;
+    real largest = 0, rest = 0;
     for (size_t i = 0; i < s->n; i++) largest = larger(largest, fabs(s->sx[i]));
     for (size_t j = 0; j < s->m; j++) {
         largest = larger(largest, fabs(s->sb[j]));
@@ -107,7 +107,7 @@ static int is_optimal(dual_newton *s)
 
 /* Residuals of end_x with the better of two vectors of multipliers, left in end_lam; 1 if they are small.
    Multipliers are not unique where bounds leave too few variables: then those of the step fit.        */
-static int is_verified(dual_newton *s, double rest)
+static int is_verified(dual_newton *s, real rest)
 {
     if (rest > TOLERANCE) return 0;
     s->residuals[0] = rest;
@@ -122,17 +122,17 @@ int settle(dual_newton *s)
 {
     const int is_left = !stays(s);
     if (is_left && !is_optimal(s)) return 0;
-    if (is_left) memset(s->d, 0, s->m * sizeof(double));
+    if (is_left) memset(s->d, 0, s->m * sizeof(real));
     if (!is_verified(s, refine(s))) {
         /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so
            may be all where the equations are ill-conditioned: the iterate itself may be better.       */
         if (!is_left && !is_optimal(s)) return 0;
-        memcpy(s->end_x, s->sx, s->n * sizeof(double));
-        memcpy(s->end_lam, s->lam, s->m * sizeof(double));
+        memcpy(s->end_x, s->sx, s->n * sizeof(real));
+        memcpy(s->end_lam, s->lam, s->m * sizeof(real));
         dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
         if (!is_verified(s, relative_rest(s))) return 0;
     }
-    memcpy(s->lam, s->end_lam, s->m * sizeof(double));
-    memcpy(s->sx, s->end_x, s->n * sizeof(double));
+    memcpy(s->lam, s->end_lam, s->m * sizeof(real));
+    memcpy(s->sx, s->end_x, s->n * sizeof(real));
     return 1;
 }

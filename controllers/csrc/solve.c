@@ -9,14 +9,14 @@ enum { FAST_STEPS = 24, APPROACHES = 5, APPROACH_STEPS = 18, SLOW_STEPS = 6, STE
 
 /* Keeps the Newton matrix regular where rows depend on each other, or too few variables are between
    their bounds: there a step is long, and the search finds how long it may be.                        */
-static const double RIDGE = 1e-13;
+static const real RIDGE = 1e-13;
 
 /* The ridge of the first approach, and how it shrinks. */
-static const double FIRST_RIDGE = 1e-2, RIDGE_RATIO = 1e-2;
+static const real FIRST_RIDGE = 1e-2, RIDGE_RATIO = 1e-2;
 
-static int is_proof(dual_newton *s, const double *y)
+static int is_proof(dual_newton *s, const real *y)
 {
-    memcpy(s->correction, y, s->m * sizeof(double));
+    memcpy(s->correction, y, s->m * sizeof(real));
     return certificate_holds(s, s->correction);
 }
 
@@ -29,7 +29,7 @@ static int is_infeasible(dual_newton *s, int peak_is_far)
 }
 
 /* One step to the peak of the dual value less ridge/2 |lam - centre|^2; is it beyond every bend? */
-static int step_to_peak(dual_newton *s, double ridge)
+static int step_to_peak(dual_newton *s, real ridge)
 {
     int is_far;
     add(s->m, s->lam, search_peak(s, ridge, &is_far), s->d);
@@ -37,7 +37,7 @@ static int step_to_peak(dual_newton *s, double ridge)
     return is_far;
 }
 
-static void newton_direction(dual_newton *s, double ridge)
+static void newton_direction(dual_newton *s, real ridge)
 {
     for (size_t j = 0; j < s->m; j++) s->pull[j] = s->r[j] - ridge * (s->lam[j] - s->centre[j]);
     factor_build(s, ridge);
@@ -49,7 +49,7 @@ static void newton_direction(dual_newton *s, double ridge)
 static int newton(dual_newton *s, int most_steps)
 {
     for (int step = 0; step < most_steps; step++) {
-        memcpy(s->centre, s->lam, s->m * sizeof(double));
+        memcpy(s->centre, s->lam, s->m * sizeof(real));
         newton_direction(s, RIDGE);
         if (settle(s)) return DUAL_NEWTON_SOLVED;
         if (is_infeasible(s, step_to_peak(s, RIDGE))) return DUAL_NEWTON_INFEASIBLE;
@@ -57,17 +57,17 @@ static int newton(dual_newton *s, int most_steps)
     return DUAL_NEWTON_NOT_CONVERGED;
 }
 
-static double largest(const dual_newton *s, const double *r)
+static real largest(const dual_newton *s, const real *r)
 {
-    double size = 0;
+    real size = 0;
     for (size_t j = 0; j < s->m; j++) size = larger(size, fabs(r[j]));
     return size;
 }
 
 /* A step of the proximal point method: with a large ridge few Newton steps find the peak. */
-static void approach(dual_newton *s, double ridge)
+static void approach(dual_newton *s, real ridge)
 {
-    memcpy(s->centre, s->lam, s->m * sizeof(double));
+    memcpy(s->centre, s->lam, s->m * sizeof(real));
     for (int step = 0; step < APPROACH_STEPS; step++) {
         newton_direction(s, ridge);
         if (step && largest(s, s->pull) <= 1e-6 * largest(s, s->r)) return;
@@ -81,8 +81,8 @@ static int iterate(dual_newton *s)
 {
     dual_evaluate(s);
     int status = newton(s, FAST_STEPS);
-    if (status == DUAL_NEWTON_NOT_CONVERGED) memset(s->lam, 0, s->m * sizeof(double));
-    double ridge = FIRST_RIDGE;
+    if (status == DUAL_NEWTON_NOT_CONVERGED) memset(s->lam, 0, s->m * sizeof(real));
+    real ridge = FIRST_RIDGE;
     for (int k = 0; k < APPROACHES && status == DUAL_NEWTON_NOT_CONVERGED; k++, ridge *= RIDGE_RATIO) {
         dual_evaluate(s);
         approach(s, ridge);
@@ -96,7 +96,7 @@ static void hand_over_x(dual_newton *s)
 {
     for (size_t j = 0; j < s->m; j++) s->slack[j] = -s->b[j];
     for (size_t i = 0; i < s->n; i++) {
-        const double x = s->sx[i] / s->root[i];
+        const real x = s->sx[i] / s->root[i];
         if (s->sx[i] <= s->low[i])
             s->x[i] = s->lb[i];
         else
@@ -105,7 +105,7 @@ static void hand_over_x(dual_newton *s)
     }
 }
 
-static void hand_over_multipliers(dual_newton *s, const double *lam)
+static void hand_over_multipliers(dual_newton *s, const real *lam)
 {
     for (size_t j = 0; j < s->m; j++) s->multipliers[j] = lam[j] / s->norm[j];
 }
@@ -119,6 +119,6 @@ int dual_newton_solve(dual_newton *s)
     const int status = iterate(s);
     hand_over_x(s);
     hand_over_multipliers(s, status == DUAL_NEWTON_INFEASIBLE ? s->correction : s->lam);
-    if (status == DUAL_NEWTON_SOLVED) memcpy(s->start, s->multipliers, s->m * sizeof(double));
+    if (status == DUAL_NEWTON_SOLVED) memcpy(s->start, s->multipliers, s->m * sizeof(real));
     return status;
 }

@@ -14,53 +14,53 @@
 
 /* Where a search meets a bound, and by how much the curvature along the search changes there. */
 typedef struct breakpoint {
-    double at, change;
+    real at, change;
 } breakpoint;
 
 /* ARRAY(type, name, number of elements) in the working memory behind the handle; every type has a
    multiple of 8 bytes.                                                                                */
 #define STATE_ARRAYS(ARRAY)                                                                            \
     /* the problem, its start and its answer: see dual_newton_array */                                 \
-    ARRAY(double, H_diagonal, n)                                                                       \
-    ARRAY(double, g, n)                                                                                \
-    ARRAY(double, lb, n)                                                                               \
-    ARRAY(double, ub, n)                                                                               \
-    ARRAY(double, A, n *m)                                                                             \
-    ARRAY(double, b, m)                                                                                \
-    ARRAY(double, softness, m)                                                                         \
-    ARRAY(double, start, m)                                                                            \
-    ARRAY(double, x, n)                                                                                \
-    ARRAY(double, multipliers, m)                                                                      \
-    ARRAY(double, slack, m)                                                                            \
-    ARRAY(double, residuals, 2)                                                                        \
+    ARRAY(real, H_diagonal, n)                                                                         \
+    ARRAY(real, g, n)                                                                                  \
+    ARRAY(real, lb, n)                                                                                 \
+    ARRAY(real, ub, n)                                                                                 \
+    ARRAY(real, A, n *m)                                                                               \
+    ARRAY(real, b, m)                                                                                  \
+    ARRAY(real, softness, m)                                                                           \
+    ARRAY(real, start, m)                                                                              \
+    ARRAY(real, x, n)                                                                                  \
+    ARRAY(real, multipliers, m)                                                                        \
+    ARRAY(real, slack, m)                                                                              \
+    ARRAY(real, residuals, 2)                                                                          \
     /* the scaled problem */                                                                           \
-    ARRAY(double, root, n) /* sqrt(H) */                                                               \
-    ARRAY(double, norm, m) /* of a row of A */                                                         \
-    ARRAY(double, sg, n)                                                                               \
-    ARRAY(double, low, n)                                                                              \
-    ARRAY(double, high, n)                                                                             \
-    ARRAY(double, sA, n *m)                                                                            \
-    ARRAY(double, sb, m)                                                                               \
-    ARRAY(double, eps, m)                                                                              \
+    ARRAY(real, root, n) /* sqrt(H) */                                                                 \
+    ARRAY(real, norm, m) /* of a row of A */                                                           \
+    ARRAY(real, sg, n)                                                                                 \
+    ARRAY(real, low, n)                                                                                \
+    ARRAY(real, high, n)                                                                               \
+    ARRAY(real, sA, n *m)                                                                              \
+    ARRAY(real, sb, m)                                                                                 \
+    ARRAY(real, eps, m)                                                                                \
     /* the iterate */                                                                                  \
-    ARRAY(double, lam, m)                                                                              \
-    ARRAY(double, v, n)  /* A'lam - g */                                                               \
-    ARRAY(double, sx, n) /* clip(v) */                                                                 \
-    ARRAY(double, r, m)                                                                                \
+    ARRAY(real, lam, m)                                                                                \
+    ARRAY(real, v, n)  /* A'lam - g */                                                                 \
+    ARRAY(real, sx, n) /* clip(v) */                                                                   \
+    ARRAY(real, r, m)                                                                                  \
     ARRAY(int64_t, side, n) /* of v: -1 at or below low, 1 at or above high, 0 between */              \
     /* a step */                                                                                       \
-    ARRAY(double, centre, m)                                                                           \
-    ARRAY(double, pull, m) /* r - ridge (lam - centre) */                                              \
-    ARRAY(double, d, m)                                                                                \
-    ARRAY(double, dv, n)                                                                               \
-    ARRAY(double, factor, m *m)                                                                        \
-    ARRAY(double, size, m)                                                                             \
+    ARRAY(real, centre, m)                                                                             \
+    ARRAY(real, pull, m) /* r - ridge (lam - centre) */                                                \
+    ARRAY(real, d, m)                                                                                  \
+    ARRAY(real, dv, n)                                                                                 \
+    ARRAY(real, factor, m *m)                                                                          \
+    ARRAY(real, size, m)                                                                               \
     ARRAY(breakpoint, heap, 2 * n)                                                                     \
     /* the end, while it is refined */                                                                 \
-    ARRAY(double, end_x, n)                                                                            \
-    ARRAY(double, end_lam, m)                                                                          \
-    ARRAY(double, rest, m)                                                                             \
-    ARRAY(double, correction, m)
+    ARRAY(real, end_x, n)                                                                              \
+    ARRAY(real, end_lam, m)                                                                            \
+    ARRAY(real, rest, m)                                                                               \
+    ARRAY(real, correction, m)
 
 #define STATE_MEMBER(type, name, length) type *name;
 struct dual_newton {
@@ -76,26 +76,26 @@ int scale_problem(dual_newton *s);
 /* dual.c */
 void dual_evaluate(dual_newton *s);                  /* v, sx, side and r at lam */
 void dual_direction(dual_newton *s);                 /* dv = A'd */
-void dual_rest(const dual_newton *s, const double *x, const double *lam, double *r, double *size);
+void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size);
 
 /* factor.c: S = A_F A_F' + diag(eps + ridge) over the variables F between their bounds. */
-void factor_build(dual_newton *s, double ridge);
-void factor_solve(const dual_newton *s, const double *r, double *d);
+void factor_build(dual_newton *s, real ridge);
+void factor_solve(const dual_newton *s, const real *r, real *d);
 
 /* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |lam - centre|^2; far
    if it is beyond every bend.                                                                         */
-double search_peak(dual_newton *s, double ridge, int *is_far);
+real search_peak(dual_newton *s, real ridge, int *is_far);
 
 /* settle.c: 1 if the bounds that the step began with are those of the optimum; then sx and lam are it. */
 int settle(dual_newton *s);
 
 /* certificate.c: 1 if y, cleared in soft rows, proves that no x fulfils the hard rows. */
-int certificate_holds(const dual_newton *s, double *y);
+int certificate_holds(const dual_newton *s, real *y);
 
 /* The sum in four parts: a fixed order, and no chain of additions that wait for each other. */
-static inline double dot(size_t count, const double *restrict a, const double *restrict b)
+static inline real dot(size_t count, const real *restrict a, const real *restrict b)
 {
-    double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+    real s0 = 0, s1 = 0, s2 = 0, s3 = 0;
     size_t k = 0;
     for (; k + 4 <= count; k += 4) {
         s0 += a[k] * b[k];
@@ -108,17 +108,17 @@ static inline double dot(size_t count, const double *restrict a, const double *r
 }
 
 /* y += c x */
-static inline void add(size_t count, double *restrict y, double c, const double *restrict x)
+static inline void add(size_t count, real *restrict y, real c, const real *restrict x)
 {
     for (size_t k = 0; k < count; k++) y[k] += c * x[k];
 }
 
-static inline double clip(double v, double low, double high)
+static inline real clip(real v, real low, real high)
 {
     return v < low ? low : v > high ? high : v;
 }
 
-static inline double larger(double a, double b)
+static inline real larger(real a, real b)
 {
     return a > b ? a : b;
 }

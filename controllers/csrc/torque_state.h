@@ -40,7 +40,7 @@
     ARRAY(factor, n *n)                                                                                \
     ARRAY(column, n)
 
-#define TORQUE_MEMBER(name, length) double *name;
+#define TORQUE_MEMBER(name, length) real *name;
 struct computed_torque {
     size_t n, m, k, r, rows;
     dual_newton *hard, *soft; /* the program with hard rows, and that in which some give way */
@@ -52,13 +52,13 @@ int joint_space_solve(computed_torque *s);
 int operational_space_solve(computed_torque *s);
 
 /* acceleration + Kd rate_error + Kp error */
-void torque_wanted(const computed_torque *s, double *wanted);
+void torque_wanted(const computed_torque *s, real *wanted);
 /* Solve a program from where the last of its kind ended, kept in `start`. */
-int torque_program(dual_newton *program, double *start);
+int torque_program(dual_newton *program, real *start);
 
 /* Cholesky's factor of a symmetric positive definite matrix, n x n: 0, or 1 if it is not. */
-int cholesky_factor(size_t n, const double *A, double *factor);
+int cholesky_factor(size_t n, const real *A, real *factor);
 /* x <- A^-1 x */
-void cholesky_solve(size_t n, const double *factor, double *x);
+void cholesky_solve(size_t n, const real *factor, real *x);
 
 #endif

@@ -11,67 +11,67 @@
 #define MOST_STEPS 256
 
 /* tanh, quickly for small arguments: to 2e-11 of it, which no step of order four tells from the whole. */
-static inline double quick_tanh(double y)
+static inline real quick_tanh(real y)
 {
-    const double z = y * y;
+    const real z = y * y;
     if (z > 0.0121) return hyperbolic_tangent(y);
     return y * ((1 - 0.3333333321329352 * z) + z * z * (0.13333154591577318 - 0.05357358173625689 * z));
 }
 
 /* The largest 1 / tau between a and u: it falls with a while rising, and grows while falling. */
-static inline double quickest(const double *k, double a, double u)
+static inline real quickest(const real *k, real a, real u)
 {
     const int is_rising = u > a;
-    const double rise = k[HILL_RISE] / (0.5 + 1.5 * (is_rising ? a : u));
-    const double fall = (0.5 + 1.5 * (is_rising ? u : a)) * k[HILL_FALL];
+    const real rise = k[HILL_RISE] / (0.5 + 1.5 * (is_rising ? a : u));
+    const real fall = (0.5 + 1.5 * (is_rising ? u : a)) * k[HILL_FALL];
     if (k[HILL_SMOOTHING] == 0) return is_rising ? rise : fall;
     return larger(rise, fall);
 }
 
 /* 1 / tau */
-static inline double quickness(const double *k, double a, double u)
+static inline real quickness(const real *k, real a, real u)
 {
-    const double slowness = 0.5 + 1.5 * a;
+    const real slowness = 0.5 + 1.5 * a;
     if (k[HILL_SMOOTHING] == 0) return u > a ? k[HILL_RISE] / slowness : slowness * k[HILL_FALL];
-    const double rising = 0.5 + 0.5 * quick_tanh(k[HILL_SMOOTHING] * (u - a)), fall = slowness * k[HILL_FALL];
+    const real rising = 0.5 + 0.5 * quick_tanh(k[HILL_SMOOTHING] * (u - a)), fall = slowness * k[HILL_FALL];
     return fall + rising * (k[HILL_RISE] / slowness - fall);
 }
 
-double activation_rate(const double *k, double a, double u)
+real activation_rate(const real *k, real a, real u)
 {
     a = hill_activation(k, a);
     return (u - a) * quickness(k, a, u);
 }
 
 /* The classical Runge-Kutta rule of order 4. */
-static inline double accurate_step(const double *k, double a, double u, double h)
+static inline real accurate_step(const real *k, real a, real u, real h)
 {
-    const double one = (u - a) * quickness(k, a, u);
-    double b = a + h / 2 * one;
-    const double two = (u - b) * quickness(k, b, u);
+    const real one = (u - a) * quickness(k, a, u);
+    real b = a + h / 2 * one;
+    const real two = (u - b) * quickness(k, b, u);
     b = a + h / 2 * two;
-    const double three = (u - b) * quickness(k, b, u);
+    const real three = (u - b) * quickness(k, b, u);
     b = a + h * three;
-    const double four = (u - b) * quickness(k, b, u);
+    const real four = (u - b) * quickness(k, b, u);
     return a + h / 6 * (one + 2 * two + 2 * three + four);
 }
 
 /* The exponential midpoint rule, for steps that are long against tau: a never passes u. */
-static double stable_step(const double *k, double a, double u, double h)
+static real stable_step(const real *k, real a, real u, real h)
 {
-    const double middle = u + (a - u) / (1 + quickness(k, a, u) * h / 2);
+    const real middle = u + (a - u) / (1 + quickness(k, a, u) * h / 2);
     return u + (a - u) * exponential(-h * quickness(k, middle, u));
 }
 
-double activation_after(const double *k, double a, double u, double h)
+real activation_after(const real *k, real a, real u, real h)
 {
     a = hill_activation(k, a);
     if (2 * h * larger(k[HILL_RISE], k[HILL_FALL]) <= LARGEST_DECAY) /* no 1 / tau is larger */
         return hill_activation(k, accurate_step(k, a, u, h));
-    const double decay = h * quickest(k, a, u);
+    const real decay = h * quickest(k, a, u);
     if (decay <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
     const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_STEPS);
-    const double part = h / steps;
+    const real part = h / steps;
     if (decay <= LARGEST_DECAY * steps)
         for (int i = 0; i < steps; i++) a = accurate_step(k, a, u, part);
     else

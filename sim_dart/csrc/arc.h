@@ -9,53 +9,53 @@
 
 /* (atan x - x)/x^3 by z = x^2, for |x| <= 7/16. Powers of z are taken first, so that no term waits for the
    sum of those before it.                                                                              */
-static inline double arc_polynomial(double z)
+static inline real arc_polynomial(real z)
 {
-    const double z2 = z * z, z4 = z2 * z2;
-    const double low = (-0.33333333333332926 + z * 0.1999999999987503) +
+    const real z2 = z * z, z4 = z2 * z2;
+    const real low = (-0.33333333333332926 + z * 0.1999999999987503) +
                        z2 * (-0.14285714272372965 + z * 0.11111110399576317);
-    const double middle = (-0.09090886979963088 + z * 0.07691873724338298) +
+    const real middle = (-0.09090886979963088 + z * 0.07691873724338298) +
                           z2 * (-0.0666104749337431 + z * 0.05833400416770279);
-    const double high = (-0.04976182551012515 + z * 0.03651550949356882) + z2 * -0.01626983448084869;
+    const real high = (-0.04976182551012515 + z * 0.03651550949356882) + z2 * -0.01626983448084869;
     return low + z4 * (middle + z4 * high);
 }
 
 /* atan of 0, 0.5, 1, 1.5 and infinity as high + low */
-static const double ARC_CORNER[5][2] = {{0, 0},
-                                        {0.4636476090008061, 2.2698777452961687e-17},
-                                        {0.7853981633974483, 3.061616997868383e-17},
-                                        {0.982793723247329, 1.3903311031230998e-17},
-                                        {1.5707963267948966, 6.123233995736766e-17}};
+static const real ARC_CORNER[5][2] = {{0, 0},
+                                      {0.4636476090008061, 2.2698777452961687e-17},
+                                      {0.7853981633974483, 3.061616997868383e-17},
+                                      {0.982793723247329, 1.3903311031230998e-17},
+                                      {1.5707963267948966, 6.123233995736766e-17}};
 
 /* atan(b/a) = atan(q/p) + atan((p b - q a)/(p a + q b)) with the corners q/p */
-static const double ARC_UNDER[5] = {1, 2, 1, 1, 0}, ARC_OVER[5] = {0, 1, 1, 1.5, 1};
+static const real ARC_UNDER[5] = {1, 2, 1, 1, 0}, ARC_OVER[5] = {0, 1, 1, 1.5, 1};
 
 /* Of b / a, neither of which is negative. */
-static inline double arc_of(double b, double a)
+static inline real arc_of(real b, real a)
 {
     const int k = (b >= 0.4375 * a) + (b >= 0.6875 * a) + (b >= 1.1875 * a) + (b >= 2.4375 * a);
-    const double p = ARC_UNDER[k], q = ARC_OVER[k], x = (p * b - q * a) / (p * a + q * b), z = x * x;
+    const real p = ARC_UNDER[k], q = ARC_OVER[k], x = (p * b - q * a) / (p * a + q * b), z = x * x;
     return ARC_CORNER[k][0] + (x + (x * z * arc_polynomial(z) + ARC_CORNER[k][1]));
 }
 
 /* Whether sums and products of the two are numbers, too. */
-static inline int arc_is_moderate(double b, double a)
+static inline int arc_is_moderate(real b, real a)
 {
     return (a > 1e-250) & (a < 1e300) & (b < 1e300);
 }
 
 /* An angle of the first quadrant, in the one of (x, y). */
-static inline double arc_in_quadrant(double angle, double y, double x)
+static inline real arc_in_quadrant(real angle, real y, real x)
 {
-    static const double PI_HIGH = 3.141592653589793, PI_LOW = 1.2246467991473532e-16;
+    static const real PI_HIGH = 3.141592653589793, PI_LOW = 1.2246467991473532e-16;
     if (signbit(x)) angle = PI_HIGH - (angle - PI_LOW);
     return signbit(y) ? -angle : angle;
 }
 
 /* As arc_tangent. */
-static inline double quick_arc_tangent(double y, double x)
+static inline real quick_arc_tangent(real y, real x)
 {
-    const double a = fabs(x), b = fabs(y);
+    const real a = fabs(x), b = fabs(y);
     return arc_is_moderate(b, a) ? arc_in_quadrant(arc_of(b, a), y, x) : arc_tangent(y, x);
 }
 

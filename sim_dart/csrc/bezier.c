@@ -13,58 +13,58 @@
 enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 
 /* Where the tangents of two knots meet; the middle of equal ones. */
-static double corner(const double *start, const double *end)
+static real corner(const real *start, const real *end)
 {
-    const double turn = start[2] - end[2];
+    const real turn = start[2] - end[2];
     if (fabs(turn) <= 1.5e-8) return (start[0] + end[0]) / 2;
     return (end[1] - start[1] - end[0] * end[2] + start[0] * start[2]) / turn;
 }
 
-int bezier_is_sound(const double *curve, int pieces)
+int bezier_is_sound(const real *curve, int pieces)
 {
     for (int i = 0; i < pieces; i++) {
-        const double *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
+        const real *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
         if (!(start[0] < x && x < end[0])) return 0;
-        const double y = (x - end[0]) * end[2] + end[1], slack = 1e-12;
+        const real y = (x - end[0]) * end[2] + end[1], slack = 1e-12;
         if (y < smaller(start[1], end[1]) - slack || y > larger(start[1], end[1]) + slack) return 0;
     }
     return 1;
 }
 
 /* The coefficients of a quintic with the control points a, b, b, c, c, d, from that of t on. */
-static void expand(double a, double b, double c, double d, double *k)
+static void expand(real a, real b, real c, real d, real *k)
 {
-    const double one = 5 * (b - a), two = 30 * (c - b), three = 5 * (d - c);
+    const real one = 5 * (b - a), two = 30 * (c - b), three = 5 * (d - c);
     k[0] = one, k[1] = -2 * one, k[2] = (6 * one + two) / 3;
     k[3] = -(2 * one + two) / 2, k[4] = (one + two + three) / 5;
 }
 
 /* A quintic that begins with 0. */
-static inline double quintic(const double *k, double t)
+static inline real quintic(const real *k, real t)
 {
-    const double tt = t * t;
+    const real tt = t * t;
     return t * ((k[0] + t * k[1]) + tt * ((k[2] + t * k[3]) + tt * k[4]));
 }
 
-static inline double quintic_rate(const double *k, double t)
+static inline real quintic_rate(const real *k, real t)
 {
-    const double tt = t * t;
+    const real tt = t * t;
     return (k[0] + t * (2 * k[1])) + tt * ((3 * k[2] + t * (4 * k[3])) + tt * (5 * k[4]));
 }
 
 /* t where x(t) is x; x(t) rises from 0 to `width`. By Newton's rule, from the straight line. */
-static double searched(const double *k, double width, double x)
+static real searched(const real *k, real width, real x)
 {
-    double low = 0, high = 1, t = x / width;
+    real low = 0, high = 1, t = x / width;
     for (int i = 0; i < MOST_STEPS; i++) {
-        const double off = quintic(k, t) - x;
+        const real off = quintic(k, t) - x;
         if (off < 0)
             low = t;
         else
             high = t;
-        double next = t - off / quintic_rate(k, t);
+        real next = t - off / quintic_rate(k, t);
         if (!(next >= low && next <= high)) next = (low + high) / 2;
-        const double moved = fabs(next - t);
+        const real moved = fabs(next - t);
         t = next;
         if (moved <= LAST_STEP) break;
     }
@@ -72,63 +72,63 @@ static double searched(const double *k, double width, double x)
 }
 
 /* What a piece is made of, between two knots with the tangents' share `part`. */
-static void prepare_piece(const double *start, double part, double *piece)
+static void prepare_piece(const real *start, real part, real *piece)
 {
-    const double *end = start + 3, width = end[0] - start[0];
-    const double x = corner(start, end), y = (x - end[0]) * end[2] + end[1];
+    const real *end = start + 3, width = end[0] - start[0];
+    const real x = corner(start, end), y = (x - end[0]) * end[2] + end[1];
     expand(start[0], start[0] + part * (x - start[0]), end[0] + part * (x - end[0]), end[0], piece + X);
     expand(start[1], start[1] + part * (y - start[1]), end[1] + part * (y - end[1]), end[1], piece + Y);
     piece[CELLS] = BEZIER_CELLS / width;
     for (int i = 0; i <= BEZIER_CELLS; i++) {
-        double *at = piece + TABLE + 2 * i;
+        real *at = piece + TABLE + 2 * i;
         at[0] = i == 0 ? 0 : i == BEZIER_CELLS ? 1 : searched(piece + X, width, i * width / BEZIER_CELLS);
         at[1] = width / BEZIER_CELLS / quintic_rate(piece + X, at[0]);
     }
 }
 
-void bezier_prepare(double *curve, int pieces, const double *curviness)
+void bezier_prepare(real *curve, int pieces, const real *curviness)
 {
-    double *piece = curve + 3 * (pieces + 1);
+    real *piece = curve + 3 * (pieces + 1);
     for (int i = 0; i < pieces; i++, piece += BEZIER_PIECE)
         prepare_piece(curve + 3 * i, 0.1 + 0.8 * curviness[i], piece);
 }
 
 /* One step of Chebyshev's rule, of order three, from t to where x(t) is x. */
-static inline double improved(const double *k, double x, double t)
+static inline real improved(const real *k, real x, real t)
 {
-    const double tt = t * t, per = 1 / quintic_rate(k, t), off = (quintic(k, t) - x) * per;
-    const double half_bend = (k[1] + t * (3 * k[2])) + tt * (6 * k[3] + t * (10 * k[4]));
+    const real tt = t * t, per = 1 / quintic_rate(k, t), off = (quintic(k, t) - x) * per;
+    const real half_bend = (k[1] + t * (3 * k[2])) + tt * (6 * k[3] + t * (10 * k[4]));
     return t - off * (1 + off * (half_bend * per));
 }
 
 /* t where x(t) is x, from a cubic through the ends of its cell: one step is all that most need. */
-static inline double parameter(const double *piece, double width, double x)
+static inline real parameter(const real *piece, real width, real x)
 {
-    const double cells = x * piece[CELLS];
+    const real cells = x * piece[CELLS];
     const int cell = cells < BEZIER_CELLS ? (int)cells : BEZIER_CELLS - 1;
-    const double *at = piece + TABLE + 2 * cell, z = cells - cell, grown = at[2] - at[0];
-    const double over = grown - at[1], twist = at[3] - grown - over;
-    double was = at[0] + z * (at[1] + z * ((over - twist) + z * twist));
+    const real *at = piece + TABLE + 2 * cell, z = cells - cell, grown = at[2] - at[0];
+    const real over = grown - at[1], twist = at[3] - grown - over;
+    real was = at[0] + z * (at[1] + z * ((over - twist) + z * twist));
     for (int i = 0; i < 3; i++) {
-        const double t = improved(piece + X, x, was);
+        const real t = improved(piece + X, x, was);
         if (fabs(t - was) <= LAST_LONG_STEP) return t;
         was = t;
     }
     return searched(piece + X, width, x);
 }
 
-double bezier_value(const double *curve, int pieces, double x, double *slope)
+real bezier_value(const real *curve, int pieces, real x, real *slope)
 {
-    const double *last = curve + 3 * pieces;
+    const real *last = curve + 3 * pieces;
     if (x <= curve[0] || x >= last[0]) {
-        const double *knot = x <= curve[0] ? curve : last;
+        const real *knot = x <= curve[0] ? curve : last;
         if (slope) *slope = knot[2];
         return knot[2] == 0 ? knot[1] : knot[1] + knot[2] * (x - knot[0]);
     }
     int i = 0;
     for (int k = 1; k < pieces; k++) i += x >= curve[3 * k];
-    const double *start = curve + 3 * i, *piece = last + 3 + BEZIER_PIECE * i;
-    const double t = parameter(piece, start[3] - start[0], x - start[0]);
+    const real *start = curve + 3 * i, *piece = last + 3 + BEZIER_PIECE * i;
+    const real t = parameter(piece, start[3] - start[0], x - start[0]);
     if (slope) *slope = quintic_rate(piece + Y, t) / quintic_rate(piece + X, t);
     return start[1] + quintic(piece + Y, t);
 }

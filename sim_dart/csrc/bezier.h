@@ -7,6 +7,8 @@
 #ifndef CARDSFLOW_BEZIER_H
 #define CARDSFLOW_BEZIER_H
 
+#include "real.h"
+
 /* Cells of equal width in x, at whose ends a piece's parameter is known in advance. */
 #define BEZIER_CELLS 16
 /* Of a piece: cells per x, the coefficients of x and y beyond the first, the parameters at the cells' ends
@@ -17,13 +19,13 @@
 #define BEZIER_SIZE(pieces) (3 * ((pieces) + 1) + BEZIER_PIECE * (pieces))
 
 /* Complete a curve whose knots are set. `curviness` of every piece, from 0 to 1. */
-void bezier_prepare(double *curve, int pieces, const double *curviness);
+void bezier_prepare(real *curve, int pieces, const real *curviness);
 
 /* Whether the knots rise in x, and the tangents of every two meet between them in x and y, so that no
    piece turns back.                                                                                   */
-int bezier_is_sound(const double *curve, int pieces);
+int bezier_is_sound(const real *curve, int pieces);
 
 /* y(x) and, unless `slope` is NULL, dy/dx. */
-double bezier_value(const double *curve, int pieces, double x, double *slope);
+real bezier_value(const real *curve, int pieces, real x, real *slope);
 
 #endif

@@ -82,14 +82,14 @@ static void set_pointers(blob_view *view, const blob_header *h)
 #undef SET_POINTER
 }
 
-static int all_finite(const double *values, size_t count)
+static int all_finite(const real *values, size_t count)
 {
     for (size_t k = 0; k < count; k++)
         if (!isfinite(values[k])) return 0;
     return 1;
 }
 
-static int is_rotation(const double R[9])
+static int is_rotation(const real R[9])
 {
     for (int i = 0; i < 3; i++)
         for (int k = 0; k <= i; k++)
@@ -144,14 +144,14 @@ static int check_frames(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "frame %d: its rotation is not orthonormal", i);
         if (!all_finite(b->offset_position + 3 * i, 3))
             return refuse(message, capacity, "frame %d: its position is not finite", i);
-        const double *a = b->axis + 3 * i;
+        const real *a = b->axis + 3 * i;
         if (!(fabs(dot3(a, a) - 1) < 1e-9))
             return refuse(message, capacity, "frame %d: its axis is no unit vector", i);
     }
     return 0;
 }
 
-int check_points(const char *what, const int32_t *frame, const double *position, int32_t points,
+int check_points(const char *what, const int32_t *frame, const real *position, int32_t points,
                  int32_t dofs, char *message, size_t capacity)
 {
     for (int32_t k = 0; k < points; k++) {

@@ -19,7 +19,7 @@ static size_t working_size(const blob_view *view)
 #define ADD_LENGTH(name, length) doubles += length;
     STATE_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return sizeof(core) + doubles * sizeof(double);
+    return sizeof(core) + doubles * sizeof(real);
 }
 
 size_t core_size(const void *blob, size_t size, char *message, size_t capacity)
@@ -40,7 +40,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     const size_t law_states = (size_t)view.law_states, law_constants = (size_t)view.law_constants;
     const size_t surfaces = (size_t)view.counts.surfaces, wraps = (size_t)view.counts.wraps;
     const size_t pulleys = (size_t)view.counts.pulleys;
-    double *at = (double *)(void *)(c + 1);
+    real *at = (real *)(void *)(c + 1);
 #define PLACE(name, length) c->name = at, at += length;
     STATE_ARRAYS(PLACE)
 #undef PLACE
@@ -51,7 +51,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     return c;
 }
 
-double *core_array(core *c, const char *name, size_t *length)
+real *core_array(core *c, const char *name, size_t *length)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs, muscles = (size_t)c->blob.counts.muscles;
     const size_t tasks = (size_t)c->blob.counts.tasks, law_states = (size_t)c->blob.law_states;
@@ -60,7 +60,7 @@ double *core_array(core *c, const char *name, size_t *length)
     const size_t surfaces = (size_t)c->blob.counts.surfaces;
     const struct {
         const char *name;
-        double *array;
+        real *array;
         size_t length;
     } arrays[] = {
         {"lengths", c->lengths, muscles},
@@ -98,7 +98,7 @@ double *core_array(core *c, const char *name, size_t *length)
     return NULL;
 }
 
-const double *core_coordinates(const core *c, const char *field)
+const real *core_coordinates(const core *c, const char *field)
 {
     const blob_view *blob = &c->blob;
     return !strcmp(field, "damping") ? blob->damping
@@ -107,19 +107,19 @@ const double *core_coordinates(const core *c, const char *field)
                                      : NULL;
 }
 
-void core_move(core *c, const double *q)
+void core_move(core *c, const real *q)
 {
     tree_move(c, q);
     paths_move(c);
     tasks_move(c);
 }
 
-static int is_sound(double x)
+static int is_sound(real x)
 {
     return fabs(x) <= CORE_LARGEST_STATE; /* false for NaN */
 }
 
-int core_move_checked(core *c, const double *q, const double *qd)
+int core_move_checked(core *c, const real *q, const real *qd)
 {
     for (int32_t i = 0; i < c->blob.counts.dofs; i++)
         if (!is_sound(q[i]) || !is_sound(qd[i])) return 1 + i;
@@ -127,15 +127,15 @@ int core_move_checked(core *c, const double *q, const double *qd)
     return 0;
 }
 
-int core_pull(core *c, const double *f)
+int core_pull(core *c, const real *f)
 {
     const int32_t dofs = c->blob.counts.dofs, muscles = c->blob.counts.muscles;
     for (int32_t k = 0; k < muscles; k++)
         if (!isfinite(f[k])) return 1 + k;
-    memset(c->torques, 0, (size_t)dofs * sizeof(double));
+    memset(c->torques, 0, (size_t)dofs * sizeof(real));
     for (int32_t k = 0; k < muscles; k++) {
         if (f[k] <= 0) continue;
-        const double *row = c->jacobian + (size_t)k * (size_t)dofs;
+        const real *row = c->jacobian + (size_t)k * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
     }
     return 0;

@@ -5,6 +5,8 @@
 #ifndef CARDSFLOW_CORE_H
 #define CARDSFLOW_CORE_H
 
+#include "real.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -63,13 +65,13 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      force_low      smallest tension in reach, muscles
      force_high     largest tension in reach, muscles
      commands       found by core_invert, muscles                                                      */
-CORE_API double *core_array(core *c, const char *name, size_t *length);
+CORE_API real *core_array(core *c, const char *name, size_t *length);
 
 /* damping, lower or upper of the coordinates, dofs, as the blob has them. */
-CORE_API const double *core_coordinates(const core *c, const char *field);
+CORE_API const real *core_coordinates(const core *c, const char *field);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
-CORE_API void core_move(core *c, const double *q);
+CORE_API void core_move(core *c, const real *q);
 
 /* Beyond this size, in rad, m or their rates, a state is taken for one that has diverged: engines mask
    overflow, so waiting for an infinity would miss it.                                                 */
@@ -77,11 +79,11 @@ CORE_API void core_move(core *c, const double *q);
 
 /* As core_move, after checking that q and qd are numbers within CORE_LARGEST_STATE. 0, or 1 + the index
    of the first coordinate that is not; then nothing is moved.                                         */
-CORE_API int core_move_checked(core *c, const double *q, const double *qd);
+CORE_API int core_move_checked(core *c, const real *q, const real *qd);
 
 /* torques = -L'max(f, 0) at the last q: a cable cannot push. 0, or 1 + the index of the first force that
    is not finite; then the torques stay.                                                               */
-CORE_API int core_pull(core *c, const double *f);
+CORE_API int core_pull(core *c, const real *f);
 
 /* wrap_contacts and pulley_contacts at the last q, 22 numbers each, in the world: the point where a span
    pulls at the body and the span's direction towards it; the same of the span that leaves; where the
@@ -97,17 +99,17 @@ CORE_API void core_count_turns(core *c, int on);
 CORE_API void core_task_jacobian(core *c);
 
 /* task_bias at the last q. */
-CORE_API void core_task_bias(core *c, const double *qd);
+CORE_API void core_task_bias(core *c, const real *qd);
 
 /* Terms of M qdd + C + G = tau at the last q; G is the weight's and the joints' springs'. */
 CORE_API void core_mass_matrix(core *c);
-CORE_API void core_coriolis(core *c, const double *qd);
+CORE_API void core_coriolis(core *c, const real *qd);
 CORE_API void core_gravity(core *c);
 /* C + G in the place of `coriolis`. */
-CORE_API void core_bias(core *c, const double *qd);
+CORE_API void core_bias(core *c, const real *qd);
 
 /* qdd of (M + diag(armature)) qdd + C + G = tau at the last q; here G is the weight's alone. */
-CORE_API void core_accelerate(core *c, const double *qd, const double *tau, const double *armature);
+CORE_API void core_accelerate(core *c, const real *qd, const real *tau, const real *armature);
 
 /* Advance q, qd and law_states by steps of h with constant commands u (of an ideal cable its force) and
    further generalised forces `extra` (NULL for none): semi-implicit Euler, with the joints' damping and
@@ -117,18 +119,18 @@ CORE_API void core_accelerate(core *c, const double *qd, const double *tau, cons
    that starts beyond one comes back to it by 10 rad/s or m/s at most. 0; or 1 + the
    index of the first coordinate that has diverged, dofs + 1 for a muscle's state; or -1 - the index of the
    first command that is not finite, before anything moves.                                            */
-CORE_API int core_step(core *c, const double *u, const double *extra, double h, int32_t steps);
+CORE_API int core_step(core *c, const real *u, const real *extra, real h, int32_t steps);
 
 /* As core_step, by Runge and Kutta's rule of fourth order: damping, springs and the laws' states as well
    are explicit. A coordinate that has passed a limit is put back to it at the end of the step, and stopped
    by an impulse. After a failure the state is somewhere within the step.                               */
-CORE_API int core_runge_kutta(core *c, const double *u, const double *extra, double h, int32_t steps);
+CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps);
 
 /* Wrenches that act from now on in every step: on the point `point` (3) of frame `frame`, -1 for the world,
    a force and a moment (6), in world axes. The arrays are the caller's, who may write the wrenches between
    steps. 0; or 1 + the index of the first frame that there is not, and nothing changes.                */
-CORE_API int core_push(core *c, int32_t count, const int32_t *frame, const double *point,
-                       const double *wrench);
+CORE_API int core_push(core *c, int32_t count, const int32_t *frame, const real *point,
+                       const real *wrench);
 
 /* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
    the law's range acts as the nearest one in it, that of a passive muscle is not looked at. Those that
@@ -136,33 +138,33 @@ CORE_API int core_push(core *c, int32_t count, const int32_t *frame, const doubl
    has changed. ---- */
 
 /* rates = L qd. */
-CORE_API void core_rates(core *c, const double *qd);
+CORE_API void core_rates(core *c, const real *qd);
 
 /* law_states of a muscle that has been at rest with u for long. */
-CORE_API int core_start(core *c, const double *u);
+CORE_API int core_start(core *c, const real *u);
 
 /* rates at qd; tensions at them and law_states; torques = -L'tensions. */
-CORE_API int core_drive(core *c, const double *qd, const double *u);
+CORE_API int core_drive(core *c, const real *qd, const real *u);
 
 /* law_rates at rates and law_states. */
-CORE_API int core_law_rates(core *c, const double *u);
+CORE_API int core_law_rates(core *c, const real *u);
 
 /* law_states after a time h [s] with constant u, each path lengthening with its rate. A caller that knows
    the velocities at the end of the step calls core_rates with them first.                             */
-CORE_API int core_advance(core *c, const double *u, double h);
+CORE_API int core_advance(core *c, const real *u, real h);
 
 /* force_low, force_high: the tensions after a time h with the smallest and the largest command, each path
    lengthening with its rate. Laws without states act at once: theirs are the tensions of now. The
    law_states stay. Also for a tension that falls with the command, low is the smaller one.            */
-CORE_API void core_reach(core *c, double h);
+CORE_API void core_reach(core *c, real h);
 
 /* commands: those that have the tensions of core_reach come to f, or as near to it as they can. f must be
    finite; 0, or 1 + the index of the first that is not.                                               */
-CORE_API int core_invert(core *c, const double *f, double h);
+CORE_API int core_invert(core *c, const real *f, real h);
 
 /* A curve of a muscle's law at x, or its slope: active_force_length, force_velocity, passive_force_length,
    tendon_force_length; lengths over the optimal fibre's or the tendon's slack length, velocities over
    the largest contraction velocity, positive while lengthening. NaN if the law has no such curve.     */
-CORE_API double core_curve(const core *c, int32_t muscle, const char *curve, double x, int slope);
+CORE_API real core_curve(const core *c, int32_t muscle, const char *curve, real x, int slope);
 
 #endif

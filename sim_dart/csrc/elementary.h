@@ -6,24 +6,26 @@
 #ifndef CARDSFLOW_ELEMENTARY_H
 #define CARDSFLOW_ELEMENTARY_H
 
-void sine_cosine(double x, double *sine, double *cosine);
-double sine(double x);
-double cosine(double x);
-double arc_tangent(double y, double x); /* as atan2 */
-double arc_sine(double x);              /* of x clamped to [-1, 1] */
-double arc_cosine(double x);            /* likewise */
-double exponential(double x);
-void exponential_of_four(const double x[4], double y[4]); /* the same bits, sooner */
-double exponential_less_one(double x); /* as expm1 */
-double logarithm(double x);
-double hyperbolic_tangent(double x);
+#include "real.h"
+
+void sine_cosine(real x, real *sine, real *cosine);
+real sine(real x);
+real cosine(real x);
+real arc_tangent(real y, real x); /* as atan2 */
+real arc_sine(real x);              /* of x clamped to [-1, 1] */
+real arc_cosine(real x);            /* likewise */
+real exponential(real x);
+void exponential_of_four(const real x[4], real y[4]); /* the same bits, sooner */
+real exponential_less_one(real x); /* as expm1 */
+real logarithm(real x);
+real hyperbolic_tangent(real x);
 
 /* Not fmax and fmin: whether these give 0 or -0 of the two is left to the platform. */
-static inline double larger(double a, double b)
+static inline real larger(real a, real b)
 {
     return a > b ? a : b;
 }
-static inline double smaller(double a, double b)
+static inline real smaller(real a, real b)
 {
     return a < b ? a : b;
 }

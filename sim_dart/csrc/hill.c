@@ -14,7 +14,7 @@ enum { HILL_PARAMETERS(AT) PARAMETERS };
 /* Fibre velocities are looked for within this many largest contraction velocities. */
 #define LARGEST_VELOCITY 1e6
 
-const char *hill_refusal(const double *p)
+const char *hill_refusal(const real *p)
 {
     if (!(p[AT_max_isometric_force] > 0)) return "max_isometric_force must be positive";
     if (!(p[AT_optimal_fibre_length] > 0)) return "optimal_fibre_length must be positive";
@@ -32,11 +32,11 @@ const char *hill_refusal(const double *p)
     return NULL;
 }
 
-void hill_prepare(const double *p, double shortest, double steepest, double damping, double smoothing,
-                  double *k)
+void hill_prepare(const real *p, real shortest, real steepest, real damping, real smoothing,
+                  real *k)
 {
-    const double optimum = p[AT_optimal_fibre_length];
-    const double height = optimum * sine(p[AT_pennation_at_optimal]);
+    const real optimum = p[AT_optimal_fibre_length];
+    const real height = optimum * sine(p[AT_pennation_at_optimal]);
     k[LAW_LOW] = 0, k[LAW_HIGH] = 1;
     k[HILL_FORCE] = p[AT_max_isometric_force], k[HILL_OPTIMUM] = optimum;
     k[HILL_SLACK] = p[AT_tendon_slack_length], k[HILL_HEIGHT2] = height * height;
@@ -50,44 +50,44 @@ void hill_prepare(const double *p, double shortest, double steepest, double damp
     k[HILL_LEAST_ACTIVATION] = p[AT_minimum_activation], k[HILL_SMOOTHING] = smoothing;
 }
 
-int hill_states(const double *p)
+int hill_states(const real *p)
 {
     return p[AT_elastic_tendon] ? 2 : 1;
 }
 
 /* Fibre force over F0, along the fibre; with its derivatives by fibre length [1/m] and velocity. */
-static double fibre_force(const hill_curves *f, const double *k, double a, double fibre, double w,
-                          double *by_length, double *by_velocity)
+static real fibre_force(const hill_curves *f, const real *k, real a, real fibre, real w,
+                        real *by_length, real *by_velocity)
 {
-    const double z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
-    const double speed = f->speed ? f->speed(a) : 1;
-    double active_slope, velocity_slope, passive_slope;
-    const double active = f->active(k, z, &active_slope), passive = f->passive(k, z, &passive_slope);
-    const double scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
-    const double velocity = f->velocity(k, scaled, &velocity_slope);
+    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const real speed = f->speed ? f->speed(a) : 1;
+    real active_slope, velocity_slope, passive_slope;
+    const real active = f->active(k, z, &active_slope), passive = f->passive(k, z, &passive_slope);
+    const real scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
+    const real velocity = f->velocity(k, scaled, &velocity_slope);
     *by_length = (a * active_slope * velocity + passive_slope) * k[HILL_PER_OPTIMUM];
     *by_velocity = a * active * velocity_slope / speed + k[HILL_DAMPING];
     return a * active * velocity + passive + k[HILL_DAMPING] * w;
 }
 
-static double tendon_force(const hill_curves *f, const double *k, double tendon, double *slope)
+static real tendon_force(const hill_curves *f, const real *k, real tendon, real *slope)
 {
-    const double stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_FARTHEST);
+    const real stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_FARTHEST);
     if (stretch <= 1) return *slope = 0;
-    const double force = f->tendon(k, stretch, slope);
+    const real force = f->tendon(k, stretch, slope);
     *slope /= k[HILL_SLACK];
     return force;
 }
 
-static double along_tendon(const double *k, double fibre)
+static real along_tendon(const real *k, real fibre)
 {
     return sqrt(larger(fibre * fibre - k[HILL_HEIGHT2], 0));
 }
 
-double hill_elastic_tension(const hill_curves *f, const double *k, const double *x, double l)
+real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l)
 {
-    double slope;
-    const double fibre = larger(x[1], k[HILL_SHORTEST]);
+    real slope;
+    const real fibre = larger(x[1], k[HILL_SHORTEST]);
     return k[HILL_FORCE] * tendon_force(f, k, l - along_tendon(k, fibre), &slope);
 }
 
@@ -95,46 +95,46 @@ double hill_elastic_tension(const hill_curves *f, const double *k, const double 
    `time` > 0, that which brings it from `from` to its length in that time.                            */
 typedef struct {
     const hill_curves *curves;
-    const double *k;
-    double a, l, w, from, time;
+    const real *k;
+    real a, l, w, from, time;
 } balance;
 
-static double excess_by_length(const void *data, double fibre, double *derivative)
+static real excess_by_length(const void *data, real fibre, real *derivative)
 {
     const balance *b = data;
-    const double per_metre = b->time > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
-    const double w = (fibre - b->from) * per_metre, along = along_tendon(b->k, fibre);
-    const double cosine = larger(along / fibre, 1e-9);
-    double by_length, by_velocity, tendon_slope;
-    const double force = fibre_force(b->curves, b->k, b->a, fibre, w, &by_length, &by_velocity);
-    const double tendon = tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
+    const real per_metre = b->time > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
+    const real w = (fibre - b->from) * per_metre, along = along_tendon(b->k, fibre);
+    const real cosine = larger(along / fibre, 1e-9);
+    real by_length, by_velocity, tendon_slope;
+    const real force = fibre_force(b->curves, b->k, b->a, fibre, w, &by_length, &by_velocity);
+    const real tendon = tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
     *derivative = (by_length + by_velocity * per_metre) * cosine +
                   force * b->k[HILL_HEIGHT2] / (fibre * fibre * fibre * cosine) + tendon_slope / cosine;
     return force * cosine - tendon;
 }
 
-static double excess_by_velocity(const void *data, double w, double *derivative)
+static real excess_by_velocity(const void *data, real w, real *derivative)
 {
     const balance *b = data;
-    double by_length, tendon_slope;
-    const double along = along_tendon(b->k, b->from), cosine = along / b->from;
-    const double force = fibre_force(b->curves, b->k, b->a, b->from, w, &by_length, derivative);
+    real by_length, tendon_slope;
+    const real along = along_tendon(b->k, b->from), cosine = along / b->from;
+    const real force = fibre_force(b->curves, b->k, b->a, b->from, w, &by_length, derivative);
     *derivative *= cosine;
     return force * cosine - tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
 }
 
 /* The fibre length at which the forces are in balance. At `longest` the tendon is slack and the fibre does
    not push, so the excess is not negative there.                                                      */
-static double balanced_length(const balance *b, double guess)
+static real balanced_length(const balance *b, real guess)
 {
-    const double *k = b->k, along = b->l - k[HILL_SLACK];
-    const double taut = along > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
-    const double longest = larger(larger(taut, b->time > 0 ? b->from : 0), k[HILL_SHORTEST]);
+    const real *k = b->k, along = b->l - k[HILL_SLACK];
+    const real taut = along > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
+    const real longest = larger(larger(taut, b->time > 0 ? b->from : 0), k[HILL_SHORTEST]);
     return bracketed_root(excess_by_length, b, k[HILL_SHORTEST], longest,
                           clamped(guess, k[HILL_SHORTEST], longest), LAST_STEP * k[HILL_OPTIMUM]);
 }
 
-void hill_start(const hill_curves *f, const double *k, double l, double u, double *x)
+void hill_start(const hill_curves *f, const real *k, real l, real u, real *x)
 {
     x[0] = hill_activation(k, u);
     if (!k[HILL_ELASTIC]) return;
@@ -142,14 +142,14 @@ void hill_start(const hill_curves *f, const double *k, double l, double u, doubl
     x[1] = balanced_length(&b, k[HILL_OPTIMUM]);
 }
 
-void hill_rates(const hill_curves *f, const double *k, const double *x, double l, double v, double u,
-                double *xd)
+void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u,
+                real *xd)
 {
     (void)v;
     xd[0] = activation_rate(k, x[0], u);
     if (!k[HILL_ELASTIC]) return;
     const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_SHORTEST]), 0};
-    double slope, w;
+    real slope, w;
     if (excess_by_velocity(&b, -LARGEST_VELOCITY, &slope) >= 0)
         w = -LARGEST_VELOCITY;
     else if (excess_by_velocity(&b, LARGEST_VELOCITY, &slope) <= 0)
@@ -162,24 +162,24 @@ void hill_rates(const hill_curves *f, const double *k, const double *x, double l
 /* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
    a stage is a balance of forces with the fibre's mean velocity, which exists also for a muscle that is
    not active and not damped.                                                                          */
-static const double STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
+static const real STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
 
-void hill_advance(const hill_curves *f, const double *k, double *x, double l, double v, double u,
-                  double h)
+void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u,
+                  real h)
 {
-    const double a = x[0];
+    const real a = x[0];
     x[0] = activation_after(k, a, u, h);
     if (!k[HILL_ELASTIC] || !(h > 0)) return;
-    const double time = STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
+    const real time = STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
     const balance first = {f, k, activation_after(k, a, u, time), l + v * time, 0, fibre, time};
-    const double middle = balanced_length(&first, fibre);
-    const double from = fibre + (1 - STAGE) / STAGE * (middle - fibre);
+    const real middle = balanced_length(&first, fibre);
+    const real from = fibre + (1 - STAGE) / STAGE * (middle - fibre);
     const balance second = {f, k, x[0], l + v * h, 0, from, time};
     x[1] = balanced_length(&second, fibre + (middle - fibre) / STAGE);
 }
 
-double hill_curve_by_name(const hill_curves *f, const double *k, const char *name, double x,
-                          double *slope)
+real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x,
+                        real *slope)
 {
     if (!strcmp(name, "active_force_length")) return f->active(k, x, slope);
     if (!strcmp(name, "force_velocity")) return f->velocity(k, x, slope);

@@ -36,40 +36,40 @@ enum {
 #define HILL_FARTHEST 1e6
 
 /* y(x) and, unless `slope` is NULL, dy/dx. */
-typedef double hill_curve(const double *k, double x, double *slope);
+typedef real hill_curve(const real *k, real x, real *slope);
 
 typedef struct {
     hill_curve *active, *velocity, *passive, *tendon;
     /* By activation, what the largest contraction velocity is multiplied with; NULL for 1. */
-    double (*speed)(double a);
+    real (*speed)(real a);
     /* The active and the passive curve at once, where that is quicker; NULL where it is not. */
-    double (*lengths)(const double *k, double x, double *passive);
+    real (*lengths)(const real *k, real x, real *passive);
 } hill_curves;
 
 /* Fibres stay longer than `shortest` optimal lengths, and their angle below `steepest`. */
-void hill_prepare(const double *p, double shortest, double steepest, double damping, double smoothing,
-                  double *k);
-const char *hill_refusal(const double *p);
-int hill_states(const double *p);
-double hill_elastic_tension(const hill_curves *f, const double *k, const double *x, double l);
-void hill_rates(const hill_curves *f, const double *k, const double *x, double l, double v, double u,
-                double *xd);
-void hill_start(const hill_curves *f, const double *k, double l, double u, double *x);
-void hill_advance(const hill_curves *f, const double *k, double *x, double l, double v, double u,
-                  double h);
-double hill_curve_by_name(const hill_curves *f, const double *k, const char *name, double x,
-                          double *slope);
+void hill_prepare(const real *p, real shortest, real steepest, real damping, real smoothing,
+                  real *k);
+const char *hill_refusal(const real *p);
+int hill_states(const real *p);
+real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l);
+void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u,
+                real *xd);
+void hill_start(const hill_curves *f, const real *k, real l, real u, real *x);
+void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u,
+                  real h);
+real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x,
+                        real *slope);
 
 /* a' = (u - a) / tau(a, u), and a after a time h with constant u. */
-double activation_rate(const double *k, double a, double u);
-double activation_after(const double *k, double a, double u, double h);
+real activation_rate(const real *k, real a, real u);
+real activation_after(const real *k, real a, real u, real h);
 
-static inline double hill_activation(const double *k, double a)
+static inline real hill_activation(const real *k, real a)
 {
     return clamped(a, k[HILL_LEAST_ACTIVATION], 1);
 }
 
-static inline double hill_lengths(const hill_curves *f, const double *k, double z, double *passive)
+static inline real hill_lengths(const hill_curves *f, const real *k, real z, real *passive)
 {
     if (f->lengths) return f->lengths(k, z, passive);
     *passive = f->passive(k, z, NULL);
@@ -77,41 +77,41 @@ static inline double hill_lengths(const hill_curves *f, const double *k, double 
 }
 
 /* Here, so that it is compiled together with the curves: it is what most muscles ask for in each step. */
-static inline double hill_rigid_tension(const hill_curves *f, const double *k, double a, double l,
-                                        double v)
+static inline real hill_rigid_tension(const hill_curves *f, const real *k, real a, real l,
+                                      real v)
 {
-    const double along = l - k[HILL_SLACK];
+    const real along = l - k[HILL_SLACK];
     if (along <= 0 || along < k[HILL_NEAREST]) return 0; /* the tendon is slack */
-    const double fibre = sqrt(along * along + k[HILL_HEIGHT2]), cosine = along / fibre;
-    const double z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
-    const double w = v * cosine * k[HILL_PER_SPEED], speed = f->speed ? f->speed(a) : 1;
-    const double velocity = f->velocity(k, clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST), NULL);
-    double passive;
-    const double active = a * hill_lengths(f, k, z, &passive) * velocity;
+    const real fibre = sqrt(along * along + k[HILL_HEIGHT2]), cosine = along / fibre;
+    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const real w = v * cosine * k[HILL_PER_SPEED], speed = f->speed ? f->speed(a) : 1;
+    const real velocity = f->velocity(k, clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST), NULL);
+    real passive;
+    const real active = a * hill_lengths(f, k, z, &passive) * velocity;
     return k[HILL_FORCE] * (active + passive + k[HILL_DAMPING] * w) * cosine;
 }
 
 /* The tension_law functions of a law with the curves CURVES. */
 #define HILL_FUNCTIONS(CURVES)                                                                         \
-    static double tension(const double *k, const double *x, double l, double v, double u)              \
+    static real tension(const real *k, const real *x, real l, real v, real u)                          \
     {                                                                                                  \
         (void)u;                                                                                       \
         if (k[HILL_ELASTIC]) return hill_elastic_tension(&CURVES, k, x, l);                            \
         return hill_rigid_tension(&CURVES, k, hill_activation(k, x[0]), l, v);                         \
     }                                                                                                  \
-    static void rates(const double *k, const double *x, double l, double v, double u, double *xd)      \
+    static void rates(const real *k, const real *x, real l, real v, real u, real *xd)                  \
     {                                                                                                  \
         hill_rates(&CURVES, k, x, l, v, u, xd);                                                        \
     }                                                                                                  \
-    static void start(const double *k, double l, double u, double *x)                                  \
+    static void start(const real *k, real l, real u, real *x)                                          \
     {                                                                                                  \
         hill_start(&CURVES, k, l, u, x);                                                               \
     }                                                                                                  \
-    static void advance(const double *k, double *x, double l, double v, double u, double h)            \
+    static void advance(const real *k, real *x, real l, real v, real u, real h)                        \
     {                                                                                                  \
         hill_advance(&CURVES, k, x, l, v, u, h);                                                       \
     }                                                                                                  \
-    static double curve(const double *k, const char *name, double x, double *slope)                    \
+    static real curve(const real *k, const char *name, real x, real *slope)                            \
     {                                                                                                  \
         return hill_curve_by_name(&CURVES, k, name, x, slope);                                         \
     }

@@ -5,12 +5,12 @@
 
 /* wrench of frame i for its acceleration and spin:
      f = m a + alpha x c + w x (w x c),   n = I alpha + c x a + w x I w,   with c = m r                 */
-static void newton_euler(const core *c, int32_t i, const double acceleration[6], const double spin[3],
-                         double wrench[6])
+static void newton_euler(const core *c, int32_t i, const real acceleration[6], const real spin[3],
+                         real wrench[6])
 {
-    const double *centre = c->centre + 3 * i, *moment = c->moment + 9 * i;
-    const double *alpha = acceleration, *a = acceleration + 3;
-    double Iw[3];
+    const real *centre = c->centre + 3 * i, *moment = c->moment + 9 * i;
+    const real *alpha = acceleration, *a = acceleration + 3;
+    real Iw[3];
     for (int k = 0; k < 3; k++) wrench[3 + k] = c->blob.mass[i] * a[k];
     add_cross3(wrench + 3, alpha, centre);
     add_centripetal(wrench + 3, spin, centre);
@@ -21,7 +21,7 @@ static void newton_euler(const core *c, int32_t i, const double acceleration[6],
 }
 
 /* Generalised forces of all frames' wrenches, each passed on to the parent. */
-static void collect(core *c, double *forces)
+static void collect(core *c, real *forces)
 {
     for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
         const int32_t parent = c->blob.parent[i];
@@ -30,7 +30,7 @@ static void collect(core *c, double *forces)
     }
 }
 
-static void add_springs(const core *c, double *forces)
+static void add_springs(const core *c, real *forces)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++)
         forces[j] += c->blob.stiffness[j] * (c->at[j] - c->blob.rest[j]);
@@ -38,9 +38,9 @@ static void add_springs(const core *c, double *forces)
 
 void core_gravity(core *c)
 {
-    static const double still[3] = {0, 0, 0};
-    const double *g = c->blob.gravity;
-    const double up[6] = {0, 0, 0, -g[0], -g[1], -g[2]};
+    static const real still[3] = {0, 0, 0};
+    const real *g = c->blob.gravity;
+    const real up[6] = {0, 0, 0, -g[0], -g[1], -g[2]};
     dynamics_links(c);
     dynamics_inertias(c);
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) newton_euler(c, i, up, still, c->wrench + 6 * i);
@@ -49,13 +49,13 @@ void core_gravity(core *c)
 }
 
 /* The forces of motion at qdd = 0 in a world that is accelerated by `world`. */
-static void coast(core *c, const double *qd, const double world[3], double *forces)
+static void coast(core *c, const real *qd, const real world[3], real *forces)
 {
     dynamics_links(c);
     dynamics_inertias(c);
     dynamics_velocities(c, qd);
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
-        double *acceleration = c->acceleration + 6 * i;
+        real *acceleration = c->acceleration + 6 * i;
         dynamics_carry(c, i, c->acceleration, acceleration);
         if (c->blob.parent[i] < 0) add3(acceleration + 3, world);
         add3(acceleration, c->drift + 6 * i);
@@ -65,28 +65,28 @@ static void coast(core *c, const double *qd, const double world[3], double *forc
     collect(c, forces);
 }
 
-void core_coriolis(core *c, const double *qd)
+void core_coriolis(core *c, const real *qd)
 {
-    static const double still[3] = {0, 0, 0};
+    static const real still[3] = {0, 0, 0};
     coast(c, qd, still, c->coriolis);
 }
 
-void core_bias(core *c, const double *qd)
+void core_bias(core *c, const real *qd)
 {
-    const double *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
+    const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
     coast(c, qd, up, c->coriolis);
     add_springs(c, c->coriolis);
 }
 
 /* Add the moments of a composite body about the origin of frame i to its parent's:
      I + 2 (c.r) 1 - c r' - r c' + m (r.r 1 - r r')                                                     */
-static void add_composite(core *c, int32_t i, double *mass)
+static void add_composite(core *c, int32_t i, real *mass)
 {
     const int32_t parent = c->blob.parent[i];
-    const double *r = c->link + 3 * i, *centre = c->centre + 3 * i, m = mass[i];
-    const double *from = c->moment + 9 * i;
-    double *to = c->moment + 9 * parent;
-    const double trace = 2 * dot3(centre, r) + m * dot3(r, r);
+    const real *r = c->link + 3 * i, *centre = c->centre + 3 * i, m = mass[i];
+    const real *from = c->moment + 9 * i;
+    real *to = c->moment + 9 * parent;
+    const real trace = 2 * dot3(centre, r) + m * dot3(r, r);
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++)
             to[3 * a + b] += from[3 * a + b] - centre[a] * r[b] - r[a] * centre[b] - m * r[a] * r[b] +
@@ -96,9 +96,9 @@ static void add_composite(core *c, int32_t i, double *mass)
 }
 
 /* The wrench that makes a composite body follow a unit acceleration of its frame's motion. */
-static void unit_wrench(const core *c, int32_t i, double mass, double wrench[6])
+static void unit_wrench(const core *c, int32_t i, real mass, real wrench[6])
 {
-    const double *axis = c->axis + 3 * i, *centre = c->centre + 3 * i;
+    const real *axis = c->axis + 3 * i, *centre = c->centre + 3 * i;
     if (c->blob.motion[i] == ROTATION) {
         rotate3(wrench, c->moment + 9 * i, axis);
         cross3(wrench + 3, axis, centre);
@@ -111,18 +111,18 @@ static void unit_wrench(const core *c, int32_t i, double mass, double wrench[6])
 void core_mass_matrix(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
-    double *mass = c->drive;
+    real *mass = c->drive;
     dynamics_links(c);
     dynamics_inertias(c);
-    memcpy(mass, c->blob.mass, dofs * sizeof(double));
-    memset(c->mass_matrix, 0, dofs * dofs * sizeof(double));
+    memcpy(mass, c->blob.mass, dofs * sizeof(real));
+    memset(c->mass_matrix, 0, dofs * dofs * sizeof(real));
     for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
-        double wrench[6];
+        real wrench[6];
         unit_wrench(c, i, mass[i], wrench);
         const size_t row = (size_t)c->blob.coordinate[i];
         for (int32_t j = i; j >= 0; j = c->blob.parent[j]) {
             const size_t column = (size_t)c->blob.coordinate[j];
-            const double entry = along(c, j, wrench);
+            const real entry = along(c, j, wrench);
             c->mass_matrix[row * dofs + column] = c->mass_matrix[column * dofs + row] = entry;
             add_cross3(wrench, c->link + 3 * j, wrench + 3); /* about the parent's origin */
         }

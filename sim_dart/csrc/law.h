@@ -95,24 +95,24 @@ typedef struct {
     int driven; /* has a command */
     int pushes; /* its tension may be negative */
     /* What is wrong with finite parameters p, or NULL; NULL if nothing can be. */
-    const char *(*refusal)(const double *p);
-    void (*prepare)(const double *p, double *k);
-    double (*tension)(const double *k, const double *x, double l, double v, double u);
+    const char *(*refusal)(const real *p);
+    void (*prepare)(const real *p, real *k);
+    real (*tension)(const real *k, const real *x, real l, real v, real u);
     /* The next four are NULL for a law without states. */
-    int (*states)(const double *p);
-    void (*rates)(const double *k, const double *x, double l, double v, double u, double *xd);
-    void (*start)(const double *k, double l, double u, double *x);
+    int (*states)(const real *p);
+    void (*rates)(const real *k, const real *x, real l, real v, real u, real *xd);
+    void (*start)(const real *k, real l, real u, real *x);
     /* x after a time h, while l grows by v h. */
-    void (*advance)(const double *k, double *x, double l, double v, double u, double h);
+    void (*advance)(const real *k, real *x, real l, real v, real u, real h);
     /* See core_curve; NULL for a law without curves. */
-    double (*curve)(const double *k, const char *name, double x, double *slope);
+    real (*curve)(const real *k, const char *name, real x, real *slope);
 } tension_law;
 
 #define DECLARE_LAW(kind, law, parameters) extern const tension_law LAW_##law;
 LAWS(DECLARE_LAW)
 #undef DECLARE_LAW
 
-static inline double clamped(double x, double low, double high)
+static inline real clamped(real x, real low, real high)
 {
     return x < low ? low : x > high ? high : x;
 }

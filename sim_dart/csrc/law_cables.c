@@ -8,13 +8,13 @@
 
 enum { IDEAL_CONSTANTS = LAW_OWN };
 
-static void ideal_prepare(const double *p, double *k)
+static void ideal_prepare(const real *p, real *k)
 {
     (void)p;
     k[LAW_LOW] = 0, k[LAW_HIGH] = INFINITY;
 }
 
-static double ideal_tension(const double *k, const double *x, double l, double v, double u)
+static real ideal_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)k, (void)x, (void)l, (void)v;
     return u;
@@ -32,20 +32,20 @@ const tension_law LAW_IDEAL = {
 enum { ELASTIC_CABLE_PARAMETERS(AT) CABLE_PARAMETERS };
 enum { CABLE_STIFFNESS = LAW_OWN, CABLE_DAMPING, CABLE_CONSTANTS };
 
-static const char *cable_refusal(const double *p)
+static const char *cable_refusal(const real *p)
 {
     if (!(p[AT_stiffness] > 0)) return "stiffness must be positive";
     if (p[AT_damping] < 0) return "damping must not be negative";
     return p[AT_longest_rest_length] > 0 ? NULL : "longest_rest_length must be positive";
 }
 
-static void cable_prepare(const double *p, double *k)
+static void cable_prepare(const real *p, real *k)
 {
     k[LAW_LOW] = 0, k[LAW_HIGH] = p[AT_longest_rest_length];
     k[CABLE_STIFFNESS] = p[AT_stiffness], k[CABLE_DAMPING] = p[AT_damping];
 }
 
-static double cable_tension(const double *k, const double *x, double l, double v, double u)
+static real cable_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x;
     return l > u ? k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v : 0;

@@ -14,36 +14,36 @@ enum { PER_WIDTH = HILL_CONSTANTS, PASSIVE_RATE, PASSIVE_FOOT, PASSIVE_SCALE, TE
 
 /* Three Gauss curves, each of height BELL[0] about BELL[1], as wide as BELL[2] + BELL[3] z. */
 enum { BELLS = 3 };
-static const double BELL[BELLS][4] = {
+static const real BELL[BELLS][4] = {
     {0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465},
     {0.433004984392647, 0.716775413397760, -0.029947116970696, 0.200356847296188},
     {0.1, 1.0, 0.353553390593274, 0.0},
 };
 
 /* The active curve's length: its width is scaled. */
-static inline double scaled(const double *k, double x)
+static inline real scaled(const real *k, real x)
 {
     return (x - 1) * k[PER_WIDTH] + 1;
 }
 
-static inline double per_width(const double b[4], double z)
+static inline real per_width(const real b[4], real z)
 {
     return 1 / (b[2] + b[3] * z);
 }
 
-static inline double bell_exponent(const double b[4], double z)
+static inline real bell_exponent(const real b[4], real z)
 {
-    const double ratio = (z - b[1]) * per_width(b, z);
+    const real ratio = (z - b[1]) * per_width(b, z);
     return -0.5 * ratio * ratio;
 }
 
-static double active(const double *k, double x, double *slope)
+static real active(const real *k, real x, real *slope)
 {
-    const double z = scaled(k, x);
-    double sum = 0, rate = 0;
+    const real z = scaled(k, x);
+    real sum = 0, rate = 0;
     for (int i = 0; i < BELLS; i++) {
-        const double *b = BELL[i], ratio = (z - b[1]) * per_width(b, z);
-        const double y = b[0] * exponential(bell_exponent(b, z));
+        const real *b = BELL[i], ratio = (z - b[1]) * per_width(b, z);
+        const real y = b[0] * exponential(bell_exponent(b, z));
         sum += y;
         if (y > 0) rate += -y * ratio * (1 - ratio * b[3]) * per_width(b, z);
     }
@@ -51,27 +51,27 @@ static double active(const double *k, double x, double *slope)
     return sum;
 }
 
-static double velocity(const double *k, double w, double *slope)
+static real velocity(const real *k, real w, real *slope)
 {
-    static const double D1 = -0.3211346127989808, D2 = -8.149, D3 = -0.374, D4 = 0.8825327733249912;
+    static const real D1 = -0.3211346127989808, D2 = -8.149, D3 = -0.374, D4 = 0.8825327733249912;
     (void)k;
-    const double s = D2 * w + D3, root = sqrt(s * s + 1);
+    const real s = D2 * w + D3, root = sqrt(s * s + 1);
     if (slope) *slope = D1 * D2 / root;
     return D1 * logarithm(s + root) + D4;
 }
 
-static double passive(const double *k, double x, double *slope)
+static real passive(const real *k, real x, real *slope)
 {
-    const double y = exponential(k[PASSIVE_RATE] * (x - 1));
+    const real y = exponential(k[PASSIVE_RATE] * (x - 1));
     if (slope) *slope = k[PASSIVE_RATE] * y * k[PASSIVE_SCALE];
     return (y - k[PASSIVE_FOOT]) * k[PASSIVE_SCALE];
 }
 
 /* The active and the passive curve: four exponentials at once. */
-static double lengths(const double *k, double x, double *passive)
+static real lengths(const real *k, real x, real *passive)
 {
-    const double z = scaled(k, x);
-    double exponents[BELLS + 1], y[BELLS + 1];
+    const real z = scaled(k, x);
+    real exponents[BELLS + 1], y[BELLS + 1];
     for (int i = 0; i < BELLS; i++) exponents[i] = bell_exponent(BELL[i], z);
     exponents[BELLS] = k[PASSIVE_RATE] * (x - 1);
     exponential_of_four(exponents, y);
@@ -79,9 +79,9 @@ static double lengths(const double *k, double x, double *passive)
     return BELL[0][0] * y[0] + BELL[1][0] * y[1] + BELL[2][0] * y[2];
 }
 
-static double tendon(const double *k, double x, double *slope)
+static real tendon(const real *k, real x, real *slope)
 {
-    const double y = 0.2 * exponential(k[TENDON_RATE] * (x - 1));
+    const real y = 0.2 * exponential(k[TENDON_RATE] * (x - 1));
     if (slope) *slope = k[TENDON_RATE] * y;
     return y - 0.2;
 }
@@ -89,7 +89,7 @@ static double tendon(const double *k, double x, double *slope)
 static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, lengths};
 HILL_FUNCTIONS(CURVES)
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     if (p[AT_fibre_damping] < 0) return "fibre_damping must not be negative";
     if (!(p[AT_active_width_scale] > 0)) return "active_width_scale must be positive";
@@ -100,9 +100,9 @@ static const char *refusal(const double *p)
 }
 
 /* The passive curve is 0 at the shortest fibre and 1 at its strain. */
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
-    const double shape = 4, shortest = 0.2, strain = p[AT_passive_fibre_strain];
+    const real shape = 4, shortest = 0.2, strain = p[AT_passive_fibre_strain];
     hill_prepare(p, p[AT_elastic_tendon] ? shortest : 0, 1.5707963267948966, p[AT_fibre_damping],
                  p[AT_activation_smoothing], k);
     k[PER_WIDTH] = 1 / p[AT_active_width_scale];

@@ -11,9 +11,9 @@
 enum { LIGAMENT_PARAMETERS(AT) PARAMETERS };
 enum { STIFFNESS = LAW_OWN, TOE, DAMPING, SLACK_LENGTH, CONSTANTS };
 
-static const double FULL_DAMPING = 0.01;
+static const real FULL_DAMPING = 0.01;
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     if (p[AT_linear_stiffness] < 0) return "linear_stiffness must not be negative";
     if (!(p[AT_transition_strain] > 0)) return "transition_strain must be positive";
@@ -21,7 +21,7 @@ static const char *refusal(const double *p)
     return p[AT_slack_length] > 0 ? NULL : "slack_length must be positive";
 }
 
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
     k[LAW_LOW] = k[LAW_HIGH] = 0;
     k[STIFFNESS] = p[AT_linear_stiffness], k[TOE] = p[AT_transition_strain];
@@ -29,18 +29,18 @@ static void prepare(const double *p, double *k)
 }
 
 /* From 0 to 1 with two derivatives. */
-static double onset(double strain)
+static real onset(real strain)
 {
-    const double x = strain / FULL_DAMPING;
+    const real x = strain / FULL_DAMPING;
     return x < 1 ? x * x * x * (10 + x * (6 * x - 15)) : 1;
 }
 
-static double tension(const double *k, const double *x, double l, double v, double u)
+static real tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x, (void)u;
-    const double strain = l / k[SLACK_LENGTH] - 1, toe = k[TOE];
+    const real strain = l / k[SLACK_LENGTH] - 1, toe = k[TOE];
     if (strain <= 0) return 0;
-    const double spring = strain < toe ? k[STIFFNESS] * strain * strain / (2 * toe)
+    const real spring = strain < toe ? k[STIFFNESS] * strain * strain / (2 * toe)
                                        : k[STIFFNESS] * (strain - toe / 2);
     return v > 0 ? spring + onset(strain) * k[DAMPING] * v / k[SLACK_LENGTH] : spring;
 }

@@ -15,9 +15,9 @@
 enum { MCKIBBEN_PARAMETERS(AT) PARAMETERS };
 enum { THREAD2 = LAW_OWN, FOUR_PI_TURNS2, CORD, TIME_CONSTANT, CONSTANTS };
 
-static const double PI = 3.14159265358979323846;
+static const real PI = 3.14159265358979323846;
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     if (!(p[AT_thread_length] > 0 && p[AT_thread_length] <= 1e3))
         return "thread_length must be positive, and 1000 at most";
@@ -27,7 +27,7 @@ static const char *refusal(const double *p)
     return p[AT_pressure_time_constant] < 0 ? "pressure_time_constant must not be negative" : NULL;
 }
 
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
     k[LAW_LOW] = 0, k[LAW_HIGH] = p[AT_max_pressure];
     k[THREAD2] = p[AT_thread_length] * p[AT_thread_length];
@@ -35,33 +35,33 @@ static void prepare(const double *p, double *k)
     k[CORD] = p[AT_cord_length], k[TIME_CONSTANT] = p[AT_pressure_time_constant];
 }
 
-static int states(const double *p)
+static int states(const real *p)
 {
     (void)p;
     return 1;
 }
 
 /* A path shorter than the cord leaves a bladder of no length, not a negative one. */
-static double tension(const double *k, const double *x, double l, double v, double u)
+static real tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)v, (void)u;
-    const double L = larger(l - k[CORD], 0);
+    const real L = larger(l - k[CORD], 0);
     return x[0] * (3 * L * L - k[THREAD2]) / k[FOUR_PI_TURNS2];
 }
 
-static void rates(const double *k, const double *x, double l, double v, double u, double *xd)
+static void rates(const real *k, const real *x, real l, real v, real u, real *xd)
 {
     (void)l, (void)v;
     xd[0] = k[TIME_CONSTANT] > 0 ? (u - x[0]) / k[TIME_CONSTANT] : 0;
 }
 
-static void start(const double *k, double l, double u, double *x)
+static void start(const real *k, real l, real u, real *x)
 {
     (void)k, (void)l;
     x[0] = u;
 }
 
-static void advance(const double *k, double *x, double l, double v, double u, double h)
+static void advance(const real *k, real *x, real l, real v, real u, real h)
 {
     (void)l, (void)v;
     x[0] = k[TIME_CONSTANT] > 0 ? u + (x[0] - u) * exponential(-h / k[TIME_CONSTANT]) : u;

@@ -20,28 +20,28 @@ enum {
 };
 
 /* Below this, fibre damping counts as none. */
-static const double LEAST_DAMPING = 0.001;
+static const real LEAST_DAMPING = 0.001;
 
-static void set_knot(double *knot, double x, double y, double slope)
+static void set_knot(real *knot, real x, real y, real slope)
 {
     knot[0] = x, knot[1] = y, knot[2] = slope;
 }
 
 /* An elastic tendon without fibre damping takes the velocity from the force, so no curve may be flat or
    zero then.                                                                                          */
-static int is_singular(const double *p)
+static int is_singular(const real *p)
 {
     return p[AT_elastic_tendon] != 0 && p[AT_fibre_damping] < LEAST_DAMPING;
 }
 
 /* Five elbows: up steeply, up slowly, over the top, down, out. */
-static void prepare_active(const double *p, double *curve)
+static void prepare_active(const real *p, real *curve)
 {
-    const double least = is_singular(p) ? larger(p[AT_active_minimum], 0.1) : p[AT_active_minimum];
-    const double begin = p[AT_active_shortest], turn = p[AT_active_transition], end = p[AT_active_longest];
-    const double slow = p[AT_active_shallow_slope], half_plateau = 0.05, shoulder = 1 - half_plateau;
-    const double at_turn = 1 - slow * (shoulder - turn), steep = 1.25 * at_turn / (turn - begin);
-    const double fall = -1 / ((end - half_plateau) - (1 + half_plateau));
+    const real least = is_singular(p) ? larger(p[AT_active_minimum], 0.1) : p[AT_active_minimum];
+    const real begin = p[AT_active_shortest], turn = p[AT_active_transition], end = p[AT_active_longest];
+    const real slow = p[AT_active_shallow_slope], half_plateau = 0.05, shoulder = 1 - half_plateau;
+    const real at_turn = 1 - slow * (shoulder - turn), steep = 1.25 * at_turn / (turn - begin);
+    const real fall = -1 / ((end - half_plateau) - (1 + half_plateau));
     set_knot(curve, begin, least, 0);
     set_knot(curve + 3, 0.5 * (begin + turn), 0.5 * at_turn, steep);
     set_knot(curve + 6, 0.5 * (turn + shoulder), 0.5 * (1 + at_turn), slow);
@@ -50,13 +50,13 @@ static void prepare_active(const double *p, double *curve)
     set_knot(curve + 15, end, least, 0);
 }
 
-static void prepare_velocity(const double *p, double *curve)
+static void prepare_velocity(const real *p, real *curve)
 {
-    const double near = 0.9, least = is_singular(p) ? 0.5 : 0; /* part of the slope near vmax */
-    const double shorten_near = p[AT_concentric_slope_near_vmax];
-    const double lengthen_near = p[AT_eccentric_slope_near_vmax], most = p[AT_eccentric_force];
-    const double shorten = larger(p[AT_concentric_slope_at_vmax], least * shorten_near);
-    const double lengthen = larger(p[AT_eccentric_slope_at_vmax], least * lengthen_near);
+    const real near = 0.9, least = is_singular(p) ? 0.5 : 0; /* part of the slope near vmax */
+    const real shorten_near = p[AT_concentric_slope_near_vmax];
+    const real lengthen_near = p[AT_eccentric_slope_near_vmax], most = p[AT_eccentric_force];
+    const real shorten = larger(p[AT_concentric_slope_at_vmax], least * shorten_near);
+    const real lengthen = larger(p[AT_eccentric_slope_at_vmax], least * lengthen_near);
     set_knot(curve, -1, 0, shorten);
     set_knot(curve + 3, -near, 0.5 * (shorten_near + shorten) * (1 - near), shorten_near);
     set_knot(curve + 6, 0, 1, p[AT_isometric_slope]);
@@ -64,45 +64,45 @@ static void prepare_velocity(const double *p, double *curve)
     set_knot(curve + 12, 1, most, lengthen);
 }
 
-static void prepare_passive(const double *p, double *curve)
+static void prepare_passive(const real *p, real *curve)
 {
-    const double zero = 1 + p[AT_passive_zero_strain], one = 1 + p[AT_passive_fibre_strain];
-    const double steep = p[AT_passive_stiffness] > 0 ? p[AT_passive_stiffness] : 2 / (one - zero);
-    const double toe = smaller(0.1 / steep, 0.1 * (one - zero)), low = p[AT_passive_stiffness_low];
+    const real zero = 1 + p[AT_passive_zero_strain], one = 1 + p[AT_passive_fibre_strain];
+    const real steep = p[AT_passive_stiffness] > 0 ? p[AT_passive_stiffness] : 2 / (one - zero);
+    const real toe = smaller(0.1 / steep, 0.1 * (one - zero)), low = p[AT_passive_stiffness_low];
     set_knot(curve, zero, 0, 0);
     set_knot(curve + 3, zero + toe, low * toe / 2, low);
     set_knot(curve + 6, one, 1, steep);
 }
 
 /* A toe of two elbows; the line that follows goes through F0 at its strain. */
-static void prepare_tendon(const double *p, double *curve)
+static void prepare_tendon(const real *p, real *curve)
 {
-    const double strain = p[AT_tendon_strain], toe = p[AT_tendon_toe_force];
-    const double steep = p[AT_tendon_stiffness] > 0 ? p[AT_tendon_stiffness] : 1.375 / strain;
-    const double one = 1 + strain, at_toe = (toe - 1) / steep + one, foot = 1 + (at_toe - 1) / 10;
-    const double at_half = (toe / 2 - 1) / steep + one, slope = toe / 2 / (at_half - foot);
+    const real strain = p[AT_tendon_strain], toe = p[AT_tendon_toe_force];
+    const real steep = p[AT_tendon_stiffness] > 0 ? p[AT_tendon_stiffness] : 1.375 / strain;
+    const real one = 1 + strain, at_toe = (toe - 1) / steep + one, foot = 1 + (at_toe - 1) / 10;
+    const real at_half = (toe / 2 - 1) / steep + one, slope = toe / 2 / (at_half - foot);
     set_knot(curve, 1, 0, 0);
     set_knot(curve + 3, foot + 0.5 * (at_half - foot), toe / 4, slope);
     set_knot(curve + 6, at_toe, toe, steep);
 }
 
-static void prepare_curves(const double *p, double *k)
+static void prepare_curves(const real *p, real *k)
 {
-    const double shortening = p[AT_concentric_curviness], lengthening = p[AT_eccentric_curviness];
+    const real shortening = p[AT_concentric_curviness], lengthening = p[AT_eccentric_curviness];
     prepare_active(p, k + ACTIVE);
-    bezier_prepare(k + ACTIVE, ACTIVE_PIECES, (const double[]){1, 1, 1, 1, 1});
+    bezier_prepare(k + ACTIVE, ACTIVE_PIECES, (const real[]){1, 1, 1, 1, 1});
     prepare_velocity(p, k + VELOCITY);
     bezier_prepare(k + VELOCITY, VELOCITY_PIECES,
-                   (const double[]){shortening, shortening, lengthening, lengthening});
+                   (const real[]){shortening, shortening, lengthening, lengthening});
     prepare_passive(p, k + PASSIVE);
     bezier_prepare(k + PASSIVE, PASSIVE_PIECES,
-                   (const double[]){p[AT_passive_curviness], p[AT_passive_curviness]});
+                   (const real[]){p[AT_passive_curviness], p[AT_passive_curviness]});
     prepare_tendon(p, k + TENDON);
     bezier_prepare(k + TENDON, TENDON_PIECES,
-                   (const double[]){p[AT_tendon_curviness], p[AT_tendon_curviness]});
+                   (const real[]){p[AT_tendon_curviness], p[AT_tendon_curviness]});
 }
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     if (p[AT_fibre_damping] < 0) return "fibre_damping must not be negative";
     if (!(p[AT_maximum_pennation] > 0 && p[AT_maximum_pennation] < 1.571))
@@ -134,7 +134,7 @@ static const char *refusal(const double *p)
     if (!(p[AT_passive_stiffness_low] > 0)) return "passive_stiffness_low must be positive";
     if (!(p[AT_tendon_toe_force] > 0 && p[AT_tendon_toe_force] <= 1))
         return "tendon_toe_force must be above 0, and 1 at most";
-    double k[CONSTANTS];
+    real k[CONSTANTS];
     prepare_curves(p, k);
     if (!bezier_is_sound(k + ACTIVE, ACTIVE_PIECES))
         return "the active force-length curve folds over; see its lengths and slope";
@@ -147,29 +147,29 @@ static const char *refusal(const double *p)
     return NULL;
 }
 
-static double active(const double *k, double x, double *slope)
+static real active(const real *k, real x, real *slope)
 {
     return bezier_value(k + ACTIVE, ACTIVE_PIECES, x, slope);
 }
 
-static double velocity(const double *k, double x, double *slope)
+static real velocity(const real *k, real x, real *slope)
 {
     return bezier_value(k + VELOCITY, VELOCITY_PIECES, x, slope);
 }
 
-static double passive(const double *k, double x, double *slope)
+static real passive(const real *k, real x, real *slope)
 {
     return bezier_value(k + PASSIVE, PASSIVE_PIECES, x, slope);
 }
 
-static double tendon(const double *k, double x, double *slope)
+static real tendon(const real *k, real x, real *slope)
 {
     return bezier_value(k + TENDON, TENDON_PIECES, x, slope);
 }
 
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
-    const double damping = p[AT_fibre_damping] < LEAST_DAMPING ? 0 : p[AT_fibre_damping];
+    const real damping = p[AT_fibre_damping] < LEAST_DAMPING ? 0 : p[AT_fibre_damping];
     hill_prepare(p, p[AT_active_shortest], p[AT_maximum_pennation], damping, 0, k);
     if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = larger(k[HILL_LEAST_ACTIVATION], 0.01);
     prepare_curves(p, k);

@@ -44,16 +44,16 @@ enum { CURRENT, SPEED, ANGLE, STATES };
 #define MOST_QUICKNESS 1e6
 #define MOST_SUBSTEPS 1000000
 
-static double quickness(const double *p)
+static real quickness(const real *p)
 {
-    const double J = p[AT_gear_inertia] + p[AT_motor_inertia], N = p[AT_gear_ratio];
-    const double R = p[AT_resistance] + p[AT_bridge_resistance], r = p[AT_spindle_radius];
+    const real J = p[AT_gear_inertia] + p[AT_motor_inertia], N = p[AT_gear_ratio];
+    const real R = p[AT_resistance] + p[AT_bridge_resistance], r = p[AT_spindle_radius];
     return R / p[AT_inductance] +
            sqrt(p[AT_back_emf_constant] * p[AT_torque_constant] / (p[AT_inductance] * J)) +
            sqrt(p[AT_stiffness] * r * r / (p[AT_gear_efficiency] * N * N * J));
 }
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     const int positive[] = {AT_resistance,    AT_inductance,     AT_torque_constant, AT_gear_ratio,
                             AT_motor_inertia, AT_spindle_radius, AT_stiffness,       AT_max_voltage};
@@ -68,16 +68,16 @@ static const char *refusal(const double *p)
     return quickness(p) <= MOST_QUICKNESS ? NULL : "it changes faster than 1e6 a second";
 }
 
-static double efficiency(const double *k, double current, double speed)
+static real efficiency(const real *k, real current, real speed)
 {
-    const double eta = k[EFFICIENCY];
+    const real eta = k[EFFICIENCY];
     return eta + (1 / eta - eta) * (hyperbolic_tangent(-500 * current * speed - 5) + 1) / 2;
 }
 
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
-    const double J = p[AT_gear_inertia] + p[AT_motor_inertia], N = p[AT_gear_ratio];
-    const double R = p[AT_resistance] + p[AT_bridge_resistance], La = p[AT_inductance];
+    const real J = p[AT_gear_inertia] + p[AT_motor_inertia], N = p[AT_gear_ratio];
+    const real R = p[AT_resistance] + p[AT_bridge_resistance], La = p[AT_inductance];
     k[LAW_LOW] = -p[AT_max_voltage], k[LAW_HIGH] = p[AT_max_voltage];
     k[ELECTRIC] = R / La, k[BACK_EMF] = p[AT_back_emf_constant] * N / La, k[PER_INDUCTANCE] = 1 / La;
     k[DRIVE] = p[AT_torque_constant] / (N * J), k[LOAD] = p[AT_spindle_radius] / (N * N * J);
@@ -87,64 +87,64 @@ static void prepare(const double *p, double *k)
     k[STALL] = efficiency(k, 0, 0) * N * p[AT_torque_constant] / (R * p[AT_spindle_radius]);
 }
 
-static int states(const double *p)
+static int states(const real *p)
 {
     (void)p;
     return STATES;
 }
 
-static double elongation(const double *k, const double *x, double l)
+static real elongation(const real *k, const real *x, real l)
 {
     return l - k[REST_LENGTH] + k[RADIUS] * x[ANGLE];
 }
 
-static double tension(const double *k, const double *x, double l, double v, double u)
+static real tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)v, (void)u;
     return k[STIFFNESS] * larger(elongation(k, x, l), 0);
 }
 
-static void rates(const double *k, const double *x, double l, double v, double u, double *xd)
+static void rates(const real *k, const real *x, real l, real v, real u, real *xd)
 {
-    const double rho = efficiency(k, x[CURRENT], x[SPEED]);
+    const real rho = efficiency(k, x[CURRENT], x[SPEED]);
     xd[CURRENT] = k[PER_INDUCTANCE] * u - k[ELECTRIC] * x[CURRENT] - k[BACK_EMF] * x[SPEED];
     xd[SPEED] = k[DRIVE] * x[CURRENT] - k[LOAD] * tension(k, x, l, v, u) / rho;
     xd[ANGLE] = x[SPEED];
 }
 
 /* The motor stalls against the spring; one that pushes stands with a slack spring. */
-static void start(const double *k, double l, double u, double *x)
+static void start(const real *k, real l, real u, real *x)
 {
-    const double f = larger(k[STALL] * u, 0);
+    const real f = larger(k[STALL] * u, 0);
     x[CURRENT] = u * k[PER_RESISTANCE], x[SPEED] = 0;
     x[ANGLE] = (f / k[STIFFNESS] - (l - k[REST_LENGTH])) / k[RADIUS];
 }
 
 /* Every term of the series is the derivative of the last one: d' = A d, times t / n. Efficiency and
    tautness are those of the middle of the substep.                                                    */
-static void substep(const double *k, double *x, double l, double v, double u, double t)
+static void substep(const real *k, real *x, real l, real v, real u, real t)
 {
-    double d[STATES], middle[STATES], stretched = v; /* the path's own part is in one term only */
+    real d[STATES], middle[STATES], stretched = v; /* the path's own part is in one term only */
     rates(k, x, l, v, u, d);
     for (int i = 0; i < STATES; i++) middle[i] = x[i] + d[i] * t / 2;
-    const double taut = elongation(k, middle, l + v * t / 2) > 0 ? k[STIFFNESS] : 0;
-    const double load = taut * k[LOAD] / efficiency(k, middle[CURRENT], middle[SPEED]);
+    const real taut = elongation(k, middle, l + v * t / 2) > 0 ? k[STIFFNESS] : 0;
+    const real load = taut * k[LOAD] / efficiency(k, middle[CURRENT], middle[SPEED]);
     d[SPEED] = k[DRIVE] * x[CURRENT] - load * elongation(k, x, l);
     for (int n = 1; n <= TERMS; n++) {
-        const double part = t / n;
+        const real part = t / n;
         for (int i = 0; i < STATES; i++) d[i] *= part, x[i] += d[i];
-        const double current = -k[ELECTRIC] * d[CURRENT] - k[BACK_EMF] * d[SPEED];
-        const double speed = k[DRIVE] * d[CURRENT] - load * (k[RADIUS] * d[ANGLE] + stretched * part);
+        const real current = -k[ELECTRIC] * d[CURRENT] - k[BACK_EMF] * d[SPEED];
+        const real speed = k[DRIVE] * d[CURRENT] - load * (k[RADIUS] * d[ANGLE] + stretched * part);
         d[ANGLE] = d[SPEED], d[CURRENT] = current, d[SPEED] = speed;
         stretched = 0;
     }
 }
 
-static void advance(const double *k, double *x, double l, double v, double u, double h)
+static void advance(const real *k, real *x, real l, real v, real u, real h)
 {
-    const double wanted = ceil(h * larger(k[QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
+    const real wanted = ceil(h * larger(k[QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
     const int steps = (int)clamped(wanted, 1, MOST_SUBSTEPS);
-    const double t = h / steps;
+    const real t = h / steps;
     for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);
 }
 

@@ -6,18 +6,18 @@
 enum { SPRING_PARAMETERS(AT) PARAMETERS };
 enum { STIFFNESS = LAW_OWN, REST_LENGTH, CONSTANTS };
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     return p[AT_K] < 0 ? "K must not be negative" : NULL;
 }
 
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
     k[LAW_LOW] = k[LAW_HIGH] = 0;
     k[STIFFNESS] = p[AT_K], k[REST_LENGTH] = p[AT_l0];
 }
 
-static double tension(const double *k, const double *x, double l, double v, double u)
+static real tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x, (void)v, (void)u;
     return k[STIFFNESS] * (l - k[REST_LENGTH]);

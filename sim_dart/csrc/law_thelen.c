@@ -23,65 +23,65 @@ enum {
     CONSTANTS
 };
 
-static const double TOE_FORCE = 0.33, TOE_SHAPE = 3;
+static const real TOE_FORCE = 0.33, TOE_SHAPE = 3;
 
-static double active(const double *k, double x, double *slope)
+static real active(const real *k, real x, real *slope)
 {
-    const double y = exponential(-(x - 1) * (x - 1) / k[ACTIVE_SHAPE]);
+    const real y = exponential(-(x - 1) * (x - 1) / k[ACTIVE_SHAPE]);
     if (slope) *slope = -2 * (x - 1) / k[ACTIVE_SHAPE] * y;
     return y;
 }
 
 /* Hill's hyperbola, to w = -1 where a fibre shortens without force, and its mirror for lengthening. */
-static double hyperbola(const double *k, double w, double *slope)
+static real hyperbola(const real *k, real w, real *slope)
 {
-    const double most = w < 0 ? 0 : k[ECCENTRIC_FORCE];
-    const double bend = w < 0 ? -1 / k[CONCENTRIC_SHAPE] : k[ECCENTRIC_SHAPE];
-    const double top = w < 0 ? 1 + w : 1 + bend * most * w, under = 1 + bend * w;
-    const double rise = w < 0 ? 1 : bend * most;
+    const real most = w < 0 ? 0 : k[ECCENTRIC_FORCE];
+    const real bend = w < 0 ? -1 / k[CONCENTRIC_SHAPE] : k[ECCENTRIC_SHAPE];
+    const real top = w < 0 ? 1 + w : 1 + bend * most * w, under = 1 + bend * w;
+    const real rise = w < 0 ? 1 : bend * most;
     *slope = (rise * under - bend * top) / (under * under);
     return top / under;
 }
 
 /* Beyond where the hyperbola ends, and near to its upper asymptote, it goes on as a line. */
-static double velocity(const double *k, double w, double *slope)
+static real velocity(const real *k, real w, real *slope)
 {
-    double own;
-    const double inside = clamped(w, -1, k[LINEAR_FROM]), y = hyperbola(k, inside, &own);
+    real own;
+    const real inside = clamped(w, -1, k[LINEAR_FROM]), y = hyperbola(k, inside, &own);
     if (slope) *slope = own;
     return y + own * (w - inside);
 }
 
-static double passive(const double *k, double x, double *slope)
+static real passive(const real *k, real x, real *slope)
 {
     if (x <= 1) {
         if (slope) *slope = 0;
         return 0;
     }
-    const double rate = k[PASSIVE_SHAPE] / k[PASSIVE_STRAIN], scale = exponential_less_one(k[PASSIVE_SHAPE]);
+    const real rate = k[PASSIVE_SHAPE] / k[PASSIVE_STRAIN], scale = exponential_less_one(k[PASSIVE_SHAPE]);
     if (slope) *slope = rate * exponential(rate * (x - 1)) / scale;
     return exponential_less_one(rate * (x - 1)) / scale;
 }
 
-static double tendon(const double *k, double x, double *slope)
+static real tendon(const real *k, real x, real *slope)
 {
-    const double strain = x - 1, rate = TOE_SHAPE / k[TOE_STRAIN];
+    const real strain = x - 1, rate = TOE_SHAPE / k[TOE_STRAIN];
     if (strain > k[TOE_STRAIN]) {
         if (slope) *slope = k[TENDON_SLOPE];
         return k[TENDON_SLOPE] * (strain - k[TOE_STRAIN]) + TOE_FORCE;
     }
-    const double on = strain > 0 ? strain : 0;
+    const real on = strain > 0 ? strain : 0;
     if (slope) *slope = strain > 0 ? rate * exponential(rate * on) * k[TOE_SCALE] : 0;
     return exponential_less_one(rate * on) * k[TOE_SCALE];
 }
 
 /* A muscle that is not active shortens at a quarter of the speed. */
-static double speed(double a)
+static real speed(real a)
 {
     return 0.25 + 0.75 * a;
 }
 
-static const char *refusal(const double *p)
+static const char *refusal(const real *p)
 {
     if (!(p[AT_tendon_strain] > 0)) return "tendon_strain must be positive";
     if (!(p[AT_passive_fibre_strain] > 0)) return "passive_fibre_strain must be positive";
@@ -95,18 +95,18 @@ static const char *refusal(const double *p)
     return hill_refusal(p);
 }
 
-static void prepare(const double *p, double *k)
+static void prepare(const real *p, real *k)
 {
     hill_prepare(p, 0.01, 1.4706289056333368, 0, 0, k);
     k[ACTIVE_SHAPE] = p[AT_active_shape], k[PASSIVE_SHAPE] = p[AT_passive_shape];
     k[PASSIVE_STRAIN] = p[AT_passive_fibre_strain], k[CONCENTRIC_SHAPE] = p[AT_concentric_shape];
-    const double most = p[AT_eccentric_force], bent = p[AT_linear_from] * most;
+    const real most = p[AT_eccentric_force], bent = p[AT_linear_from] * most;
     k[ECCENTRIC_FORCE] = most;
     k[ECCENTRIC_SHAPE] = (2 + 2 / p[AT_concentric_shape]) / (most - 1);
     k[LINEAR_FROM] = (bent - 1) / (k[ECCENTRIC_SHAPE] * (most - bent));
     /* The toe rises to TOE_FORCE with the line's slope: its strain e_t is that where
        TOE_SHAPE TOE_FORCE exp(TOE_SHAPE) / (exp(TOE_SHAPE) - 1) / e_t = (1 - TOE_FORCE) / (strain - e_t) */
-    const double grown = exponential(TOE_SHAPE), toe_slope = TOE_SHAPE * TOE_FORCE * grown / (grown - 1);
+    const real grown = exponential(TOE_SHAPE), toe_slope = TOE_SHAPE * TOE_FORCE * grown / (grown - 1);
     k[TOE_STRAIN] = p[AT_tendon_strain] * toe_slope / (1 - TOE_FORCE + toe_slope);
     k[TOE_SCALE] = TOE_FORCE / (grown - 1);
     k[TENDON_SLOPE] = (1 - TOE_FORCE) / (p[AT_tendon_strain] - k[TOE_STRAIN]);

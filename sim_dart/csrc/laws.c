@@ -16,7 +16,7 @@ static const char *const LAW_NAMES[] = {LAWS(LAW_NAME)};
 
 int laws_check(blob_view *view, char *message, size_t capacity)
 {
-    const double *p = view->law_parameter;
+    const real *p = view->law_parameter;
     int64_t left = view->counts.law_parameters, states = 0, constants = 0;
     for (int32_t m = 0; m < view->counts.muscles; m++) {
         const int32_t kind = view->law_kind[m];
@@ -43,8 +43,8 @@ int laws_check(blob_view *view, char *message, size_t capacity)
 /* A walk over the muscles, with where each one's numbers stand. */
 typedef struct {
     const tension_law *law;
-    const double *p;
-    double *k, *x, *xd;
+    const real *p;
+    real *k, *x, *xd;
     int32_t m, states;
 } muscle_law;
 
@@ -81,15 +81,15 @@ void laws_prepare(core *c)
     }
 }
 
-static double command(const muscle_law *at, const double *u)
+static real command(const muscle_law *at, const real *u)
 {
     return at->law->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
 }
 
 /* 0, or 1 + the index of the first muscle whose command is not finite. */
-static int bad_command(const core *c, const double *u)
+static int bad_command(const core *c, const real *u)
 {
-    double sum = 0; /* of zeros, or of what is not a number */
+    real sum = 0; /* of zeros, or of what is not a number */
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) sum += 0 * u[m];
     if (sum == 0) return 0;
     for (int32_t m = 0; m < c->blob.counts.muscles; m++)
@@ -97,24 +97,24 @@ static int bad_command(const core *c, const double *u)
     return 0;
 }
 
-static double tension(const muscle_law *at, const double *x, double l, double v, double u)
+static real tension(const muscle_law *at, const real *x, real l, real v, real u)
 {
-    const double f = at->law->tension(at->k, x, l, v, u);
+    const real f = at->law->tension(at->k, x, l, v, u);
     return clamped(f, at->law->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
 }
 
-void core_rates(core *c, const double *qd)
+void core_rates(core *c, const real *qd)
 {
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
-        const double *row = c->jacobian + (size_t)m * (size_t)dofs;
-        double rate = 0;
+        const real *row = c->jacobian + (size_t)m * (size_t)dofs;
+        real rate = 0;
         for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
         c->rates[m] = rate;
     }
 }
 
-int core_start(core *c, const double *u)
+int core_start(core *c, const real *u)
 {
     const int bad = bad_command(c, u);
     if (bad) return bad;
@@ -127,15 +127,15 @@ int core_start(core *c, const double *u)
 static void pull(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memset(c->torques, 0, (size_t)dofs * sizeof(double));
+    memset(c->torques, 0, (size_t)dofs * sizeof(real));
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
         if (c->tensions[m] == 0) continue;
-        const double *row = c->jacobian + (size_t)m * (size_t)dofs;
+        const real *row = c->jacobian + (size_t)m * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
     }
 }
 
-int core_drive(core *c, const double *qd, const double *u)
+int core_drive(core *c, const real *qd, const real *u)
 {
     const int bad = bad_command(c, u);
     if (bad) return bad;
@@ -147,7 +147,7 @@ int core_drive(core *c, const double *qd, const double *u)
     return 0;
 }
 
-int core_law_rates(core *c, const double *u)
+int core_law_rates(core *c, const real *u)
 {
     const int bad = bad_command(c, u);
     if (bad) return bad;
@@ -158,7 +158,7 @@ int core_law_rates(core *c, const double *u)
     return 0;
 }
 
-int core_advance(core *c, const double *u, double h)
+int core_advance(core *c, const real *u, real h)
 {
     const int bad = bad_command(c, u);
     if (bad) return bad;
@@ -170,27 +170,27 @@ int core_advance(core *c, const double *u, double h)
 }
 
 /* The tension after a time h with command u; of now for a law without states. */
-static double tension_after(const core *c, const muscle_law *at, double u, double h)
+static real tension_after(const core *c, const muscle_law *at, real u, real h)
 {
-    const double l = c->lengths[at->m], v = c->rates[at->m];
+    const real l = c->lengths[at->m], v = c->rates[at->m];
     if (!at->states) return tension(at, NULL, l, v, u);
-    double x[MOST_LAW_STATES];
-    memcpy(x, at->x, (size_t)at->states * sizeof(double));
+    real x[MOST_LAW_STATES];
+    memcpy(x, at->x, (size_t)at->states * sizeof(real));
     at->law->advance(at->k, x, l, v, u, h);
     return tension(at, x, l + v * h, v, u);
 }
 
-void core_reach(core *c, double h)
+void core_reach(core *c, real h)
 {
     muscle_law at;
     for EACH_MUSCLE (c, &at) {
-        double *low = c->force_low + at.m, *high = c->force_high + at.m;
+        real *low = c->force_low + at.m, *high = c->force_high + at.m;
         if (c->blob.law_kind[at.m] == KIND_IDEAL) {
             *low = 0, *high = INFINITY;
             continue;
         }
-        const double a = tension_after(c, &at, at.k[LAW_LOW], h);
-        const double b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h) : a;
+        const real a = tension_after(c, &at, at.k[LAW_LOW], h);
+        const real b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h) : a;
         *low = smaller(a, b), *high = larger(a, b);
     }
 }
@@ -198,17 +198,17 @@ void core_reach(core *c, double h)
 #define MOST_INVERSIONS 60
 
 /* Illinois: the secant rule on a bracket, with the value of an end that stays twice halved. */
-static double inverted(const core *c, const muscle_law *at, double f, double h)
+static real inverted(const core *c, const muscle_law *at, real f, real h)
 {
-    double low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
-    double below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
+    real low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
+    real below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
     if (below == 0 || (below > 0) == (above > 0)) return fabs(below) <= fabs(above) ? low : high;
-    const double enough = 1e-14 * (fabs(f) + fabs(above - below));
-    double u = high;
+    const real enough = 1e-14 * (fabs(f) + fabs(above - below));
+    real u = high;
     for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
         u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
         u = clamped(u, smaller(low, high), larger(low, high));
-        const double off = tension_after(c, at, u, h) - f;
+        const real off = tension_after(c, at, u, h) - f;
         if (fabs(off) <= enough) break;
         if ((off > 0) == (above > 0)) {
             high = u, above = off;
@@ -223,7 +223,7 @@ static double inverted(const core *c, const muscle_law *at, double f, double h)
     return u;
 }
 
-int core_invert(core *c, const double *f, double h)
+int core_invert(core *c, const real *f, real h)
 {
     for (int32_t m = 0; m < c->blob.counts.muscles; m++)
         if (!isfinite(f[m])) return 1 + m;
@@ -239,13 +239,13 @@ int core_invert(core *c, const double *f, double h)
     return 0;
 }
 
-double core_curve(const core *c, int32_t muscle, const char *curve, double x, int slope)
+real core_curve(const core *c, int32_t muscle, const char *curve, real x, int slope)
 {
     muscle_law at;
     for EACH_MUSCLE (c, &at) {
         if (at.m != muscle) continue;
-        double dydx = NAN;
-        const double y = at.law->curve ? at.law->curve(at.k, curve, x, &dydx) : NAN;
+        real dydx = NAN;
+        const real y = at.law->curve ? at.law->curve(at.k, curve, x, &dydx) : NAN;
         return slope ? dydx : y;
     }
     return NAN;

@@ -9,6 +9,8 @@
 #ifndef CARDSFLOW_LAYOUT_H
 #define CARDSFLOW_LAYOUT_H
 
+#include "real.h"
+
 #include <stdint.h>
 
 #define BLOB_MAGIC 0x45524f43u /* "CORE" */
@@ -67,40 +69,40 @@
     FIELD(int32_t, parent, 1, dofs)                                                                    \
     FIELD(int32_t, motion, 1, dofs)                                                                    \
     FIELD(int32_t, coordinate, 1, dofs)                                                                \
-    FIELD(double, offset_rotation, 9, dofs)                                                            \
-    FIELD(double, offset_position, 3, dofs)                                                            \
-    FIELD(double, axis, 3, dofs)                                                                       \
-    FIELD(double, mass, 1, dofs)                                                                       \
-    FIELD(double, mass_centre, 3, dofs)                                                                \
-    FIELD(double, inertia, 6, dofs)                                                                    \
-    FIELD(double, damping, 1, dofs)                                                                    \
-    FIELD(double, stiffness, 1, dofs)                                                                  \
-    FIELD(double, rest, 1, dofs)                                                                       \
-    FIELD(double, lower, 1, dofs)                                                                      \
-    FIELD(double, upper, 1, dofs)                                                                      \
-    FIELD(double, gravity, 3, robots)                                                                  \
+    FIELD(real, offset_rotation, 9, dofs)                                                              \
+    FIELD(real, offset_position, 3, dofs)                                                              \
+    FIELD(real, axis, 3, dofs)                                                                         \
+    FIELD(real, mass, 1, dofs)                                                                         \
+    FIELD(real, mass_centre, 3, dofs)                                                                  \
+    FIELD(real, inertia, 6, dofs)                                                                      \
+    FIELD(real, damping, 1, dofs)                                                                      \
+    FIELD(real, stiffness, 1, dofs)                                                                    \
+    FIELD(real, rest, 1, dofs)                                                                         \
+    FIELD(real, lower, 1, dofs)                                                                        \
+    FIELD(real, upper, 1, dofs)                                                                        \
+    FIELD(real, gravity, 3, robots)                                                                    \
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
     FIELD(int32_t, point_frame, 1, points)                                                             \
-    FIELD(double, point_position, 3, points)                                                           \
+    FIELD(real, point_position, 3, points)                                                             \
     FIELD(int32_t, task_kind, 1, tasks)                                                                \
     FIELD(int32_t, task_frame, 1, tasks)                                                               \
-    FIELD(double, task_position, 3, tasks)                                                             \
-    FIELD(double, task_rotation, 9, tasks)                                                             \
+    FIELD(real, task_position, 3, tasks)                                                               \
+    FIELD(real, task_rotation, 9, tasks)                                                               \
     FIELD(int32_t, law_kind, 1, muscles)                                                               \
-    FIELD(double, law_parameter, 1, law_parameters)                                                    \
+    FIELD(real, law_parameter, 1, law_parameters)                                                      \
     FIELD(int32_t, surface_kind, 1, surfaces)                                                          \
     FIELD(int32_t, surface_frame, 1, surfaces)                                                         \
-    FIELD(double, surface_centre, 3, surfaces)                                                         \
-    FIELD(double, surface_axis, 3, surfaces)                                                           \
-    FIELD(double, surface_radius, 1, surfaces)                                                         \
-    FIELD(double, surface_half, 1, surfaces)                                                           \
+    FIELD(real, surface_centre, 3, surfaces)                                                           \
+    FIELD(real, surface_axis, 3, surfaces)                                                             \
+    FIELD(real, surface_radius, 1, surfaces)                                                           \
+    FIELD(real, surface_half, 1, surfaces)                                                             \
     FIELD(int32_t, wrap_point, 1, wraps)                                                               \
     FIELD(int32_t, wrap_surface, 1, wraps)                                                             \
     FIELD(int32_t, wrap_side, 1, wraps)                                                                \
     FIELD(int32_t, wrap_turns, 1, wraps)                                                               \
     FIELD(int32_t, pulley_point, 1, pulleys)                                                           \
-    FIELD(double, pulley_direction, 3, pulleys)                                                        \
-    FIELD(double, pulley_radius, 1, pulleys)
+    FIELD(real, pulley_direction, 3, pulleys)                                                          \
+    FIELD(real, pulley_radius, 1, pulleys)
 
 /* A wrap_side: the cable is led through the surface, which it touches from within. */
 #define WRAP_INSIDE 2

@@ -10,15 +10,15 @@
 #include <math.h>
 #include <string.h>
 
-static double *entry(const core *c, double *matrix, int32_t row, int32_t column)
+static real *entry(const core *c, real *matrix, int32_t row, int32_t column)
 {
     return matrix + (size_t)row * (size_t)c->blob.counts.dofs + (size_t)column;
 }
 
 /* By how much a velocity is under its lower bound (negative) or over its upper one. */
-static double excess(const core *c, int32_t j)
+static real excess(const core *c, int32_t j)
 {
-    const double v = c->qd[j];
+    const real v = c->qd[j];
     return v < c->low[j] ? v - c->low[j] : v > c->high[j] ? v - c->high[j] : 0;
 }
 
@@ -26,9 +26,9 @@ static double excess(const core *c, int32_t j)
 static int32_t furthest(const core *c)
 {
     int32_t found = -1;
-    double most = 0;
+    real most = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        const double by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
+        const real by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
         if (by > most) most = by, found = j;
     }
     return found;
@@ -37,15 +37,15 @@ static int32_t furthest(const core *c)
 /* Impulses of the coordinates met that bring each to its bound, by Cholesky's factors. */
 static void solve(core *c, int32_t count)
 {
-    double *p = c->impulse;
+    real *p = c->impulse;
     for (int32_t a = 0; a < count; a++) {
         const int32_t i = (int32_t)c->met[a];
         for (int32_t b = 0; b <= a; b++) {
-            double sum = *entry(c, c->response, i, (int32_t)c->met[b]);
+            real sum = *entry(c, c->response, i, (int32_t)c->met[b]);
             for (int32_t k = 0; k < b; k++) sum -= *entry(c, c->factor, a, k) * *entry(c, c->factor, b, k);
             *entry(c, c->factor, a, b) = a == b ? sqrt(sum) : sum / *entry(c, c->factor, b, b);
         }
-        double sum = c->target[i] - c->free[i];
+        real sum = c->target[i] - c->free[i];
         for (int32_t k = 0; k < a; k++) sum -= *entry(c, c->factor, a, k) * p[k];
         p[a] = sum / *entry(c, c->factor, a, a);
     }
@@ -59,9 +59,9 @@ static void solve(core *c, int32_t count)
 static int32_t drop_pulling(core *c, int32_t count)
 {
     int32_t worst = -1;
-    double most = 0;
+    real most = 0;
     for (int32_t a = 0; a < count; a++) {
-        const double pull = c->impulse[a] * c->side[(int32_t)c->met[a]];
+        const real pull = c->impulse[a] * c->side[(int32_t)c->met[a]];
         if (pull > most) most = pull, worst = a;
     }
     if (worst < 0) return count;
@@ -72,12 +72,12 @@ static int32_t drop_pulling(core *c, int32_t count)
 
 static void meet(core *c, int32_t j, int32_t count)
 {
-    double *unit = c->impulse;
+    real *unit = c->impulse;
     const int under = excess(c, j) < 0;
     c->side[j] = under ? -1 : 1;
     c->target[j] = under ? c->low[j] : c->high[j];
     c->met[count] = j;
-    memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(double));
+    memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(real));
     unit[j] = 1;
     dynamics_respond(c, unit, entry(c, c->response, j, 0));
 }
@@ -86,9 +86,9 @@ static void meet(core *c, int32_t j, int32_t count)
 static void apply(core *c, int32_t count)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memcpy(c->qd, c->free, (size_t)dofs * sizeof(double));
+    memcpy(c->qd, c->free, (size_t)dofs * sizeof(real));
     for (int32_t a = 0; a < count; a++) {
-        const double *row = entry(c, c->response, (int32_t)c->met[a], 0);
+        const real *row = entry(c, c->response, (int32_t)c->met[a], 0);
         for (int32_t j = 0; j < dofs; j++) c->qd[j] += c->impulse[a] * row[j];
     }
     for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
@@ -97,11 +97,11 @@ static void apply(core *c, int32_t count)
 void limits_keep(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
-    memset(c->side, 0, dofs * sizeof(double));
+    memset(c->side, 0, dofs * sizeof(real));
     int32_t count = 0, next = furthest(c);
     if (next < 0) return;
-    memcpy(c->free, c->qd, dofs * sizeof(double));
-    memset(c->armature, 0, dofs * sizeof(double));
+    memcpy(c->free, c->qd, dofs * sizeof(real));
+    memset(c->armature, 0, dofs * sizeof(real));
     dynamics_factor(c, c->armature);
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
         meet(c, next, count++);

@@ -11,10 +11,10 @@
 
 /* Only the motions between the two frames change a span: those above B move its end, those above A its
    start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                            */
-static void add_span(const core *c, const double u[3], const double A[3], int32_t a, const double B[3],
-                     int32_t b, double *row)
+static void add_span(const core *c, const real u[3], const real A[3], int32_t a, const real B[3],
+                     int32_t b, real *row)
 {
-    double velocity[3];
+    real velocity[3];
     while (a != b) {
         if (b > a) {
             tree_point_velocity(c, b, B, velocity);
@@ -29,11 +29,11 @@ static void add_span(const core *c, const double u[3], const double A[3], int32_
 }
 
 /* The segment from via point k to the next one, straight. */
-static double add_segment(const core *c, int32_t k, double *row)
+static real add_segment(const core *c, int32_t k, real *row)
 {
-    const double *A = c->point + 3 * k, *B = A + 3;
-    double u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
-    const double length = sqrt(dot3(u, u));
+    const real *A = c->point + 3 * k, *B = A + 3;
+    real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    const real length = sqrt(dot3(u, u));
     if (length == 0) return 0; /* no direction, so no moment arm either */
     for (int j = 0; j < 3; j++) u[j] /= length;
     add_span(c, u, A, c->blob.point_frame[k], B, c->blob.point_frame[k + 1], row);
@@ -45,17 +45,17 @@ typedef struct {
     int32_t wrap, pulley;
 } progress;
 
-static void write_contact(double *at, const contact *k, const double begin[3], const double end[3])
+static void write_contact(real *at, const contact *k, const real begin[3], const real end[3])
 {
-    const double *vectors[] = {begin, k->pull.entering, end, k->pull.leaving, k->touch, k->lift, k->axis};
+    const real *vectors[] = {begin, k->pull.entering, end, k->pull.leaving, k->touch, k->lift, k->axis};
     for (size_t j = 0; j < sizeof vectors / sizeof *vectors; j++)
-        memcpy(at + 3 * j, vectors[j], 3 * sizeof(double));
+        memcpy(at + 3 * j, vectors[j], 3 * sizeof(real));
     at[CONTACT_NUMBERS - 1] = k->pull.angle;
 }
 
 static inline wrap_surface placed_surface(const core *c, int32_t s)
 {
-    const double *place = c->surface_place + 6 * s;
+    const real *place = c->surface_place + 6 * s;
     const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
                                  c->blob.surface_half[s], place, place + 3};
     return placed;
@@ -76,7 +76,7 @@ static inline wrap_way way_of(const core *c, int32_t w)
 /* Where a segment over one surface touches it. */
 static void trace_wrap(core *c, int32_t k, int32_t w)
 {
-    const double *A = c->point + 3 * k, *B = A + 3;
+    const real *A = c->point + 3 * k, *B = A + 3;
     const wrap_surface surface = placed_surface(c, c->blob.wrap_surface[w]);
     const wrap_way way = way_of(c, w);
     contact passed;
@@ -85,9 +85,9 @@ static void trace_wrap(core *c, int32_t k, int32_t w)
 }
 
 /* A segment over one surface: all that most muscles need. */
-static double add_wrap(core *c, int32_t k, int32_t w, double *row)
+static real add_wrap(core *c, int32_t k, int32_t w, real *row)
 {
-    const double *A = c->point + 3 * k, *B = A + 3;
+    const real *A = c->point + 3 * k, *B = A + 3;
     const int32_t s = c->blob.wrap_surface[w], frame = c->blob.surface_frame[s];
     const wrap_surface surface = placed_surface(c, s);
     const wrap_way way = way_of(c, w);
@@ -103,7 +103,7 @@ static double add_wrap(core *c, int32_t k, int32_t w, double *row)
 }
 
 /* Whether the straight line between two via points is free, so that the segment is that. */
-static int is_free(const sequence_part *parts, int count, const double *A, const double *B)
+static int is_free(const sequence_part *parts, int count, const real *A, const real *B)
 {
     for (int i = 0; i < count; i++)
         if (!parts[i].surface || parts[i].way.turns || parts[i].way.is_counted ||
@@ -113,13 +113,13 @@ static int is_free(const sequence_part *parts, int count, const double *A, const
 }
 
 /* A segment off a pulley or over several surfaces. */
-static double add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int32_t pulleys, double *row,
-                           int is_traced)
+static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int32_t pulleys, real *row,
+                         int is_traced)
 {
     sequence_part parts[LARGEST_SEQUENCE + 1];
     wrap_surface placed[LARGEST_SEQUENCE];
     contact contacts[LARGEST_SEQUENCE + 1];
-    double points[LARGEST_SEQUENCE + 2][3];
+    real points[LARGEST_SEQUENCE + 2][3];
     int32_t frames[LARGEST_SEQUENCE + 3];
     const int count = (int)(surfaces + pulleys);
     memset(parts, 0, sizeof parts);
@@ -141,9 +141,9 @@ static double add_sequence(core *c, int32_t k, progress at, int32_t surfaces, in
     memcpy(points[0], c->point + 3 * k, sizeof points[0]);
     memcpy(points[count], c->point + 3 * (k + 1), sizeof points[count]);
     const int is_straight = is_free(parts, count, points[0], points[count]);
-    const double length = is_straight ? add_segment(c, k, row) : sequence_solve(parts, count, points, contacts);
+    const real length = is_straight ? add_segment(c, k, row) : sequence_solve(parts, count, points, contacts);
     for (int i = 0; i <= count && !is_straight; i++) {
-        const double *u = i < count ? contacts[i].pull.entering : contacts[i - 1].pull.leaving;
+        const real *u = i < count ? contacts[i].pull.entering : contacts[i - 1].pull.leaving;
         add_span(c, u, points[i], frames[i], points[i], frames[i + 1], row);
     }
     for (int32_t i = 0; i < surfaces; i++) {
@@ -159,7 +159,7 @@ static double add_sequence(core *c, int32_t k, progress at, int32_t surfaces, in
 }
 
 /* A segment that is not just straight; `at` is where its wraps and its pulley begin in their lists. */
-static double add_way(core *c, int32_t k, progress *at, double *row, int is_traced)
+static real add_way(core *c, int32_t k, progress *at, real *row, int is_traced)
 {
     const blob_view *blob = &c->blob;
     const progress here = *at;
@@ -186,15 +186,15 @@ static inline int32_t next_way(const blob_view *blob, const progress *at)
 /* A surface's centre and axis, with one look at its frame. */
 static inline void place_surface(const core *c, int32_t s)
 {
-    const double *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;
+    const real *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;
     const int32_t frame = c->blob.surface_frame[s];
-    double *place = c->surface_place + 6 * s;
+    real *place = c->surface_place + 6 * s;
     if (frame < 0) {
-        memcpy(place, centre, 3 * sizeof(double));
-        memcpy(place + 3, axis, 3 * sizeof(double));
+        memcpy(place, centre, 3 * sizeof(real));
+        memcpy(place + 3, axis, 3 * sizeof(real));
         return;
     }
-    const double *R = c->rotation + 9 * frame, *origin = c->origin + 3 * frame;
+    const real *R = c->rotation + 9 * frame, *origin = c->origin + 3 * frame;
     for (int k = 0; k < 3; k++) {
         place[k] = origin[k] + dot3(R + 3 * k, centre);
         place[3 + k] = dot3(R + 3 * k, axis);
@@ -214,10 +214,10 @@ static void walk(core *c, int is_traced)
     const blob_view *blob = &c->blob;
     const size_t dofs = (size_t)blob->counts.dofs;
     progress at = {0, 0};
-    memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(double));
+    memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
     int32_t k = 0, next = next_way(blob, &at);
     for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
-        double length = 0, *row = c->jacobian + (size_t)m * dofs;
+        real length = 0, *row = c->jacobian + (size_t)m * dofs;
         for (const int32_t last = k + blob->muscle_points[m] - 1; k < last; k++) {
             if (k != next) {
                 length += add_segment(c, k, row);

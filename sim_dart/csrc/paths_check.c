@@ -6,12 +6,12 @@
 
 #define MOST_TURNS 1000000
 
-static int is_unit(const double a[3])
+static int is_unit(const real a[3])
 {
     return fabs(dot3(a, a) - 1) < 1e-9;
 }
 
-static int is_size(double value)
+static int is_size(real value)
 {
     return value > 0 && isfinite(value);
 }

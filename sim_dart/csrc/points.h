@@ -6,10 +6,10 @@
 #include <string.h>
 
 /* Where a point of a frame is in the world; frame -1 is the world itself. */
-static inline void tree_point(const core *c, int32_t frame, const double local[3], double world[3])
+static inline void tree_point(const core *c, int32_t frame, const real local[3], real world[3])
 {
     if (frame < 0) {
-        memcpy(world, local, 3 * sizeof(double));
+        memcpy(world, local, 3 * sizeof(real));
         return;
     }
     rotate3(world, c->rotation + 9 * frame, local);
@@ -17,14 +17,14 @@ static inline void tree_point(const core *c, int32_t frame, const double local[3
 }
 
 /* Velocity of a point that frame j carries, for unit velocity of its motion. */
-static inline void tree_point_velocity(const core *c, int32_t j, const double point[3], double velocity[3])
+static inline void tree_point_velocity(const core *c, int32_t j, const real point[3], real velocity[3])
 {
-    const double *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
+    const real *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
     if (c->blob.motion[j] == TRANSLATION) {
-        memcpy(velocity, axis, 3 * sizeof(double));
+        memcpy(velocity, axis, 3 * sizeof(real));
         return;
     }
-    const double arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
+    const real arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
     cross3(velocity, axis, arm);
 }
 

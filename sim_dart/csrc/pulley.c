@@ -18,20 +18,20 @@
 
 #define PI 3.14159265358979323846
 
-static void leave_along(contact *out, const double v[3], const double e[3], double turn)
+static void leave_along(contact *out, const real v[3], const real e[3], real turn)
 {
-    const double c = cosine(turn), s = sine(turn);
+    const real c = cosine(turn), s = sine(turn);
     for (int k = 0; k < 3; k++) out->pull.leaving[k] = c * v[k] + s * e[k];
 }
 
 /* l = d b / sin b, with the chord d from F at the angle b to v: half of the arc's. */
-static void end_inside(const double v[3], const double e[3], double x, double y, contact *out)
+static void end_inside(const real v[3], const real e[3], real x, real y, contact *out)
 {
-    const double d = sqrt(x * x + y * y), chord = arc_tangent(y, x), bb = chord * chord;
+    const real d = sqrt(x * x + y * y), chord = arc_tangent(y, x), bb = chord * chord;
     const int is_small = chord < 1e-4;
-    const double half_height = sine(chord), ratio = is_small ? 1 + bb / 6 : chord / half_height;
-    const double change = is_small ? chord / 3 : (half_height - chord * cosine(chord)) / (half_height * half_height);
-    const double radial[2] = {cosine(chord), half_height};
+    const real half_height = sine(chord), ratio = is_small ? 1 + bb / 6 : chord / half_height;
+    const real change = is_small ? chord / 3 : (half_height - chord * cosine(chord)) / (half_height * half_height);
+    const real radial[2] = {cosine(chord), half_height};
     out->pull.length = ratio * d;
     out->pull.angle = 2 * chord;
     for (int k = 0; k < 3; k++)
@@ -40,25 +40,25 @@ static void end_inside(const double v[3], const double e[3], double x, double y,
 }
 
 /* exp(i turn) = i (x + i (y - R)) (R - i tangent) / |b - centre|^2 */
-static double turn_angle(double x, double y, double R, double tangent)
+static real turn_angle(real x, real y, real R, real tangent)
 {
-    const double turn = arc_tangent(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
+    const real turn = arc_tangent(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
     if (turn >= 0) return turn;
     return x > 0 ? 0 : turn + 2 * PI; /* rounding where it runs straight on, or more than half a turn */
 }
 
-void pulley_off(const double F[3], const double v[3], double R, const double b[3], contact *out)
+void pulley_off(const real F[3], const real v[3], real R, const real b[3], contact *out)
 {
-    double w[3], e[3];
+    real w[3], e[3];
     for (int k = 0; k < 3; k++) w[k] = b[k] - F[k];
-    const double x = dot3(w, v);
+    const real x = dot3(w, v);
     for (int k = 0; k < 3; k++) e[k] = w[k] - x * v[k];
-    const double y = sqrt(dot3(e, e)), squared = x * x + y * y - 2 * y * R;
+    const real y = sqrt(dot3(e, e)), squared = x * x + y * y - 2 * y * R;
     for (int k = 0; k < 3; k++) e[k] = y > 0 ? e[k] / y : 0;
     if (y == 0) { /* straight on, or straight back: any plane will do */
-        const double helper[3] = {fabs(v[0]) < 0.5, fabs(v[0]) >= 0.5, 0};
+        const real helper[3] = {fabs(v[0]) < 0.5, fabs(v[0]) >= 0.5, 0};
         cross3(e, v, helper);
-        const double norm = sqrt(dot3(e, e));
+        const real norm = sqrt(dot3(e, e));
         for (int k = 0; k < 3; k++) e[k] /= norm;
     }
     memcpy(out->pull.entering, v, sizeof out->pull.entering);
@@ -69,7 +69,7 @@ void pulley_off(const double F[3], const double v[3], double R, const double b[3
         memcpy(out->lift, b, sizeof out->lift);
         return;
     }
-    const double tangent = sqrt(squared), turn = turn_angle(x, y, R, tangent);
+    const real tangent = sqrt(squared), turn = turn_angle(x, y, R, tangent);
     out->pull.length = R * turn + tangent;
     out->pull.angle = turn;
     leave_along(out, v, e, turn);

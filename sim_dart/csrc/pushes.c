@@ -1,7 +1,7 @@
 /* What acts from outside: generalised forces of the caller, and wrenches on points of frames. */
 #include "state.h"
 
-int core_push(core *c, int32_t count, const int32_t *frame, const double *point, const double *wrench)
+int core_push(core *c, int32_t count, const int32_t *frame, const real *point, const real *wrench)
 {
     for (int32_t k = 0; k < count; k++)
         if (frame[k] < -1 || frame[k] >= c->blob.counts.dofs) return 1 + k;
@@ -9,7 +9,7 @@ int core_push(core *c, int32_t count, const int32_t *frame, const double *point,
     return 0;
 }
 
-static int is_nothing(const double wrench[6])
+static int is_nothing(const real wrench[6])
 {
     for (int k = 0; k < 6; k++)
         if (wrench[k] != 0) return 0;
@@ -17,19 +17,19 @@ static int is_nothing(const double wrench[6])
 }
 
 /* J'w: every motion between the point and the world feels it. */
-static void push(core *c, int32_t frame, const double local[3], const double wrench[6])
+static void push(core *c, int32_t frame, const real local[3], const real wrench[6])
 {
-    double point[3], velocity[3];
+    real point[3], velocity[3];
     tree_point(c, frame, local, point);
     for (int32_t i = frame; i >= 0; i = c->blob.parent[i]) {
         tree_point_velocity(c, i, point, velocity);
-        double felt = dot3(velocity, wrench);
+        real felt = dot3(velocity, wrench);
         if (c->blob.motion[i] == ROTATION) felt += dot3(c->axis + 3 * i, wrench + 3);
         c->outer[c->blob.coordinate[i]] += felt;
     }
 }
 
-void pushes_add(core *c, const double *extra)
+void pushes_add(core *c, const real *extra)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->outer[j] = extra ? extra[j] : 0;
     for (int32_t k = 0; k < c->pushes; k++)

@@ -5,17 +5,17 @@
 
 #define MOST_STEPS 100
 
-double bracketed_root(root_function *g, const void *data, double low, double high, double guess,
-                      double enough)
+real bracketed_root(root_function *g, const void *data, real low, real high, real guess,
+                    real enough)
 {
-    double z = guess, last = high - low;
+    real z = guess, last = high - low;
     int knows_low = 0;
     for (int i = 0; i < MOST_STEPS; i++) {
-        double slope;
-        const double value = g(data, z, &slope);
+        real slope;
+        const real value = g(data, z, &slope);
         if (value == 0) return z;
         if (!knows_low && !(z - value / slope > low)) {
-            double unused;
+            real unused;
             if (g(data, low, &unused) >= 0) return low;
             knows_low = 1;
         }
@@ -23,10 +23,10 @@ double bracketed_root(root_function *g, const void *data, double low, double hig
             low = z;
         else
             high = z;
-        const double step = value / slope;
+        const real step = value / slope;
         const int is_slow = !(fabs(step) <= last / 2) || !(z - step >= low && z - step <= high);
         if (fabs(step) <= enough) return smaller(larger(z - step, low), high);
-        const double next = is_slow ? (low + high) / 2 : z - step;
+        const real next = is_slow ? (low + high) / 2 : z - step;
         last = fabs(next - z);
         if (next == z) return z;
         z = next;

@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* qd, qdd and law_rates at q, qd and law_states. 0, or 1 + the index of the first bad command. */
-static int evaluate(core *c, const double *u, const double *extra)
+static int evaluate(core *c, const real *u, const real *extra)
 {
     const blob_view *b = &c->blob;
     const int bad = muscles_pull(c, u);
@@ -24,17 +24,17 @@ static int evaluate(core *c, const double *u, const double *extra)
 static void begin(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs, states = (size_t)c->blob.law_states;
-    memcpy(c->before, c->q, dofs * sizeof(double));
-    memcpy(c->before + dofs, c->qd, dofs * sizeof(double));
-    memcpy(c->before + 2 * dofs, c->law_states, states * sizeof(double));
-    memset(c->slopes, 0, (2 * dofs + states) * sizeof(double));
+    memcpy(c->before, c->q, dofs * sizeof(real));
+    memcpy(c->before + dofs, c->qd, dofs * sizeof(real));
+    memcpy(c->before + 2 * dofs, c->law_states, states * sizeof(real));
+    memset(c->slopes, 0, (2 * dofs + states) * sizeof(real));
 }
 
 /* What torques, outer forces and damping do in a time h. */
-static void add_work(core *c, double h)
+static void add_work(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        const double way = h * c->qd[j];
+        const real way = h * c->qd[j];
         c->work[0] += c->torques[j] * way;
         c->work[1] += c->outer[j] * way;
         c->work[2] -= c->blob.damping[j] * c->qd[j] * way;
@@ -42,7 +42,7 @@ static void add_work(core *c, double h)
 }
 
 /* slopes += weight rates; the work of the same share of the step. */
-static void add_stage(core *c, double weight, double h)
+static void add_stage(core *c, real weight, real h)
 {
     const int32_t dofs = c->blob.counts.dofs, states = c->blob.law_states;
     for (int32_t j = 0; j < dofs; j++) {
@@ -54,7 +54,7 @@ static void add_stage(core *c, double weight, double h)
 }
 
 /* Go to before + h rates. 0, or what core_step answers. */
-static int go(core *c, double h, const double *q_rates, const double *qd_rates, const double *x_rates)
+static int go(core *c, real h, const real *q_rates, const real *qd_rates, const real *x_rates)
 {
     const int32_t dofs = c->blob.counts.dofs, states = c->blob.law_states;
     for (int32_t j = 0; j < dofs; j++) c->q[j] = c->before[j] + h * q_rates[j]; /* may be qd itself */
@@ -81,9 +81,9 @@ static void stop_at_limits(core *c)
     limits_keep(c);
 }
 
-static int one_step(core *c, const double *u, const double *extra, double h)
+static int one_step(core *c, const real *u, const real *extra, real h)
 {
-    static const double weights[4] = {1, 2, 2, 1}, shares[3] = {0.5, 0.5, 1};
+    static const real weights[4] = {1, 2, 2, 1}, shares[3] = {0.5, 0.5, 1};
     const int32_t dofs = c->blob.counts.dofs;
     begin(c);
     for (int stage = 0; stage < 4; stage++) {
@@ -98,9 +98,9 @@ static int one_step(core *c, const double *u, const double *extra, double h)
     return 0;
 }
 
-int core_runge_kutta(core *c, const double *u, const double *extra, double h, int32_t steps)
+int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps)
 {
-    memset(c->work, 0, 3 * sizeof(double));
+    memset(c->work, 0, 3 * sizeof(real));
     for (; steps > 0; steps--) {
         const int bad = one_step(c, u, extra, h);
         if (bad) return bad;

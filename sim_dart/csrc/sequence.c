@@ -38,10 +38,10 @@
 typedef struct {
     const sequence_part *parts;
     int count;
-    double points[LARGEST_SEQUENCE + 2][3];
+    real points[LARGEST_SEQUENCE + 2][3];
     contact contacts[LARGEST_SEQUENCE + 1];
-    double followed[LARGEST_SEQUENCE + 1]; /* turning angles about cylinders */
-    double length, disagreement;
+    real followed[LARGEST_SEQUENCE + 1]; /* turning angles about cylinders */
+    real length, disagreement;
 } cable;
 
 static int is_followed(const sequence_part *p)
@@ -49,7 +49,7 @@ static int is_followed(const sequence_part *p)
     return p->surface && p->surface->kind == SURFACE_CYLINDER && p->way.side != WRAP_INSIDE;
 }
 
-static void evaluate_part(const cable *c, int i, const double a[3], const double b[3], contact *out)
+static void evaluate_part(const cable *c, int i, const real a[3], const real b[3], contact *out)
 {
     const sequence_part *p = c->parts + i;
     const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
@@ -68,7 +68,7 @@ static void evaluate(cable *c)
         c->length += c->contacts[i].pull.length;
         if (is_followed(c->parts + i)) c->followed[i] = c->contacts[i].pull.turning;
         for (int k = 0; i && k < 3; k++) {
-            const double r = fabs(c->contacts[i - 1].pull.leaving[k] - c->contacts[i].pull.entering[k]);
+            const real r = fabs(c->contacts[i - 1].pull.leaving[k] - c->contacts[i].pull.entering[k]);
             if (r > c->disagreement) c->disagreement = r;
         }
     }
@@ -83,10 +83,10 @@ static void pull_tight(cable *c)
 }
 
 /* Two unit vectors across the span at a point. */
-static void span_plane(const cable *c, int i, double plane[2][3])
+static void span_plane(const cable *c, int i, real plane[2][3])
 {
-    const double *left = c->contacts[i - 1].pull.leaving, *right = c->contacts[i].pull.entering;
-    double u[3], e[3] = {0, 0, 0};
+    const real *left = c->contacts[i - 1].pull.leaving, *right = c->contacts[i].pull.entering;
+    real u[3], e[3] = {0, 0, 0};
     for (int k = 0; k < 3; k++) u[k] = left[k] + right[k];
     int least = 0;
     for (int k = 1; k < 3; k++)
@@ -95,13 +95,13 @@ static void span_plane(const cable *c, int i, double plane[2][3])
     cross3(plane[0], u, e);
     cross3(plane[1], u, plane[0]);
     for (int j = 0; j < 2; j++) {
-        const double norm = sqrt(dot3(plane[j], plane[j]));
+        const real norm = sqrt(dot3(plane[j], plane[j]));
         for (int k = 0; k < 3; k++) plane[j][k] = norm > 0 ? plane[j][k] / norm : 0;
     }
 }
 
 /* Solve H x = r, r becoming x; 0 if H is singular. */
-static int eliminate(double H[UNKNOWNS][UNKNOWNS], double *r, int n)
+static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
 {
     for (int i = 0; i < n; i++) {
         int best = i;
@@ -109,13 +109,13 @@ static int eliminate(double H[UNKNOWNS][UNKNOWNS], double *r, int n)
             if (fabs(H[k][i]) > fabs(H[best][i])) best = k;
         if (!(fabs(H[best][i]) > 1e-12)) return 0;
         for (int k = 0; k < n; k++) {
-            const double h = H[i][k];
+            const real h = H[i][k];
             H[i][k] = H[best][k], H[best][k] = h;
         }
-        const double swapped = r[i];
+        const real swapped = r[i];
         r[i] = r[best], r[best] = swapped;
         for (int k = i + 1; k < n; k++) {
-            const double factor = H[k][i] / H[i][i];
+            const real factor = H[k][i] / H[i][i];
             for (int j = i; j < n; j++) H[k][j] -= factor * H[i][j];
             r[k] -= factor * r[i];
         }
@@ -128,21 +128,21 @@ static int eliminate(double H[UNKNOWNS][UNKNOWNS], double *r, int n)
 }
 
 /* What moving point i by h along e changes in the gradient at the points i - 1, i and i + 1. */
-static void add_column(const cable *c, int i, const double e[3], double h, double (*planes)[2][3],
-                       double H[UNKNOWNS][UNKNOWNS], int column)
+static void add_column(const cable *c, int i, const real e[3], real h, real (*planes)[2][3],
+                       real H[UNKNOWNS][UNKNOWNS], int column)
 {
     contact before, after;
-    double moved[3];
+    real moved[3];
     for (int k = 0; k < 3; k++) moved[k] = c->points[i][k] + h * e[k];
     evaluate_part(c, i - 1, c->points[i - 1], moved, &before);
     evaluate_part(c, i, moved, c->points[i + 1], &after);
     const pull *was_before = &c->contacts[i - 1].pull, *was_after = &c->contacts[i].pull;
     for (int j = 0; j < 2; j++)
         for (int k = 0; k < 3; k++) {
-            const double entering = (before.pull.entering[k] - was_before->entering[k]) / h;
-            const double leaving = (before.pull.leaving[k] - was_before->leaving[k]) / h;
-            const double next_entering = (after.pull.entering[k] - was_after->entering[k]) / h;
-            const double next_leaving = (after.pull.leaving[k] - was_after->leaving[k]) / h;
+            const real entering = (before.pull.entering[k] - was_before->entering[k]) / h;
+            const real leaving = (before.pull.leaving[k] - was_before->leaving[k]) / h;
+            const real next_entering = (after.pull.entering[k] - was_after->entering[k]) / h;
+            const real next_leaving = (after.pull.leaving[k] - was_after->leaving[k]) / h;
             H[2 * (i - 1) + j][column] += planes[i][j][k] * (leaving - next_entering);
             if (i > 1) H[2 * (i - 2) + j][column] -= planes[i - 1][j][k] * entering;
             if (i < c->count - 1) H[2 * i + j][column] += planes[i + 1][j][k] * next_leaving;
@@ -150,14 +150,14 @@ static void add_column(const cable *c, int i, const double e[3], double h, doubl
 }
 
 /* Derivatives of the gradient across the spans, and the gradient downhill; 0 if a part has no length. */
-static int linearise(const cable *c, double (*planes)[2][3], double H[UNKNOWNS][UNKNOWNS], double *r)
+static int linearise(const cable *c, real (*planes)[2][3], real H[UNKNOWNS][UNKNOWNS], real *r)
 {
     memset(H, 0, UNKNOWNS * sizeof *H);
     for (int i = 1; i < c->count; i++) span_plane(c, i, planes[i]);
     for (int i = 1; i < c->count; i++)
         for (int j = 0; j < 2; j++) {
-            const double *e = planes[i][j];
-            const double h = DIFFERENCE * (c->contacts[i - 1].pull.length + c->contacts[i].pull.length);
+            const real *e = planes[i][j];
+            const real h = DIFFERENCE * (c->contacts[i - 1].pull.length + c->contacts[i].pull.length);
             if (!(h > 0)) return 0;
             r[2 * (i - 1) + j] = dot3(c->contacts[i].pull.entering, e) - dot3(c->contacts[i - 1].pull.leaving, e);
             add_column(c, i, e, h, planes, H, 2 * (i - 1) + j);
@@ -166,7 +166,7 @@ static int linearise(const cable *c, double (*planes)[2][3], double H[UNKNOWNS][
 }
 
 /* Go on by a step if that is shorter, or as short with directions that agree better. */
-static int is_accepted(cable *c, const double *step, double (*planes)[2][3])
+static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
 {
     cable next = *c;
     for (int i = 1; i < c->count; i++)
@@ -183,14 +183,14 @@ static int is_accepted(cable *c, const double *step, double (*planes)[2][3])
 /* Newton's step; where the length is not convex, bent downhill by growing the diagonal. */
 static int step_newton(cable *c)
 {
-    static const double GROWTH[] = {0, 0.3, 1, 3, 10, 100};
-    double H[UNKNOWNS][UNKNOWNS], r[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3], largest = 0;
+    static const real GROWTH[] = {0, 0.3, 1, 3, 10, 100};
+    real H[UNKNOWNS][UNKNOWNS], r[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3], largest = 0;
     const int n = 2 * (c->count - 1);
     if (!linearise(c, planes, H, r)) return 0;
     for (int i = 0; i < n; i++)
         if (fabs(H[i][i]) > largest) largest = fabs(H[i][i]);
     for (size_t g = 0; g < sizeof GROWTH / sizeof *GROWTH; g++) {
-        double grown[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
+        real grown[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
         memcpy(grown, H, sizeof H);
         memcpy(step, r, sizeof r);
         for (int i = 0; i < n; i++) grown[i][i] += GROWTH[g] * largest;
@@ -203,16 +203,16 @@ static void tighten(cable *c)
 {
     evaluate(c);
     for (int k = 0; k < ITERATIONS && c->disagreement > AGREEMENT; k++) {
-        const double was = c->disagreement;
+        const real was = c->disagreement;
         if (k >= 2 && step_newton(c) && c->disagreement < 0.5 * was) continue;
-        const double now = c->disagreement;
+        const real now = c->disagreement;
         if (now < 1e-11 && k > 4 && now >= 0.5 * was) return; /* as good as rounding lets it be */
         pull_tight(c);
     }
 }
 
 /* The turning angle about a cylinder from a to b; on side `sense` unless that is 0. */
-static double turning_angle(const sequence_part *p, int sense, const double a[3], const double b[3])
+static real turning_angle(const sequence_part *p, int sense, const real a[3], const real b[3])
 {
     const wrap_way natural = {.is_counted = 1, .remembered = NAN};
     wrap_way stated = p->way;
@@ -221,7 +221,7 @@ static double turning_angle(const sequence_part *p, int sense, const double a[3]
     stated.is_counted = 1, stated.remembered = NAN;
     wrap_over(p->surface, sense ? &natural : &stated, a, b, &k);
     if (!sense) return k.pull.turning;
-    const double angle = k.pull.turning * sense;
+    const real angle = k.pull.turning * sense;
     return sense * (2 * PI * p->way.turns + (angle >= 0 ? angle : 2 * PI + angle));
 }
 
@@ -234,7 +234,7 @@ static int is_open(const sequence_part *p)
 }
 
 /* On the straight line from a to b. */
-static void begin(cable *c, const sequence_part *parts, int count, const double a[3], const double b[3])
+static void begin(cable *c, const sequence_part *parts, int count, const real a[3], const real b[3])
 {
     memset(c, 0, sizeof *c);
     c->parts = parts, c->count = count;
@@ -245,23 +245,23 @@ static void begin(cable *c, const sequence_part *parts, int count, const double 
 }
 
 /* Have part i passed on a side: a cylinder in that sense, a sphere for -1 from across its centre. */
-static void pass_on(cable *c, int i, int side, const double a[3], const double b[3])
+static void pass_on(cable *c, int i, int side, const real a[3], const real b[3])
 {
     const wrap_surface *s = c->parts[i].surface;
     if (is_followed(c->parts + i)) {
         c->followed[i] = turning_angle(c->parts + i, side, a, b);
         return;
     }
-    double d[3], r[3];
+    real d[3], r[3];
     for (int k = 0; k < 3; k++) d[k] = b[k] - a[k], r[k] = a[k] - s->centre[k];
-    const double dd = dot3(d, d), t = dd > 0 ? -dot3(r, d) / dd : 0;
+    const real dd = dot3(d, d), t = dd > 0 ? -dot3(r, d) / dd : 0;
     for (int k = 0; k < 3; k++) r[k] += t * d[k];
-    const double distance = sqrt(dot3(r, r)), across = distance > 0 ? 1 + s->radius / distance : 0;
+    const real distance = sqrt(dot3(r, r)), across = distance > 0 ? 1 + s->radius / distance : 0;
     for (int j = i; j <= i + 1 && side < 0; j++)
         for (int k = 0; k < 3 && j > 0 && j < c->count; k++) c->points[j][k] -= across * r[k];
 }
 
-double sequence_solve(const sequence_part *parts, int count, double (*points)[3], contact *contacts)
+real sequence_solve(const sequence_part *parts, int count, real (*points)[3], contact *contacts)
 {
     cable best, c;
     int open[FREE_SIDES], opens = 0;

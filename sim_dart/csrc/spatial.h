@@ -11,34 +11,34 @@
 
 #include "state.h"
 
-static inline void add3(double out[3], const double v[3])
+static inline void add3(real out[3], const real v[3])
 {
     for (int k = 0; k < 3; k++) out[k] += v[k];
 }
 
-static inline void add_cross3(double out[3], const double a[3], const double b[3])
+static inline void add_cross3(real out[3], const real a[3], const real b[3])
 {
-    double product[3];
+    real product[3];
     cross3(product, a, b);
     add3(out, product);
 }
 
 /* w x (w x r) */
-static inline void add_centripetal(double out[3], const double w[3], const double r[3])
+static inline void add_centripetal(real out[3], const real w[3], const real r[3])
 {
-    double wr[3];
+    real wr[3];
     cross3(wr, w, r);
     add_cross3(out, w, wr);
 }
 
 /* The generalised force of a wrench along a frame's motion, S'w. */
-static inline double along(const core *c, int32_t i, const double wrench[6])
+static inline real along(const core *c, int32_t i, const real wrench[6])
 {
     return dot3(c->axis + 3 * i, wrench + (c->blob.motion[i] == ROTATION ? 0 : 3));
 }
 
 /* Add a wrench about the origin of frame i to one about its parent's. */
-static inline void add_to_parent(const core *c, int32_t i, const double wrench[6], double parent[6])
+static inline void add_to_parent(const core *c, int32_t i, const real wrench[6], real parent[6])
 {
     add3(parent, wrench);
     add_cross3(parent, c->link + 3 * i, wrench + 3);

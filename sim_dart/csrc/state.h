@@ -71,14 +71,14 @@
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22
 
-#define STATE_MEMBER(name, length) double *name;
+#define STATE_MEMBER(name, length) real *name;
 struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
     int32_t pushes;      /* points that core_push has given; the arrays are the caller's */
     const int32_t *push_frame;
-    const double *push_point, *push_wrench;
+    const real *push_point, *push_wrench;
     STATE_ARRAYS(STATE_MEMBER)
 };
 #undef STATE_MEMBER
@@ -93,31 +93,31 @@ __attribute__((format(printf, 3, 4)))
 int refuse(char *message, size_t capacity, const char *format, ...);
 
 void tree_prepare(core *c);
-void tree_move(core *c, const double *q);
-void tree_direction(const core *c, int32_t frame, const double local[3], double world[3]);
+void tree_move(core *c, const real *q);
+void tree_direction(const core *c, int32_t frame, const real local[3], real world[3]);
 /* link, at the last q; centre and moment; spin, velocity, slide and drift. */
 void dynamics_links(core *c);
 void dynamics_inertias(core *c);
-void dynamics_velocities(core *c, const double *qd);
+void dynamics_velocities(core *c, const real *qd);
 /* What the parent's acceleration is at the origin of frame i; that of the world is zero. */
-void dynamics_carry(const core *c, int32_t i, const double *accelerations, double out[6]);
+void dynamics_carry(const core *c, int32_t i, const real *accelerations, real out[6]);
 /* dqd = M^-1 impulse, with the articulated bodies of the last factorisation. */
-void dynamics_factor(core *c, const double *armature);
-void dynamics_respond(core *c, const double *impulse, double *change);
+void dynamics_factor(core *c, const real *armature);
+void dynamics_respond(core *c, const real *impulse, real *change);
 /* Change qd by impulses so that all velocities are within low and high; links and inertias are those of
    the last q. */
 void limits_keep(core *c);
 /* outer = extra, or nothing where that is NULL, and what core_push has given, at the last q. */
-void pushes_add(core *c, const double *extra);
+void pushes_add(core *c, const real *extra);
 /* -L'f at the state: 0, or 1 + the index of the first command that is not finite. */
-int muscles_pull(core *c, const double *u);
+int muscles_pull(core *c, const real *u);
 int muscles_are_sound(const core *c);
 void paths_prepare(core *c);
 void paths_move(core *c);
 void tasks_move(core *c);
 
 /* 0, or a message: points or the like in frames. */
-int check_points(const char *what, const int32_t *frame, const double *position, int32_t points,
+int check_points(const char *what, const int32_t *frame, const real *position, int32_t points,
                  int32_t dofs, char *message, size_t capacity);
 
 /* 0, or a message: surfaces, wraps and pulleys. */
@@ -127,12 +127,12 @@ int paths_check(const blob_view *view, char *message, size_t capacity);
 int laws_check(blob_view *view, char *message, size_t capacity);
 void laws_prepare(core *c);
 
-static inline double dot3(const double a[3], const double b[3])
+static inline real dot3(const real a[3], const real b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static inline void cross3(double out[3], const double a[3], const double b[3])
+static inline void cross3(real out[3], const real a[3], const real b[3])
 {
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
@@ -140,13 +140,13 @@ static inline void cross3(double out[3], const double a[3], const double b[3])
 }
 
 /* out = R v */
-static inline void rotate3(double out[3], const double R[9], const double v[3])
+static inline void rotate3(real out[3], const real R[9], const real v[3])
 {
     for (int k = 0; k < 3; k++) out[k] = dot3(R + 3 * k, v);
 }
 
 /* out = A B */
-static inline void multiply3(double out[9], const double A[9], const double B[9])
+static inline void multiply3(real out[9], const real A[9], const real B[9])
 {
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++)

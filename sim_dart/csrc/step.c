@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-int muscles_pull(core *c, const double *u)
+int muscles_pull(core *c, const real *u)
 {
     return c->has_laws ? core_drive(c, c->qd, u) : core_pull(c, u);
 }
@@ -18,7 +18,7 @@ int muscles_are_sound(const core *c)
 }
 
 /* Damping and springs act at the end of the step, to first order: h D + h^2 K beside M. */
-static void accelerate(core *c, double h)
+static void accelerate(core *c, real h)
 {
     const blob_view *b = &c->blob;
     for (int32_t j = 0; j < b->counts.dofs; j++) {
@@ -30,23 +30,23 @@ static void accelerate(core *c, double h)
 }
 
 /* qd += h qdd; whether q then passes a limit within h. */
-static int speed_up(core *c, double h)
+static int speed_up(core *c, real h)
 {
     int passes = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->before[j] = c->qd[j];
         c->qd[j] += h * c->qdd[j];
-        const double next = c->q[j] + h * c->qd[j];
+        const real next = c->q[j] + h * c->qd[j];
         passes |= next < c->blob.lower[j] || next > c->blob.upper[j];
     }
     return passes;
 }
 
 /* In rad/s or m/s: how fast a coordinate that was put beyond a limit has to come back, at most. DART's. */
-static const double LARGEST_RETURN = 10;
+static const real LARGEST_RETURN = 10;
 
 /* No coordinate may pass a limit within h. */
-static void stay_within(core *c, double h)
+static void stay_within(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, LARGEST_RETURN);
@@ -57,11 +57,11 @@ static void stay_within(core *c, double h)
 
 /* Forces as at the step's beginning, at the mean of its velocities: what they do to the kinetic energy,
    exactly, if M is constant. */
-static void book(core *c, double h)
+static void book(core *c, real h)
 {
-    double muscles = 0, outer = 0, damping = 0;
+    real muscles = 0, outer = 0, damping = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        const double way = 0.5 * h * (c->before[j] + c->qd[j]);
+        const real way = 0.5 * h * (c->before[j] + c->qd[j]);
         muscles += c->torques[j] * way;
         outer += c->outer[j] * way;
         damping -= c->blob.damping[j] * c->qd[j] * way;
@@ -70,17 +70,17 @@ static void book(core *c, double h)
 }
 
 /* Muscles remember with the lengthening that the step ends with. */
-static int advance_muscles(core *c, const double *u, double h)
+static int advance_muscles(core *c, const real *u, real h)
 {
     core_rates(c, c->qd);
     core_advance(c, u, h);
     return muscles_are_sound(c);
 }
 
-int core_step(core *c, const double *u, const double *extra, double h, int32_t steps)
+int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memset(c->work, 0, 3 * sizeof(double));
+    memset(c->work, 0, 3 * sizeof(real));
     for (; steps > 0; steps--) {
         int bad = muscles_pull(c, u);
         if (bad) return -bad;

@@ -12,26 +12,26 @@
 
 typedef struct {
     frame *frames;                        /* dofs */
-    double *begin_q, *begin_qd, *free;    /* dofs each */
-    double *qdd, *asked, *change, *still; /* dofs each */
-    double *response, *factor;            /* dofs x dofs */
+    real *begin_q, *begin_qd, *free;    /* dofs each */
+    real *qdd, *asked, *change, *still; /* dofs each */
+    real *response, *factor;            /* dofs x dofs */
 } work;
 
 size_t core_tangent_size(const core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     if (c->has_laws || c->blob.counts.wraps || c->blob.counts.pulleys) return 0;
-    return dofs * (sizeof(frame) / sizeof(double) + 7) + 2 * dofs * dofs;
+    return dofs * (sizeof(frame) / sizeof(real) + 7) + 2 * dofs * dofs;
 }
 
-static work placed(const core *c, double *memory)
+static work placed(const core *c, real *memory)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     work k = {.frames = (frame *)(void *)memory};
-    double **const vectors[] = {&k.begin_q, &k.begin_qd, &k.free, &k.qdd, &k.asked, &k.change, &k.still};
-    double *at = memory + dofs * (sizeof(frame) / sizeof(double));
+    real **const vectors[] = {&k.begin_q, &k.begin_qd, &k.free, &k.qdd, &k.asked, &k.change, &k.still};
+    real *at = memory + dofs * (sizeof(frame) / sizeof(real));
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, at += dofs) *vectors[i] = at;
-    memset(k.still, 0, dofs * sizeof(double));
+    memset(k.still, 0, dofs * sizeof(real));
     k.response = at;
     k.factor = at + dofs * dofs;
     return k;
@@ -40,17 +40,17 @@ static work placed(const core *c, double *memory)
 /* ---------------------------------------------------------------------------------------- forces */
 
 /* A cable pulls the ends of a segment towards each other with f u. */
-static void apply_segment(const core *c, frame *frames, int32_t k, double force, double force_change)
+static void apply_segment(const core *c, frame *frames, int32_t k, real force, real force_change)
 {
-    const double *A = c->point + 3 * k, *B = A + 3;
+    const real *A = c->point + 3 * k, *B = A + 3;
     const int32_t a = c->blob.point_frame[k], b = c->blob.point_frame[k + 1];
-    double u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, dA[3], dB[3], du[3], pull[3], change[3];
-    const double length = sqrt(dot3(u, u));
+    real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, dA[3], dB[3], du[3], pull[3], change[3];
+    const real length = sqrt(dot3(u, u));
     if (a == b || length == 0) return;
     tangent_point(c, frames, a, A, dA);
     tangent_point(c, frames, b, B, dB);
     for (int j = 0; j < 3; j++) u[j] /= length, du[j] = (dB[j] - dA[j]) / length;
-    const double along_u = dot3(u, du);
+    const real along_u = dot3(u, du);
     for (int j = 0; j < 3; j++) {
         pull[j] = force * u[j];
         change[j] = force_change * u[j] + force * (du[j] - along_u * u[j]);
@@ -75,14 +75,14 @@ static void apply_forces(const core *c, frame *frames, const core_tangent *d)
 /* ---------------------------------------------------------------------------------------- limits */
 
 /* Impulses on the coordinates that met their limits, by Cholesky's factors of their responses. */
-static void solve(const core *c, const work *k, size_t count, double *p)
+static void solve(const core *c, const work *k, size_t count, real *p)
 {
     const size_t n = (size_t)c->blob.counts.dofs;
     for (size_t a = 0; a < count; a++) {
-        double *row = k->factor + a * n;
+        real *row = k->factor + a * n;
         for (size_t b = 0; b <= a; b++) {
-            const double *other = k->factor + b * n;
-            double sum = k->response[a * n + (size_t)c->met[b]];
+            const real *other = k->factor + b * n;
+            real sum = k->response[a * n + (size_t)c->met[b]];
             for (size_t j = 0; j < b; j++) sum -= row[j] * other[j];
             row[b] = a == b ? sqrt(sum) : sum / other[b];
         }
@@ -97,24 +97,24 @@ static void solve(const core *c, const work *k, size_t count, double *p)
 
 /* Behind stops qd+ = free + M^-1 p, and (limit - q)/h where a limit is met: M d(qd+ - free) + dM (qd+ -
    free) = dp. `after` is qd+; dqd holds the change of `free` and becomes that of qd+.                   */
-static void stop(core *c, work *k, const double *after, const double *dq, double *dqd, double h)
+static void stop(core *c, work *k, const real *after, const real *dq, real *dqd, real h)
 {
-    static const double nowhere[3] = {0, 0, 0};
+    static const real nowhere[3] = {0, 0, 0};
     const size_t dofs = (size_t)c->blob.counts.dofs;
     size_t count = 0;
     for (size_t j = 0; j < dofs; j++)
-        if (c->side[j] != 0) c->met[count++] = (double)j;
+        if (c->side[j] != 0) c->met[count++] = (real)j;
     if (!count) return;
-    double *kick = k->qdd, *p = k->asked;
+    real *kick = k->qdd, *p = k->asked;
     for (size_t j = 0; j < dofs; j++) kick[j] = after[j] - k->free[j];
     tangent_forget(c, k->frames);
     tangent_ask(c, k->frames, nowhere, k->still, k->still, kick, k->asked);
-    memset(c->armature, 0, dofs * sizeof(double));
+    memset(c->armature, 0, dofs * sizeof(real));
     dynamics_factor(c, c->armature);
     dynamics_respond(c, k->asked, k->change);
     for (size_t j = 0; j < dofs; j++) dqd[j] -= k->change[j];
     for (size_t a = 0; a < count; a++) {
-        memset(k->change, 0, dofs * sizeof(double));
+        memset(k->change, 0, dofs * sizeof(real));
         k->change[(size_t)c->met[a]] = 1;
         dynamics_respond(c, k->change, k->response + a * dofs);
     }
@@ -128,10 +128,10 @@ static void stop(core *c, work *k, const double *after, const double *dq, double
 /* ------------------------------------------------------------------------------------------ step */
 
 /* J'F of the loads at the last q. */
-static void outer_forces(core *c, const core_tangent *d, double *out)
+static void outer_forces(core *c, const core_tangent *d, real *out)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memset(out, 0, (size_t)dofs * sizeof(double));
+    memset(out, 0, (size_t)dofs * sizeof(real));
     if (d->loads) core_task_jacobian(c);
     for (int32_t i = 0; i < 3 * d->loads; i++) {
         const size_t row = 3 * (size_t)d->load_tasks[i / 3] + (size_t)(i % 3);
@@ -141,11 +141,11 @@ static void outer_forces(core *c, const core_tangent *d, double *out)
 }
 
 /* The changes at the beginning of the step become those of its end; the core is at its beginning. */
-static void go_along(core *c, work *k, const core_tangent *d, double h, const double *after)
+static void go_along(core *c, work *k, const core_tangent *d, real h, const real *after)
 {
     const blob_view *b = &c->blob;
-    const double up[3] = {-b->gravity[0], -b->gravity[1], -b->gravity[2]};
-    double *dq = d->q_change, *dqd = d->qd_change;
+    const real up[3] = {-b->gravity[0], -b->gravity[1], -b->gravity[2]};
+    real *dq = d->q_change, *dqd = d->qd_change;
     core_pull(c, d->forces);
     outer_forces(c, d, c->load);
     for (int32_t j = 0; j < b->counts.dofs; j++) {
@@ -154,7 +154,7 @@ static void go_along(core *c, work *k, const core_tangent *d, double h, const do
                       b->stiffness[j] * (k->begin_q[j] + h * k->begin_qd[j] - b->rest[j]);
     }
     core_accelerate(c, k->begin_qd, c->load, c->armature);
-    memcpy(k->qdd, c->qdd, (size_t)b->counts.dofs * sizeof(double));
+    memcpy(k->qdd, c->qdd, (size_t)b->counts.dofs * sizeof(real));
     tangent_displace(c, k->frames, dq);
     tangent_forget(c, k->frames);
     apply_forces(c, k->frames, d);
@@ -167,9 +167,9 @@ static void go_along(core *c, work *k, const core_tangent *d, double h, const do
     for (int32_t j = 0; j < b->counts.dofs; j++) dq[j] += h * dqd[j];
 }
 
-int core_step_along(core *c, const core_tangent *d, double h)
+int core_step_along(core *c, const core_tangent *d, real h)
 {
-    const size_t size = (size_t)c->blob.counts.dofs * sizeof(double);
+    const size_t size = (size_t)c->blob.counts.dofs * sizeof(real);
     work k = placed(c, d->memory);
     memcpy(k.begin_q, c->q, size);
     memcpy(k.begin_qd, c->qd, size);

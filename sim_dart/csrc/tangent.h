@@ -10,18 +10,18 @@
 
 /* What a step depends on, and the direction in which that changes. */
 typedef struct {
-    const double *forces, *forces_change; /* muscles */
+    const real *forces, *forces_change; /* muscles */
     int32_t loads;                        /* forces from outside on task points */
-    const double *load_tasks;             /* the index of each one's task */
-    const double *load, *load_change;     /* 3 each, world axes */
-    double *q_change, *qd_change;         /* dofs: at the beginning of a step; behind it at its end */
-    double *memory;                       /* core_tangent_size of them */
+    const real *load_tasks;             /* the index of each one's task */
+    const real *load, *load_change;     /* 3 each, world axes */
+    real *q_change, *qd_change;         /* dofs: at the beginning of a step; behind it at its end */
+    real *memory;                       /* core_tangent_size of them */
 } core_tangent;
 
 /* Doubles of work memory; 0 for a robot that has no such derivatives. */
 CORE_API size_t core_tangent_size(const core *c);
 
 /* As core_step with these forces and loads, one step; q_change and qd_change go along. */
-CORE_API int core_step_along(core *c, const core_tangent *direction, double h);
+CORE_API int core_step_along(core *c, const core_tangent *direction, real h);
 
 #endif

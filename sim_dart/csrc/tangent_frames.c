@@ -4,30 +4,30 @@
 #include <string.h>
 
 /* out += d(a x b) */
-static void add_cross_change(double out[3], const double a[3], const double da[3], const double b[3],
-                             const double db[3])
+static void add_cross_change(real out[3], const real a[3], const real da[3], const real b[3],
+                             const real db[3])
 {
     add_cross3(out, da, b);
     add_cross3(out, a, db);
 }
 
 /* out += d(w x (w x r)) */
-static void add_centripetal_change(double out[3], const double w[3], const double dw[3], const double r[3],
-                                   const double dr[3])
+static void add_centripetal_change(real out[3], const real w[3], const real dw[3], const real r[3],
+                                   const real dr[3])
 {
-    double wr[3], change[3] = {0, 0, 0};
+    real wr[3], change[3] = {0, 0, 0};
     cross3(wr, w, r);
     add_cross_change(change, w, dw, r, dr);
     add_cross_change(out, w, dw, wr, change);
 }
 
-void tangent_displace(const core *c, frame *frames, const double *dq)
+void tangent_displace(const core *c, frame *frames, const real *dq)
 {
     static const frame world;
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         frame *f = frames + i;
         const frame *parent = c->blob.parent[i] < 0 ? &world : frames + c->blob.parent[i];
-        const double change = dq[c->blob.coordinate[i]], *axis = c->axis + 3 * i;
+        const real change = dq[c->blob.coordinate[i]], *axis = c->axis + 3 * i;
         memcpy(f->turn, parent->turn, sizeof f->turn);
         memcpy(f->shift, parent->shift, sizeof f->shift);
         cross3(f->link, parent->turn, c->link + 3 * i);
@@ -38,22 +38,22 @@ void tangent_displace(const core *c, frame *frames, const double *dq)
     }
 }
 
-void tangent_point(const core *c, const frame *frames, int32_t i, const double point[3], double out[3])
+void tangent_point(const core *c, const frame *frames, int32_t i, const real point[3], real out[3])
 {
-    memset(out, 0, 3 * sizeof(double));
+    memset(out, 0, 3 * sizeof(real));
     if (i < 0) return;
-    const double *origin = c->origin + 3 * i;
-    const double arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
-    memcpy(out, frames[i].shift, 3 * sizeof(double));
+    const real *origin = c->origin + 3 * i;
+    const real arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
+    memcpy(out, frames[i].shift, 3 * sizeof(real));
     add_cross3(out, frames[i].turn, arm);
 }
 
-void tangent_apply(const core *c, frame *frames, int32_t i, const double point[3], const double force[3],
-                   const double force_change[3])
+void tangent_apply(const core *c, frame *frames, int32_t i, const real point[3], const real force[3],
+                   const real force_change[3])
 {
     if (i < 0) return;
     frame *f = frames + i;
-    double arm[3], arm_change[3], moment[3], change[3] = {0, 0, 0};
+    real arm[3], arm_change[3], moment[3], change[3] = {0, 0, 0};
     tangent_point(c, frames, i, point, arm_change);
     for (int k = 0; k < 3; k++) arm[k] = point[k] - c->origin[3 * i + k], arm_change[k] -= f->shift[k];
     cross3(moment, arm, force);
@@ -65,12 +65,12 @@ void tangent_apply(const core *c, frame *frames, int32_t i, const double point[3
 }
 
 /* Spin and acceleration of a frame, and their changes; see motion.c and inverse.c. */
-static void move_frame(const core *c, frame *f, const frame *parent, int32_t i, double rate,
-                       double rate_change, double qdd)
+static void move_frame(const core *c, frame *f, const frame *parent, int32_t i, real rate,
+                       real rate_change, real qdd)
 {
     const int turns = c->blob.motion[i] == ROTATION, at = turns ? 0 : 3;
-    const double *axis = c->axis + 3 * i, *r = c->link + 3 * i;
-    double own[3], own_change[3];
+    const real *axis = c->axis + 3 * i, *r = c->link + 3 * i;
+    real own[3], own_change[3];
     for (int k = 0; k < 3; k++) {
         own[k] = rate * axis[k];
         own_change[k] = rate * f->axis[k] + rate_change * axis[k];
@@ -94,10 +94,10 @@ static void move_frame(const core *c, frame *f, const frame *parent, int32_t i, 
 }
 
 /* d(I v) = turn x I v - I (turn x v) + I dv, I being carried along */
-static void add_inertia_change(double out[3], const double I[9], const double turn[3], const double v[3],
-                               const double dv[3])
+static void add_inertia_change(real out[3], const real I[9], const real turn[3], const real v[3],
+                               const real dv[3])
 {
-    double Iv[3], turned[3], left[3], I_left[3];
+    real Iv[3], turned[3], left[3], I_left[3];
     rotate3(Iv, I, v);
     cross3(turned, turn, v);
     for (int k = 0; k < 3; k++) left[k] = dv[k] - turned[k];
@@ -109,9 +109,9 @@ static void add_inertia_change(double out[3], const double I[9], const double tu
 /* f = m a + alpha x c + w x (w x c),   n = I alpha + c x a + w x I w */
 static void load_frame(const core *c, frame *f, int32_t i)
 {
-    const double *centre = c->centre + 3 * i, *I = c->moment + 9 * i, m = c->blob.mass[i];
-    const double *alpha = f->motion, *a = f->motion + 3, *dalpha = f->motion_change, *da = dalpha + 3;
-    double centre_change[3], Iw[3], Iw_change[3] = {0, 0, 0}, Ia[3];
+    const real *centre = c->centre + 3 * i, *I = c->moment + 9 * i, m = c->blob.mass[i];
+    const real *alpha = f->motion, *a = f->motion + 3, *dalpha = f->motion_change, *da = dalpha + 3;
+    real centre_change[3], Iw[3], Iw_change[3] = {0, 0, 0}, Ia[3];
     cross3(centre_change, f->turn, centre);
     for (int k = 0; k < 3; k++) f->wrench[3 + k] += m * a[k], f->wrench_change[3 + k] += m * da[k];
     add_cross3(f->wrench + 3, alpha, centre);
@@ -129,12 +129,12 @@ static void load_frame(const core *c, frame *f, int32_t i)
     add_cross_change(f->wrench_change, f->spin, f->spin_change, Iw, Iw_change);
 }
 
-static void collect_changes(const core *c, frame *frames, double *out)
+static void collect_changes(const core *c, frame *frames, real *out)
 {
     for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
         const frame *f = frames + i;
         const int at = c->blob.motion[i] == ROTATION ? 0 : 3;
-        const double *axis = c->axis + 3 * i, *r = c->link + 3 * i;
+        const real *axis = c->axis + 3 * i, *r = c->link + 3 * i;
         out[c->blob.coordinate[i]] = dot3(f->axis, f->wrench + at) + dot3(axis, f->wrench_change + at);
         if (c->blob.parent[i] < 0) continue;
         frame *parent = frames + c->blob.parent[i];
@@ -145,12 +145,12 @@ static void collect_changes(const core *c, frame *frames, double *out)
     }
 }
 
-void tangent_ask(const core *c, frame *frames, const double up[3], const double *qd, const double *dqd,
-                const double *qdd, double *out)
+void tangent_ask(const core *c, frame *frames, const real up[3], const real *qd, const real *dqd,
+                const real *qdd, real *out)
 {
     frame world;
     memset(&world, 0, sizeof world);
-    memcpy(world.motion + 3, up, 3 * sizeof(double));
+    memcpy(world.motion + 3, up, 3 * sizeof(real));
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         const int32_t j = c->blob.coordinate[i];
         const frame *parent = c->blob.parent[i] < 0 ? &world : frames + c->blob.parent[i];

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* The angles of R = Rx(alpha) Ry(beta) Rz(gamma). */
-static void angles_of(const double R[9], double angles[3])
+static void angles_of(const real R[9], real angles[3])
 {
     angles[0] = arc_tangent(-R[5], R[8]);
     angles[1] = arc_sine(R[2]);
@@ -14,9 +14,9 @@ static void angles_of(const double R[9], double angles[3])
 
 /* Rates of the angles for an angular velocity w in the world:
    w = alpha' x + beta' Rx y + gamma' Rx Ry z, solved for the rates.                                    */
-static void angle_rates(const double angles[3], const double w[3], double rates[3])
+static void angle_rates(const real angles[3], const real w[3], real rates[3])
 {
-    double sa, ca, sb, cb;
+    real sa, ca, sb, cb;
     sine_cosine(angles[0], &sa, &ca);
     sine_cosine(angles[1], &sb, &cb);
     rates[1] = ca * w[1] + sa * w[2];
@@ -28,8 +28,8 @@ void tasks_move(core *c)
 {
     for (int32_t k = 0; k < c->blob.counts.tasks; k++) {
         const int32_t frame = c->blob.task_frame[k];
-        const double *local = c->blob.task_rotation + 9 * k;
-        double *values = c->task_values + 3 * k, R[9];
+        const real *local = c->blob.task_rotation + 9 * k;
+        real *values = c->task_values + 3 * k, R[9];
         if (c->blob.task_kind[k] == TASK_POINT) {
             tree_point(c, frame, c->blob.task_position + 3 * k, values);
         } else if (frame < 0) {
@@ -41,25 +41,25 @@ void tasks_move(core *c)
     }
 }
 
-static void task_rates(const core *c, int32_t task, int32_t frame, double rates[3])
+static void task_rates(const core *c, int32_t task, int32_t frame, real rates[3])
 {
-    const double *values = c->task_values + 3 * task;
+    const real *values = c->task_values + 3 * task;
     if (c->blob.task_kind[task] == TASK_POINT)
         tree_point_velocity(c, frame, values, rates);
     else if (c->blob.motion[frame] == ROTATION)
         angle_rates(values, c->axis + 3 * frame, rates);
     else
-        memset(rates, 0, 3 * sizeof(double));
+        memset(rates, 0, 3 * sizeof(real));
 }
 
 void core_task_jacobian(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
-    memset(c->task_jacobian, 0, 3 * (size_t)c->blob.counts.tasks * dofs * sizeof(double));
+    memset(c->task_jacobian, 0, 3 * (size_t)c->blob.counts.tasks * dofs * sizeof(real));
     for (int32_t k = 0; k < c->blob.counts.tasks; k++)
         for (int32_t j = c->blob.task_frame[k]; j >= 0; j = c->blob.parent[j]) {
             const size_t column = (size_t)c->blob.coordinate[j];
-            double rates[3];
+            real rates[3];
             task_rates(c, k, j, rates);
             for (size_t row = 0; row < 3; row++)
                 c->task_jacobian[(3 * (size_t)k + row) * dofs + column] += rates[row];
@@ -68,18 +68,18 @@ void core_task_jacobian(core *c)
 
 /* Derivative of angle_rates at constant angular acceleration alpha: solved from
    alpha_w = d/dt (alpha' x + beta' Rx y + gamma' Rx Ry z).                                             */
-static void angle_accelerations(const double angles[3], const double w[3], const double alpha[3],
-                                double out[3])
+static void angle_accelerations(const real angles[3], const real w[3], const real alpha[3],
+                                real out[3])
 {
-    double sa, ca, sb, cb;
+    real sa, ca, sb, cb;
     sine_cosine(angles[0], &sa, &ca);
     sine_cosine(angles[1], &sb, &cb);
-    double rates[3];
+    real rates[3];
     angle_rates(angles, w, rates);
-    const double second[3] = {0, ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
-    const double first[3] = {1, 0, 0};
+    const real second[3] = {0, ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
+    const real first[3] = {1, 0, 0};
     /* the axes turn: x stands still, y with alpha', z with alpha' x + beta' y */
-    double left[3] = {alpha[0], alpha[1], alpha[2]}, turn[3], change[3];
+    real left[3] = {alpha[0], alpha[1], alpha[2]}, turn[3], change[3];
     for (int k = 0; k < 3; k++) turn[k] = rates[0] * first[k];
     cross3(change, turn, second);
     for (int k = 0; k < 3; k++) left[k] -= rates[1] * change[k], turn[k] += rates[1] * second[k];
@@ -88,28 +88,28 @@ static void angle_accelerations(const double angles[3], const double w[3], const
     angle_rates(angles, left, out);
 }
 
-void core_task_bias(core *c, const double *qd)
+void core_task_bias(core *c, const real *qd)
 {
     dynamics_links(c);
     dynamics_velocities(c, qd);
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
-        double *acceleration = c->acceleration + 6 * i;
+        real *acceleration = c->acceleration + 6 * i;
         dynamics_carry(c, i, c->acceleration, acceleration);
         for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];
     }
-    memset(c->task_bias, 0, 3 * (size_t)c->blob.counts.tasks * sizeof(double));
+    memset(c->task_bias, 0, 3 * (size_t)c->blob.counts.tasks * sizeof(real));
     for (int32_t k = 0; k < c->blob.counts.tasks; k++) {
         const int32_t frame = c->blob.task_frame[k];
-        double *bias = c->task_bias + 3 * k;
+        real *bias = c->task_bias + 3 * k;
         if (frame < 0) continue;
-        const double *spin = c->spin + 3 * frame, *acceleration = c->acceleration + 6 * frame;
+        const real *spin = c->spin + 3 * frame, *acceleration = c->acceleration + 6 * frame;
         if (c->blob.task_kind[k] == TASK_ORIENTATION) {
             angle_accelerations(c->task_values + 3 * k, spin, acceleration, bias);
             continue;
         }
-        double arm[3];
+        real arm[3];
         for (int a = 0; a < 3; a++) arm[a] = c->task_values[3 * k + a] - c->origin[3 * frame + a];
-        memcpy(bias, acceleration + 3, 3 * sizeof(double));
+        memcpy(bias, acceleration + 3, 3 * sizeof(real));
         add_cross3(bias, acceleration, arm);
         add_centripetal(bias, spin, arm);
     }

@@ -9,41 +9,41 @@ void tree_prepare(core *c)
 {
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         if (c->blob.motion[i] != ROTATION) continue;
-        const double *a = c->blob.axis + 3 * i;
-        const double skew[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
+        const real *a = c->blob.axis + 3 * i;
+        const real skew[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
         multiply3(c->rotation_sin + 9 * i, c->blob.offset_rotation + 9 * i, skew);
         multiply3(c->rotation_cos + 9 * i, c->rotation_sin + 9 * i, skew);
     }
 }
 
-void tree_direction(const core *c, int32_t frame, const double local[3], double world[3])
+void tree_direction(const core *c, int32_t frame, const real local[3], real world[3])
 {
     if (frame < 0)
-        memcpy(world, local, 3 * sizeof(double));
+        memcpy(world, local, 3 * sizeof(real));
     else
         rotate3(world, c->rotation + 9 * frame, local);
 }
 
-static void frame_rotation(const core *c, int32_t i, double q, double R[9])
+static void frame_rotation(const core *c, int32_t i, real q, real R[9])
 {
-    const double *R0 = c->blob.offset_rotation + 9 * i;
+    const real *R0 = c->blob.offset_rotation + 9 * i;
     if (c->blob.motion[i] != ROTATION) {
-        memcpy(R, R0, 9 * sizeof(double));
+        memcpy(R, R0, 9 * sizeof(real));
         return;
     }
-    double s, cosine;
+    real s, cosine;
     sine_cosine(q, &s, &cosine);
-    const double v = 1 - cosine;
+    const real v = 1 - cosine;
     for (int k = 0; k < 9; k++) R[k] = R0[k] + s * c->rotation_sin[9 * i + k] + v * c->rotation_cos[9 * i + k];
 }
 
-void tree_move(core *c, const double *q)
+void tree_move(core *c, const real *q)
 {
-    memcpy(c->at, q, (size_t)c->blob.counts.dofs * sizeof(double));
+    memcpy(c->at, q, (size_t)c->blob.counts.dofs * sizeof(real));
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         const int32_t parent = c->blob.parent[i];
-        const double qi = q[c->blob.coordinate[i]];
-        double local[9], *R = c->rotation + 9 * i, *origin = c->origin + 3 * i, *axis = c->axis + 3 * i;
+        const real qi = q[c->blob.coordinate[i]];
+        real local[9], *R = c->rotation + 9 * i, *origin = c->origin + 3 * i, *axis = c->axis + 3 * i;
         tree_point(c, parent, c->blob.offset_position + 3 * i, origin);
         frame_rotation(c, i, qi, local);
         if (parent < 0)

@@ -32,43 +32,43 @@
 
 /* The ends as the axis sees them, and the circle that fits them. */
 typedef struct {
-    double a[3], b[3];     /* across the axis */
-    double za, zb;         /* along the axis */
-    double aa, bb, dd, ad; /* products of a, b and d = b - a */
-    double x[3], xx;       /* a x b and its square */
-    double cross;          /* of a and b, about the normal */
-    double normal[3];      /* what the contact turns about: the axis, or at right angles to both ends */
-    double R, RR;          /* the circle's radius and its square */
-    double slope;          /* of the radius along a tapered axis */
+    real a[3], b[3];     /* across the axis */
+    real za, zb;         /* along the axis */
+    real aa, bb, dd, ad; /* products of a, b and d = b - a */
+    real x[3], xx;       /* a x b and its square */
+    real cross;          /* of a and b, about the normal */
+    real normal[3];      /* what the contact turns about: the axis, or at right angles to both ends */
+    real R, RR;          /* the circle's radius and its square */
+    real slope;          /* of the radius along a tapered axis */
     int is_shrunk;         /* whether the circle passes through an end that would be inside */
 } view;
 
 /* Any unit vector at right angles to v. */
-static void unit_across(double out[3], const double v[3])
+static void unit_across(real out[3], const real v[3])
 {
     int least = 0;
     for (int k = 1; k < 3; k++)
         if (fabs(v[k]) < fabs(v[least])) least = k;
-    double e[3] = {0, 0, 0}, w[3];
+    real e[3] = {0, 0, 0}, w[3];
     e[least] = 1;
     cross3(w, v, e);
-    const double norm = sqrt(dot3(w, w));
+    const real norm = sqrt(dot3(w, w));
     for (int k = 0; k < 3; k++) out[k] = norm > 0 ? w[k] / norm : e[k];
 }
 
 /* Where on the straight line, 0 to 1, it is nearest to the axis. */
-static double nearest(const view *v)
+static real nearest(const view *v)
 {
     return v->ad >= 0 ? 0 : -v->ad >= v->dd ? 1 : -v->ad / v->dd;
 }
 
 /* Radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
-static double tapered(const wrap_surface *s, const view *v, double *slope)
+static real tapered(const wrap_surface *s, const view *v, real *slope)
 {
-    const double z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
+    const real z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
     if (beyond <= 0) return s->radius;
     if (beyond >= s->radius) return 0;
-    const double phase = PI * beyond / s->radius;
+    const real phase = PI * beyond / s->radius;
     *slope = -0.5 * PI * sine(phase) * (z < 0 ? -1 : 1);
     return 0.5 * s->radius * (1 + cosine(phase));
 }
@@ -79,22 +79,22 @@ static inline void fit(const wrap_surface *s, view *v)
     v->slope = 0;
     v->R = s->half > 0 ? tapered(s, v, &v->slope) : s->radius;
     v->RR = v->R * v->R;
-    const double inner = v->aa < v->bb ? v->aa : v->bb;
+    const real inner = v->aa < v->bb ? v->aa : v->bb;
     v->is_shrunk = inner < v->RR;
     if (v->is_shrunk) v->RR = inner, v->R = sqrt(inner);
 }
 
 /* The ends, and whether the straight line clears the circle: nearest between the ends it is |a x b| / |d|
    away; at an end, no less than the radius.                                                            */
-static inline int look(const wrap_surface *s, const double A[3], const double B[3], view *v)
+static inline int look(const wrap_surface *s, const real A[3], const real B[3], view *v)
 {
-    const double *n = s->axis, *c = s->centre;
-    const double p[3] = {A[0] - c[0], A[1] - c[1], A[2] - c[2]}, q[3] = {B[0] - c[0], B[1] - c[1], B[2] - c[2]};
+    const real *n = s->axis, *c = s->centre;
+    const real p[3] = {A[0] - c[0], A[1] - c[1], A[2] - c[2]}, q[3] = {B[0] - c[0], B[1] - c[1], B[2] - c[2]};
     const int has_axis = s->kind == SURFACE_CYLINDER;
     v->za = has_axis ? dot3(p, n) : 0, v->zb = has_axis ? dot3(q, n) : 0;
-    const double a[3] = {p[0] - v->za * n[0], p[1] - v->za * n[1], p[2] - v->za * n[2]};
-    const double b[3] = {q[0] - v->zb * n[0], q[1] - v->zb * n[1], q[2] - v->zb * n[2]};
-    const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const real a[3] = {p[0] - v->za * n[0], p[1] - v->za * n[1], p[2] - v->za * n[2]};
+    const real b[3] = {q[0] - v->zb * n[0], q[1] - v->zb * n[1], q[2] - v->zb * n[2]};
+    const real d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     for (int k = 0; k < 3; k++) v->a[k] = a[k], v->b[k] = b[k];
     v->aa = dot3(a, a), v->bb = dot3(b, b), v->dd = dot3(d, d), v->ad = dot3(a, d);
     fit(s, v);
@@ -112,12 +112,12 @@ static inline void find_normal(const wrap_surface *s, view *v)
         return;
     }
     v->cross = sqrt(v->xx);
-    const double per = v->cross > 0 ? 1 / v->cross : 0;
+    const real per = v->cross > 0 ? 1 / v->cross : 0;
     for (int k = 0; k < 3; k++) v->normal[k] = per * v->x[k];
     if (!(v->cross > 0)) unit_across(v->normal, v->aa > 0 ? v->a : s->axis);
 }
 
-int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3])
+int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3])
 {
     if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
     view v;
@@ -143,15 +143,15 @@ static inline course choose(const wrap_surface *s, const wrap_way *way, const vi
 }
 
 /* The angle from a to b by the shorter way, positive about the normal. */
-static double shorter_turn(const view *v)
+static real shorter_turn(const view *v)
 {
     return arc_tangent(v->cross, dot3(v->a, v->b));
 }
 
 /* The course that a remembered turning angle goes on with: less than half a turn has been made since. */
-static course go_on(const view *v, double remembered)
+static course go_on(const view *v, real remembered)
 {
-    const double whole = round((remembered - shorter_turn(v)) / (2 * PI));
+    const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
     course c = {v->cross >= 0 ? 1 : -1, 0, 0};
     if (whole == 0 || !(fabs(whole) < MOST_TURNS)) return c;
     c.turns = (int)fabs(whole);
@@ -161,37 +161,37 @@ static course go_on(const view *v, double remembered)
     return c;
 }
 
-static double turning(const view *v, const course *c)
+static real turning(const view *v, const course *c)
 {
-    const double angle = fabs(shorter_turn(v));
+    const real angle = fabs(shorter_turn(v));
     return c->sense * ((c->is_long ? 2 * PI - angle : angle) + 2 * PI * c->turns);
 }
 
 /* Angle between the tangent points, from the product of three complex numbers:
    exp(i angle) ~ (a.b + i sense cross) (R - i ta) (R - i tb), with ta and tb the tangents' lengths.
    Of its multiples it is the one in an interval of 3/2 pi, which is all that a way can have.          */
-static inline double contact_angle(const view *v, const course *c, double ta, double tb)
+static inline real contact_angle(const view *v, const course *c, real ta, real tb)
 {
-    const double re = v->RR - ta * tb, im = -v->R * (ta + tb);
-    const double ab = v->aa + v->ad, turned = c->sense * v->cross;
-    const double angle = quick_arc_tangent(ab * im + turned * re, ab * re - turned * im);
-    const double middle = (c->is_long ? PI : 0) + (re > 0 ? PI / 4 : -PI / 4);
+    const real re = v->RR - ta * tb, im = -v->R * (ta + tb);
+    const real ab = v->aa + v->ad, turned = c->sense * v->cross;
+    const real angle = quick_arc_tangent(ab * im + turned * re, ab * re - turned * im);
+    const real middle = (c->is_long ? PI : 0) + (re > 0 ? PI / 4 : -PI / 4);
     return angle < middle - PI ? angle + 2 * PI : angle > middle + PI ? angle - 2 * PI : angle;
 }
 
 /* What the taper adds to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d */
-static void add_taper(const wrap_surface *s, const view *v, double rate, pull *out)
+static void add_taper(const wrap_surface *s, const view *v, real rate, pull *out)
 {
-    const double t = nearest(v), h = v->zb - v->za, scale = t > 0 && t < 1 ? rate * h / v->dd : 0;
+    const real t = nearest(v), h = v->zb - v->za, scale = t > 0 && t < 1 ? rate * h / v->dd : 0;
     for (int k = 0; k < 3; k++) {
-        const double d = v->b[k] - v->a[k];
+        const real d = v->b[k] - v->a[k];
         out->entering[k] -= rate * (1 - t) * s->axis[k] + scale * (v->a[k] + (2 * t - 1) * d);
         out->leaving[k] += rate * t * s->axis[k] - scale * (v->a[k] + 2 * t * d);
     }
 }
 
 /* What the radius adds: dl/dR = rate, and R is the distance of an end, or depends on the taper. */
-static void add_radius(const wrap_surface *s, const view *v, double rate, pull *out)
+static void add_radius(const wrap_surface *s, const view *v, real rate, pull *out)
 {
     if (!v->is_shrunk)
         add_taper(s, v, rate * v->slope, out);
@@ -202,10 +202,10 @@ static void add_radius(const wrap_surface *s, const view *v, double rate, pull *
 }
 
 /* scale (across n x end + along end) + climb n */
-static inline void direct(const view *v, const double end[3], double scale, double across, double along,
-                          double climb, double out[3])
+static inline void direct(const view *v, const real end[3], real scale, real across, real along,
+                          real climb, real out[3])
 {
-    double turned[3];
+    real turned[3];
     cross3(turned, v->normal, end);
     for (int k = 0; k < 3; k++)
         out[k] = scale * (across * turned[k] + along * end[k]) + climb * v->normal[k];
@@ -213,17 +213,17 @@ static inline void direct(const view *v, const double end[3], double scale, doub
 
 /* Directions of the tangents in the plane, times their ends' squared distances:
    -ta a + R n x a at the start, tb b + R n x b at the end. They turn with the climb.                   */
-static inline void pull_along(const view *v, int sense, double ta, double tb, int ends, pull *out)
+static inline void pull_along(const view *v, int sense, real ta, real tb, int ends, pull *out)
 {
-    const double P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
-    double climb = 0;
-    const double both = v->aa * v->bb, per_both = both > 0 ? 1 / both : 0;
-    double ia = v->bb * per_both, ib = v->aa * per_both;
+    const real P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
+    real climb = 0;
+    const real both = v->aa * v->bb, per_both = both > 0 ? 1 / both : 0;
+    real ia = v->bb * per_both, ib = v->aa * per_both;
     out->length = P;
     if (h != 0) {
-        const double square = P * P + h * h, per_square = 1 / square;
+        const real square = P * P + h * h, per_square = 1 / square;
         out->length = sqrt(square);
-        const double per = out->length * per_square; /* so that root and quotient are found at once */
+        const real per = out->length * per_square; /* so that root and quotient are found at once */
         climb = per * h, ia *= per * P, ib *= per * P;
     }
     if (ends & ENTERING) direct(v, v->a, ia, sR, -ta, climb, out->entering);
@@ -240,7 +240,7 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int 
     const int goes_on = way->is_counted && !isnan(way->remembered);
     const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v, is_clear);
     if (way->is_counted) out->turning = turning(v, &c);
-    const double ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
+    const real ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
     if (out->angle <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
     pull_along(v, c.sense, ta, tb, changes ? BOTH_ENDS : ends, out);
@@ -250,7 +250,7 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int 
     return c.sense;
 }
 
-int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], const double b[3], int ends,
+int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
               pull *out)
 {
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
@@ -260,10 +260,10 @@ int wrap_pull(const wrap_surface *s, const wrap_way *way, const double a[3], con
     return bend(s, way, &v, is_clear, ends, out, NULL) != 0;
 }
 
-static void run_straight(const double A[3], const double B[3], double t, contact *out)
+static void run_straight(const real A[3], const real B[3], real t, contact *out)
 {
-    const double d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
-    const double length = sqrt(dot3(d, d)), per = length > 0 ? 1 / length : 0;
+    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    const real length = sqrt(dot3(d, d)), per = length > 0 ? 1 / length : 0;
     out->pull.length = length;
     out->pull.angle = 0;
     for (int k = 0; k < 3; k++) {
@@ -274,7 +274,7 @@ static void run_straight(const double A[3], const double B[3], double t, contact
 }
 
 /* The tangents' lengths along the climbing cable are those in the plane times length / P. */
-void wrap_over(const wrap_surface *s, const wrap_way *way, const double A[3], const double B[3],
+void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3],
                contact *out)
 {
     view v;
@@ -290,8 +290,8 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const double A[3], co
         run_straight(A, B, nearest(&v), out);
         return;
     }
-    const double ta = sqrt(v.aa - v.RR), tb = sqrt(v.bb - v.RR), P = ta + tb + v.R * plain.angle;
-    const double stretch = P > 0 ? plain.length / P : 1;
+    const real ta = sqrt(v.aa - v.RR), tb = sqrt(v.bb - v.RR), P = ta + tb + v.R * plain.angle;
+    const real stretch = P > 0 ? plain.length / P : 1;
     for (int k = 0; k < 3; k++) {
         out->touch[k] = A[k] + stretch * ta * plain.entering[k];
         out->lift[k] = B[k] - stretch * tb * plain.leaving[k];

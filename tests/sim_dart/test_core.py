@@ -128,4 +128,4 @@ def test_a_message_is_cut_at_its_capacity(capacity: int) -> None:
 def test_the_layout_text_names_every_count_and_field() -> None:
     lines = library().core_layout().decode().split("\n")
     assert lines[0] == "count dofs"
-    assert "double point_position 3 points" in lines
+    assert "real point_position 3 points" in lines
