@@ -25,6 +25,7 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -96,13 +97,31 @@ def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
 
 
 def compile_prebuilt(platform: str, output: Path) -> list[Path]:
-    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files."""
+    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files.
+
+    One that stands in the source tree already, of the same sources, is taken instead.
+    """
     native = _SOURCES.NATIVE
-    file = output / _SOURCES.PREBUILT / f"{platform}{_SOURCES.TARGETS[platform].suffix}"
-    _make(file, lambda aside: _SOURCES.cross_command(native, platform, aside))
-    mark = file.with_suffix(".sha256")
-    mark.write_text(f"{native.fingerprint(ROOT)}\n", "ascii")
+    name = Path(_SOURCES.PREBUILT, f"{platform}{_SOURCES.TARGETS[platform].suffix}")
+    file, mark = output / name, (output / name).with_suffix(".sha256")
+    fingerprint = f"{native.fingerprint(ROOT)}\n"
+    known = (ROOT / name).with_suffix(".sha256")
+    if known.is_file() and known.read_text("ascii") == fingerprint and (ROOT / name).is_file():
+        if output != ROOT:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, file)
+    else:
+        mark.unlink(missing_ok=True)
+        _make(file, lambda aside: _SOURCES.cross_command(native, platform, aside))
+    mark.write_text(fingerprint, "ascii")
     return [file, mark]
+
+
+def compile_all_prebuilt(platforms: list[str], output: Path) -> list[Path]:
+    """The same for several, on all processors."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        made = pool.map(lambda platform: compile_prebuilt(platform, output), platforms)
+        return [file for files in made for file in files]
 
 
 def wanted_platforms(names: str) -> list[str]:
@@ -149,7 +168,7 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         output = Path(self._aside or ROOT)
         platforms = wanted_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
         compiled = [compile_library(library, output, []) for library in LIBRARIES]
-        compiled += [file for name in platforms for file in compile_prebuilt(name, output)]
+        compiled += compile_all_prebuilt(platforms, output)
         for built in compiled:
             build_data["force_include"][str(built)] = built.relative_to(output).as_posix()
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
@@ -173,8 +192,8 @@ def main() -> None:
     arguments = parser.parse_args()
     for library in LIBRARIES:
         print(compile_library(library, arguments.output, SANITIZE if arguments.sanitize else []))
-    for name in wanted_platforms(arguments.platforms):
-        print(compile_prebuilt(name, arguments.output)[0])
+    for file in compile_all_prebuilt(wanted_platforms(arguments.platforms), arguments.output):
+        print(file)
 
 
 if __name__ == "__main__":

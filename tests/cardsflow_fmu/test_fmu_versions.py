@@ -30,8 +30,6 @@ SHORT = {"run.duration": 0.2}
 Version = tuple[FmiVersion, bool]
 VERSIONS: tuple[Version, ...] = (("2.0", False), ("3.0", True), ("3.0", False))
 
-pytestmark = pytest.mark.native
-
 
 @pytest.fixture(scope="module", params=["planar_2r", "roboy_left_arm"])
 def example(request: pytest.FixtureRequest) -> Path:
@@ -139,6 +137,7 @@ def test_same_input_same_bytes(
         assert digests[0] == digests[1], name
 
 
+@pytest.mark.native
 def test_trajectories_are_those_of_plain_python(example: Path, version: Version) -> None:
     fmi, arrays = version
     experiment = Experiment.load(example, SHORT)
@@ -148,6 +147,7 @@ def test_trajectories_are_those_of_plain_python(example: Path, version: Version)
     assert (result.rows == plain.rows).all()
 
 
+@pytest.mark.native
 def test_fmpy_simulates_them(example: Path, files: Mapping[str, Path], version: Version) -> None:
     """FMPy alone, without anything of ours on its side: the plant falls under held forces."""
     experiment = Experiment.load(example, SHORT)
