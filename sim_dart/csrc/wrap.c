@@ -100,8 +100,9 @@ static inline int look(const wrap_surface *s, const real A[3], const real B[3], 
     fit(s, v);
     cross3(v->x, a, b);
     v->xx = dot3(v->x, v->x);
-    return (value_of(v->ad) >= 0) | (value_of(-v->ad) >= value_of(v->dd)) |
-           (value_of(v->xx) >= value_of(v->RR * v->dd));
+    const int is_before = value_of(v->ad) >= 0, is_behind = value_of(-v->ad) >= value_of(v->dd);
+    const int is_past = value_of(v->xx) >= value_of(v->RR * v->dd);
+    return is_before | is_behind | is_past;
 }
 
 /* What the contact would turn about. */
