@@ -14,14 +14,14 @@
 static inline real quick_tanh(real y)
 {
     const real z = y * y;
-    if (z > 0.0121) return hyperbolic_tangent(y);
+    if (value_of(z) > 0.0121) return hyperbolic_tangent(y);
     return y * ((1 - 0.3333333321329352 * z) + z * z * (0.13333154591577318 - 0.05357358173625689 * z));
 }
 
 /* The largest 1 / tau between a and u: it falls with a while rising, and grows while falling. */
 static inline real quickest(const real *k, real a, real u)
 {
-    const int is_rising = u > a;
+    const int is_rising = value_of(u) > value_of(a);
     const real rise = k[HILL_RISE] / (0.5 + 1.5 * (is_rising ? a : u));
     const real fall = (0.5 + 1.5 * (is_rising ? u : a)) * k[HILL_FALL];
     if (k[HILL_SMOOTHING] == 0) return is_rising ? rise : fall;
@@ -32,7 +32,8 @@ static inline real quickest(const real *k, real a, real u)
 static inline real quickness(const real *k, real a, real u)
 {
     const real slowness = 0.5 + 1.5 * a;
-    if (k[HILL_SMOOTHING] == 0) return u > a ? k[HILL_RISE] / slowness : slowness * k[HILL_FALL];
+    if (k[HILL_SMOOTHING] == 0)
+        return value_of(u) > value_of(a) ? k[HILL_RISE] / slowness : slowness * k[HILL_FALL];
     const real rising = 0.5 + 0.5 * quick_tanh(k[HILL_SMOOTHING] * (u - a)), fall = slowness * k[HILL_FALL];
     return fall + rising * (k[HILL_RISE] / slowness - fall);
 }
@@ -66,13 +67,13 @@ static real stable_step(const real *k, real a, real u, real h)
 real activation_after(const real *k, real a, real u, real h)
 {
     a = hill_activation(k, a);
-    if (2 * h * larger(k[HILL_RISE], k[HILL_FALL]) <= LARGEST_DECAY) /* no 1 / tau is larger */
+    if (value_of(2 * h * larger(k[HILL_RISE], k[HILL_FALL])) <= LARGEST_DECAY) /* no 1 / tau is larger */
         return hill_activation(k, accurate_step(k, a, u, h));
     const real decay = h * quickest(k, a, u);
-    if (decay <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
+    if (value_of(decay) <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
     const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_STEPS);
     const real part = h / steps;
-    if (decay <= LARGEST_DECAY * steps)
+    if (value_of(decay) <= LARGEST_DECAY * steps)
         for (int i = 0; i < steps; i++) a = accurate_step(k, a, u, part);
     else
         for (int i = 0; i < steps; i++) a = stable_step(k, a, u, part);

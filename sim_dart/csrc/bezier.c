@@ -16,7 +16,7 @@ enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 static real corner(const real *start, const real *end)
 {
     const real turn = start[2] - end[2];
-    if (fabs(turn) <= 1.5e-8) return (start[0] + end[0]) / 2;
+    if (value_of(fabs(turn)) <= 1.5e-8) return (start[0] + end[0]) / 2;
     return (end[1] - start[1] - end[0] * end[2] + start[0] * start[2]) / turn;
 }
 
@@ -24,9 +24,10 @@ int bezier_is_sound(const real *curve, int pieces)
 {
     for (int i = 0; i < pieces; i++) {
         const real *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
-        if (!(start[0] < x && x < end[0])) return 0;
+        if (!(value_of(start[0]) < value_of(x) && value_of(x) < value_of(end[0]))) return 0;
         const real y = (x - end[0]) * end[2] + end[1], slack = 1e-12;
-        if (y < smaller(start[1], end[1]) - slack || y > larger(start[1], end[1]) + slack) return 0;
+        const real low = smaller(start[1], end[1]) - slack, high = larger(start[1], end[1]) + slack;
+        if (value_of(y) < value_of(low) || value_of(y) > value_of(high)) return 0;
     }
     return 1;
 }
@@ -58,15 +59,15 @@ static real searched(const real *k, real width, real x)
     real low = 0, high = 1, t = x / width;
     for (int i = 0; i < MOST_STEPS; i++) {
         const real off = quintic(k, t) - x;
-        if (off < 0)
+        if (value_of(off) < 0)
             low = t;
         else
             high = t;
         real next = t - off / quintic_rate(k, t);
-        if (!(next >= low && next <= high)) next = (low + high) / 2;
+        if (!(value_of(next) >= value_of(low) && value_of(next) <= value_of(high))) next = (low + high) / 2;
         const real moved = fabs(next - t);
         t = next;
-        if (moved <= LAST_STEP) break;
+        if (value_of(moved) <= LAST_STEP) break;
     }
     return t;
 }
@@ -105,13 +106,13 @@ static inline real improved(const real *k, real x, real t)
 static inline real parameter(const real *piece, real width, real x)
 {
     const real cells = x * piece[CELLS];
-    const int cell = cells < BEZIER_CELLS ? (int)cells : BEZIER_CELLS - 1;
+    const int cell = value_of(cells) < BEZIER_CELLS ? (int)cells : BEZIER_CELLS - 1;
     const real *at = piece + TABLE + 2 * cell, z = cells - cell, grown = at[2] - at[0];
     const real over = grown - at[1], twist = at[3] - grown - over;
     real was = at[0] + z * (at[1] + z * ((over - twist) + z * twist));
     for (int i = 0; i < 3; i++) {
         const real t = improved(piece + X, x, was);
-        if (fabs(t - was) <= LAST_LONG_STEP) return t;
+        if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
         was = t;
     }
     return searched(piece + X, width, x);
@@ -120,13 +121,13 @@ static inline real parameter(const real *piece, real width, real x)
 real bezier_value(const real *curve, int pieces, real x, real *slope)
 {
     const real *last = curve + 3 * pieces;
-    if (x <= curve[0] || x >= last[0]) {
-        const real *knot = x <= curve[0] ? curve : last;
+    if (value_of(x) <= value_of(curve[0]) || value_of(x) >= value_of(last[0])) {
+        const real *knot = value_of(x) <= value_of(curve[0]) ? curve : last;
         if (slope) *slope = knot[2];
         return knot[2] == 0 ? knot[1] : knot[1] + knot[2] * (x - knot[0]);
     }
     int i = 0;
-    for (int k = 1; k < pieces; k++) i += x >= curve[3 * k];
+    for (int k = 1; k < pieces; k++) i += value_of(x) >= value_of(curve[3 * k]);
     const real *start = curve + 3 * i, *piece = last + 3 + BEZIER_PIECE * i;
     const real t = parameter(piece, start[3] - start[0], x - start[0]);
     if (slope) *slope = quintic_rate(piece + Y, t) / quintic_rate(piece + X, t);

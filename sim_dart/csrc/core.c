@@ -116,7 +116,7 @@ void core_move(core *c, const real *q)
 
 static int is_sound(real x)
 {
-    return fabs(x) <= CORE_LARGEST_STATE; /* false for NaN */
+    return value_of(fabs(x)) <= CORE_LARGEST_STATE; /* false for NaN */
 }
 
 int core_move_checked(core *c, const real *q, const real *qd)
@@ -134,7 +134,7 @@ int core_pull(core *c, const real *f)
         if (!isfinite(f[k])) return 1 + k;
     memset(c->torques, 0, (size_t)dofs * sizeof(real));
     for (int32_t k = 0; k < muscles; k++) {
-        if (f[k] <= 0) continue;
+        if (value_of(f[k]) <= 0) continue;
         const real *row = c->jacobian + (size_t)k * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
     }

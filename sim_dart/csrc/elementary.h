@@ -23,11 +23,11 @@ real hyperbolic_tangent(real x);
 /* Not fmax and fmin: whether these give 0 or -0 of the two is left to the platform. */
 static inline real larger(real a, real b)
 {
-    return a > b ? a : b;
+    return value_of(a) > value_of(b) ? a : b;
 }
 static inline real smaller(real a, real b)
 {
-    return a < b ? a : b;
+    return value_of(a) < value_of(b) ? a : b;
 }
 
 #endif

@@ -16,18 +16,19 @@ enum { HILL_PARAMETERS(AT) PARAMETERS };
 
 const char *hill_refusal(const real *p)
 {
-    if (!(p[AT_max_isometric_force] > 0)) return "max_isometric_force must be positive";
-    if (!(p[AT_optimal_fibre_length] > 0)) return "optimal_fibre_length must be positive";
-    if (p[AT_tendon_slack_length] < 0) return "tendon_slack_length must not be negative";
-    if (p[AT_pennation_at_optimal] < 0 || p[AT_pennation_at_optimal] > 1.47)
+    if (!(value_of(p[AT_max_isometric_force]) > 0)) return "max_isometric_force must be positive";
+    if (!(value_of(p[AT_optimal_fibre_length]) > 0)) return "optimal_fibre_length must be positive";
+    if (value_of(p[AT_tendon_slack_length]) < 0) return "tendon_slack_length must not be negative";
+    if (value_of(p[AT_pennation_at_optimal]) < 0 || value_of(p[AT_pennation_at_optimal]) > 1.47)
         return "pennation_at_optimal must be from 0 to 1.47 rad";
-    if (!(p[AT_max_contraction_velocity] > 0)) return "max_contraction_velocity must be positive";
-    if (!(p[AT_activation_time_constant] > 0)) return "activation_time_constant must be positive";
-    if (!(p[AT_deactivation_time_constant] > 0)) return "deactivation_time_constant must be positive";
-    if (p[AT_minimum_activation] < 0 || p[AT_minimum_activation] > 1)
+    if (!(value_of(p[AT_max_contraction_velocity]) > 0)) return "max_contraction_velocity must be positive";
+    if (!(value_of(p[AT_activation_time_constant]) > 0)) return "activation_time_constant must be positive";
+    if (!(value_of(p[AT_deactivation_time_constant]) > 0))
+        return "deactivation_time_constant must be positive";
+    if (value_of(p[AT_minimum_activation]) < 0 || value_of(p[AT_minimum_activation]) > 1)
         return "minimum_activation must be from 0 to 1";
     if (p[AT_elastic_tendon] != 0 && p[AT_elastic_tendon] != 1) return "elastic_tendon must be 0 or 1";
-    if (p[AT_elastic_tendon] && !(p[AT_tendon_slack_length] > 0))
+    if (p[AT_elastic_tendon] && !(value_of(p[AT_tendon_slack_length]) > 0))
         return "an elastic tendon needs a positive tendon_slack_length";
     return NULL;
 }
@@ -73,7 +74,7 @@ static real fibre_force(const hill_curves *f, const real *k, real a, real fibre,
 static real tendon_force(const hill_curves *f, const real *k, real tendon, real *slope)
 {
     const real stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_FARTHEST);
-    if (stretch <= 1) return *slope = 0;
+    if (value_of(stretch) <= 1) return *slope = 0;
     const real force = f->tendon(k, stretch, slope);
     *slope /= k[HILL_SLACK];
     return force;
@@ -102,7 +103,7 @@ typedef struct {
 static real excess_by_length(const void *data, real fibre, real *derivative)
 {
     const balance *b = data;
-    const real per_metre = b->time > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
+    const real per_metre = value_of(b->time) > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
     const real w = (fibre - b->from) * per_metre, along = along_tendon(b->k, fibre);
     const real cosine = larger(along / fibre, 1e-9);
     real by_length, by_velocity, tendon_slope;
@@ -128,8 +129,8 @@ static real excess_by_velocity(const void *data, real w, real *derivative)
 static real balanced_length(const balance *b, real guess)
 {
     const real *k = b->k, along = b->l - k[HILL_SLACK];
-    const real taut = along > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
-    const real longest = larger(larger(taut, b->time > 0 ? b->from : 0), k[HILL_SHORTEST]);
+    const real taut = value_of(along) > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
+    const real longest = larger(larger(taut, value_of(b->time) > 0 ? b->from : 0), k[HILL_SHORTEST]);
     return bracketed_root(excess_by_length, b, k[HILL_SHORTEST], longest,
                           clamped(guess, k[HILL_SHORTEST], longest), LAST_STEP * k[HILL_OPTIMUM]);
 }
@@ -150,13 +151,13 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
     if (!k[HILL_ELASTIC]) return;
     const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_SHORTEST]), 0};
     real slope, w;
-    if (excess_by_velocity(&b, -LARGEST_VELOCITY, &slope) >= 0)
+    if (value_of(excess_by_velocity(&b, -LARGEST_VELOCITY, &slope)) >= 0)
         w = -LARGEST_VELOCITY;
-    else if (excess_by_velocity(&b, LARGEST_VELOCITY, &slope) <= 0)
+    else if (value_of(excess_by_velocity(&b, LARGEST_VELOCITY, &slope)) <= 0)
         w = LARGEST_VELOCITY;
     else
         w = bracketed_root(excess_by_velocity, &b, -LARGEST_VELOCITY, LARGEST_VELOCITY, 0, LAST_STEP);
-    xd[1] = x[1] <= k[HILL_SHORTEST] ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
+    xd[1] = value_of(x[1]) <= value_of(k[HILL_SHORTEST]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
 }
 
 /* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
@@ -169,7 +170,7 @@ void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, 
 {
     const real a = x[0];
     x[0] = activation_after(k, a, u, h);
-    if (!k[HILL_ELASTIC] || !(h > 0)) return;
+    if (!k[HILL_ELASTIC] || !(value_of(h) > 0)) return;
     const real time = STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
     const balance first = {f, k, activation_after(k, a, u, time), l + v * time, 0, fibre, time};
     const real middle = balanced_length(&first, fibre);

@@ -81,7 +81,7 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
                                       real v)
 {
     const real along = l - k[HILL_SLACK];
-    if (along <= 0 || along < k[HILL_NEAREST]) return 0; /* the tendon is slack */
+    if (value_of(along) <= 0 || value_of(along) < value_of(k[HILL_NEAREST])) return 0; /* the tendon is slack */
     const real fibre = sqrt(along * along + k[HILL_HEIGHT2]), cosine = along / fibre;
     const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
     const real w = v * cosine * k[HILL_PER_SPEED], speed = f->speed ? f->speed(a) : 1;

@@ -114,7 +114,7 @@ LAWS(DECLARE_LAW)
 
 static inline real clamped(real x, real low, real high)
 {
-    return x < low ? low : x > high ? high : x;
+    return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
 }
 
 #endif

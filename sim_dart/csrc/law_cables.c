@@ -34,9 +34,9 @@ enum { CABLE_STIFFNESS = LAW_OWN, CABLE_DAMPING, CABLE_CONSTANTS };
 
 static const char *cable_refusal(const real *p)
 {
-    if (!(p[AT_stiffness] > 0)) return "stiffness must be positive";
-    if (p[AT_damping] < 0) return "damping must not be negative";
-    return p[AT_longest_rest_length] > 0 ? NULL : "longest_rest_length must be positive";
+    if (!(value_of(p[AT_stiffness]) > 0)) return "stiffness must be positive";
+    if (value_of(p[AT_damping]) < 0) return "damping must not be negative";
+    return value_of(p[AT_longest_rest_length]) > 0 ? NULL : "longest_rest_length must be positive";
 }
 
 static void cable_prepare(const real *p, real *k)
@@ -48,7 +48,7 @@ static void cable_prepare(const real *p, real *k)
 static real cable_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x;
-    return l > u ? k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v : 0;
+    return value_of(l) > value_of(u) ? k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v : 0;
 }
 
 const tension_law LAW_ELASTIC_CABLE = {

@@ -45,7 +45,7 @@ static real active(const real *k, real x, real *slope)
         const real *b = BELL[i], ratio = (z - b[1]) * per_width(b, z);
         const real y = b[0] * exponential(bell_exponent(b, z));
         sum += y;
-        if (y > 0) rate += -y * ratio * (1 - ratio * b[3]) * per_width(b, z);
+        if (value_of(y) > 0) rate += -y * ratio * (1 - ratio * b[3]) * per_width(b, z);
     }
     if (slope) *slope = rate * k[PER_WIDTH];
     return sum;
@@ -91,11 +91,11 @@ HILL_FUNCTIONS(CURVES)
 
 static const char *refusal(const real *p)
 {
-    if (p[AT_fibre_damping] < 0) return "fibre_damping must not be negative";
-    if (!(p[AT_active_width_scale] > 0)) return "active_width_scale must be positive";
-    if (!(p[AT_passive_fibre_strain] > 0)) return "passive_fibre_strain must be positive";
-    if (!(p[AT_tendon_strain] > 0)) return "tendon_strain must be positive";
-    if (!(p[AT_activation_smoothing] > 0)) return "activation_smoothing must be positive";
+    if (value_of(p[AT_fibre_damping]) < 0) return "fibre_damping must not be negative";
+    if (!(value_of(p[AT_active_width_scale]) > 0)) return "active_width_scale must be positive";
+    if (!(value_of(p[AT_passive_fibre_strain]) > 0)) return "passive_fibre_strain must be positive";
+    if (!(value_of(p[AT_tendon_strain]) > 0)) return "tendon_strain must be positive";
+    if (!(value_of(p[AT_activation_smoothing]) > 0)) return "activation_smoothing must be positive";
     return hill_refusal(p);
 }
 

@@ -15,10 +15,10 @@ static const real FULL_DAMPING = 0.01;
 
 static const char *refusal(const real *p)
 {
-    if (p[AT_linear_stiffness] < 0) return "linear_stiffness must not be negative";
-    if (!(p[AT_transition_strain] > 0)) return "transition_strain must be positive";
-    if (p[AT_damping_coefficient] < 0) return "damping_coefficient must not be negative";
-    return p[AT_slack_length] > 0 ? NULL : "slack_length must be positive";
+    if (value_of(p[AT_linear_stiffness]) < 0) return "linear_stiffness must not be negative";
+    if (!(value_of(p[AT_transition_strain]) > 0)) return "transition_strain must be positive";
+    if (value_of(p[AT_damping_coefficient]) < 0) return "damping_coefficient must not be negative";
+    return value_of(p[AT_slack_length]) > 0 ? NULL : "slack_length must be positive";
 }
 
 static void prepare(const real *p, real *k)
@@ -32,17 +32,17 @@ static void prepare(const real *p, real *k)
 static real onset(real strain)
 {
     const real x = strain / FULL_DAMPING;
-    return x < 1 ? x * x * x * (10 + x * (6 * x - 15)) : 1;
+    return value_of(x) < 1 ? x * x * x * (10 + x * (6 * x - 15)) : 1;
 }
 
 static real tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x, (void)u;
     const real strain = l / k[SLACK_LENGTH] - 1, toe = k[TOE];
-    if (strain <= 0) return 0;
-    const real spring = strain < toe ? k[STIFFNESS] * strain * strain / (2 * toe)
+    if (value_of(strain) <= 0) return 0;
+    const real spring = value_of(strain) < value_of(toe) ? k[STIFFNESS] * strain * strain / (2 * toe)
                                        : k[STIFFNESS] * (strain - toe / 2);
-    return v > 0 ? spring + onset(strain) * k[DAMPING] * v / k[SLACK_LENGTH] : spring;
+    return value_of(v) > 0 ? spring + onset(strain) * k[DAMPING] * v / k[SLACK_LENGTH] : spring;
 }
 
 const tension_law LAW_LIGAMENT = {

@@ -19,12 +19,12 @@ static const real PI = 3.14159265358979323846;
 
 static const char *refusal(const real *p)
 {
-    if (!(p[AT_thread_length] > 0 && p[AT_thread_length] <= 1e3))
+    if (!(value_of(p[AT_thread_length]) > 0 && value_of(p[AT_thread_length]) <= 1e3))
         return "thread_length must be positive, and 1000 at most";
-    if (!(p[AT_turns] >= 1e-3)) return "turns must be 0.001 at least";
-    if (p[AT_cord_length] < 0) return "cord_length must not be negative";
-    if (!(p[AT_max_pressure] > 0)) return "max_pressure must be positive";
-    return p[AT_pressure_time_constant] < 0 ? "pressure_time_constant must not be negative" : NULL;
+    if (!(value_of(p[AT_turns]) >= 1e-3)) return "turns must be 0.001 at least";
+    if (value_of(p[AT_cord_length]) < 0) return "cord_length must not be negative";
+    if (!(value_of(p[AT_max_pressure]) > 0)) return "max_pressure must be positive";
+    return value_of(p[AT_pressure_time_constant]) < 0 ? "pressure_time_constant must not be negative" : NULL;
 }
 
 static void prepare(const real *p, real *k)
@@ -52,7 +52,7 @@ static real tension(const real *k, const real *x, real l, real v, real u)
 static void rates(const real *k, const real *x, real l, real v, real u, real *xd)
 {
     (void)l, (void)v;
-    xd[0] = k[TIME_CONSTANT] > 0 ? (u - x[0]) / k[TIME_CONSTANT] : 0;
+    xd[0] = value_of(k[TIME_CONSTANT]) > 0 ? (u - x[0]) / k[TIME_CONSTANT] : 0;
 }
 
 static void start(const real *k, real l, real u, real *x)
@@ -64,7 +64,7 @@ static void start(const real *k, real l, real u, real *x)
 static void advance(const real *k, real *x, real l, real v, real u, real h)
 {
     (void)l, (void)v;
-    x[0] = k[TIME_CONSTANT] > 0 ? u + (x[0] - u) * exponential(-h / k[TIME_CONSTANT]) : u;
+    x[0] = value_of(k[TIME_CONSTANT]) > 0 ? u + (x[0] - u) * exponential(-h / k[TIME_CONSTANT]) : u;
 }
 
 const tension_law LAW_MCKIBBEN = {

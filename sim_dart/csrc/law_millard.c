@@ -31,7 +31,7 @@ static void set_knot(real *knot, real x, real y, real slope)
    zero then.                                                                                          */
 static int is_singular(const real *p)
 {
-    return p[AT_elastic_tendon] != 0 && p[AT_fibre_damping] < LEAST_DAMPING;
+    return p[AT_elastic_tendon] != 0 && value_of(p[AT_fibre_damping]) < value_of(LEAST_DAMPING);
 }
 
 /* Five elbows: up steeply, up slowly, over the top, down, out. */
@@ -67,7 +67,7 @@ static void prepare_velocity(const real *p, real *curve)
 static void prepare_passive(const real *p, real *curve)
 {
     const real zero = 1 + p[AT_passive_zero_strain], one = 1 + p[AT_passive_fibre_strain];
-    const real steep = p[AT_passive_stiffness] > 0 ? p[AT_passive_stiffness] : 2 / (one - zero);
+    const real steep = value_of(p[AT_passive_stiffness]) > 0 ? p[AT_passive_stiffness] : 2 / (one - zero);
     const real toe = smaller(0.1 / steep, 0.1 * (one - zero)), low = p[AT_passive_stiffness_low];
     set_knot(curve, zero, 0, 0);
     set_knot(curve + 3, zero + toe, low * toe / 2, low);
@@ -78,7 +78,7 @@ static void prepare_passive(const real *p, real *curve)
 static void prepare_tendon(const real *p, real *curve)
 {
     const real strain = p[AT_tendon_strain], toe = p[AT_tendon_toe_force];
-    const real steep = p[AT_tendon_stiffness] > 0 ? p[AT_tendon_stiffness] : 1.375 / strain;
+    const real steep = value_of(p[AT_tendon_stiffness]) > 0 ? p[AT_tendon_stiffness] : 1.375 / strain;
     const real one = 1 + strain, at_toe = (toe - 1) / steep + one, foot = 1 + (at_toe - 1) / 10;
     const real at_half = (toe / 2 - 1) / steep + one, slope = toe / 2 / (at_half - foot);
     set_knot(curve, 1, 0, 0);
@@ -104,35 +104,36 @@ static void prepare_curves(const real *p, real *k)
 
 static const char *refusal(const real *p)
 {
-    if (p[AT_fibre_damping] < 0) return "fibre_damping must not be negative";
-    if (!(p[AT_maximum_pennation] > 0 && p[AT_maximum_pennation] < 1.571))
+    if (value_of(p[AT_fibre_damping]) < 0) return "fibre_damping must not be negative";
+    if (!(value_of(p[AT_maximum_pennation]) > 0 && value_of(p[AT_maximum_pennation]) < 1.571))
         return "maximum_pennation must be between 0 and a right angle";
     const char *wrong = hill_refusal(p);
     if (wrong) return wrong;
-    if (p[AT_pennation_at_optimal] >= p[AT_maximum_pennation])
+    if (value_of(p[AT_pennation_at_optimal]) >= value_of(p[AT_maximum_pennation]))
         return "pennation_at_optimal must be below maximum_pennation";
     const int parts[] = {AT_concentric_curviness, AT_eccentric_curviness, AT_passive_curviness,
                          AT_tendon_curviness, AT_active_minimum};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-        if (p[parts[i]] < 0 || p[parts[i]] > 1)
+        if (value_of(p[parts[i]]) < 0 || value_of(p[parts[i]]) > 1)
             return "curvinesses and active_minimum must be from 0 to 1";
     const int natural[] = {AT_active_shortest, AT_active_shallow_slope, AT_concentric_slope_at_vmax,
                            AT_eccentric_slope_at_vmax, AT_passive_stiffness, AT_tendon_stiffness};
     for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
-        if (p[natural[i]] < 0) return "lengths, slopes and stiffnesses must not be negative";
-    if (p[AT_passive_stiffness] > 1e7 || p[AT_tendon_stiffness] > 1e7)
+        if (value_of(p[natural[i]]) < 0) return "lengths, slopes and stiffnesses must not be negative";
+    if (value_of(p[AT_passive_stiffness]) > 1e7 || value_of(p[AT_tendon_stiffness]) > 1e7)
         return "passive_stiffness and tendon_stiffness must be 1e7 at most";
-    if (p[AT_concentric_slope_near_vmax] < p[AT_concentric_slope_at_vmax] ||
-        p[AT_eccentric_slope_near_vmax] < p[AT_eccentric_slope_at_vmax])
+    if (value_of(p[AT_concentric_slope_near_vmax]) < value_of(p[AT_concentric_slope_at_vmax]) ||
+        value_of(p[AT_eccentric_slope_near_vmax]) < value_of(p[AT_eccentric_slope_at_vmax]))
         return "a slope at vmax must not be above that near vmax";
-    if (p[AT_concentric_slope_near_vmax] > 1 || p[AT_eccentric_slope_near_vmax] > 1)
+    if (value_of(p[AT_concentric_slope_near_vmax]) > 1 || value_of(p[AT_eccentric_slope_near_vmax]) > 1)
         return "slopes near vmax must be 1 at most";
-    if (!(p[AT_isometric_slope] > 1) || !(p[AT_eccentric_force] > 1))
+    if (!(value_of(p[AT_isometric_slope]) > 1) || !(value_of(p[AT_eccentric_force]) > 1))
         return "isometric_slope and eccentric_force must be above 1";
-    if (!(p[AT_passive_fibre_strain] > 0) || !(p[AT_tendon_strain] > 0) || p[AT_passive_zero_strain] < -1)
+    if (!(value_of(p[AT_passive_fibre_strain]) > 0) || !(value_of(p[AT_tendon_strain]) > 0) ||
+        value_of(p[AT_passive_zero_strain]) < -1)
         return "strains must be positive, passive_zero_strain -1 at least";
-    if (!(p[AT_passive_stiffness_low] > 0)) return "passive_stiffness_low must be positive";
-    if (!(p[AT_tendon_toe_force] > 0 && p[AT_tendon_toe_force] <= 1))
+    if (!(value_of(p[AT_passive_stiffness_low]) > 0)) return "passive_stiffness_low must be positive";
+    if (!(value_of(p[AT_tendon_toe_force]) > 0 && value_of(p[AT_tendon_toe_force]) <= 1))
         return "tendon_toe_force must be above 0, and 1 at most";
     real k[CONSTANTS];
     prepare_curves(p, k);
@@ -169,7 +170,7 @@ static real tendon(const real *k, real x, real *slope)
 
 static void prepare(const real *p, real *k)
 {
-    const real damping = p[AT_fibre_damping] < LEAST_DAMPING ? 0 : p[AT_fibre_damping];
+    const real damping = value_of(p[AT_fibre_damping]) < value_of(LEAST_DAMPING) ? 0 : p[AT_fibre_damping];
     hill_prepare(p, p[AT_active_shortest], p[AT_maximum_pennation], damping, 0, k);
     if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = larger(k[HILL_LEAST_ACTIVATION], 0.01);
     prepare_curves(p, k);

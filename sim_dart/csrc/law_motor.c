@@ -58,14 +58,15 @@ static const char *refusal(const real *p)
     const int positive[] = {AT_resistance,    AT_inductance,     AT_torque_constant, AT_gear_ratio,
                             AT_motor_inertia, AT_spindle_radius, AT_stiffness,       AT_max_voltage};
     for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
-        if (!(p[positive[i]] > 0))
+        if (!(value_of(p[positive[i]]) > 0))
             return "resistance, inductance, torque_constant, gear_ratio, motor_inertia, "
                    "spindle_radius, stiffness and max_voltage must be positive";
-    if (p[AT_bridge_resistance] < 0 || p[AT_back_emf_constant] < 0 || p[AT_gear_inertia] < 0)
+    if (value_of(p[AT_bridge_resistance]) < 0 || value_of(p[AT_back_emf_constant]) < 0 ||
+        value_of(p[AT_gear_inertia]) < 0)
         return "bridge_resistance, back_emf_constant and gear_inertia must not be negative";
-    if (!(p[AT_gear_efficiency] > 0 && p[AT_gear_efficiency] <= 1))
+    if (!(value_of(p[AT_gear_efficiency]) > 0 && value_of(p[AT_gear_efficiency]) <= 1))
         return "gear_efficiency must be above 0, and 1 at most";
-    return quickness(p) <= MOST_QUICKNESS ? NULL : "it changes faster than 1e6 a second";
+    return value_of(quickness(p)) <= MOST_QUICKNESS ? NULL : "it changes faster than 1e6 a second";
 }
 
 static real efficiency(const real *k, real current, real speed)
@@ -127,7 +128,7 @@ static void substep(const real *k, real *x, real l, real v, real u, real t)
     real d[STATES], middle[STATES], stretched = v; /* the path's own part is in one term only */
     rates(k, x, l, v, u, d);
     for (int i = 0; i < STATES; i++) middle[i] = x[i] + d[i] * t / 2;
-    const real taut = elongation(k, middle, l + v * t / 2) > 0 ? k[STIFFNESS] : 0;
+    const real taut = value_of(elongation(k, middle, l + v * t / 2)) > 0 ? k[STIFFNESS] : 0;
     const real load = taut * k[LOAD] / efficiency(k, middle[CURRENT], middle[SPEED]);
     d[SPEED] = k[DRIVE] * x[CURRENT] - load * elongation(k, x, l);
     for (int n = 1; n <= TERMS; n++) {

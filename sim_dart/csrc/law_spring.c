@@ -8,7 +8,7 @@ enum { STIFFNESS = LAW_OWN, REST_LENGTH, CONSTANTS };
 
 static const char *refusal(const real *p)
 {
-    return p[AT_K] < 0 ? "K must not be negative" : NULL;
+    return value_of(p[AT_K]) < 0 ? "K must not be negative" : NULL;
 }
 
 static void prepare(const real *p, real *k)

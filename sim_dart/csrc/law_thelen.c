@@ -35,10 +35,10 @@ static real active(const real *k, real x, real *slope)
 /* Hill's hyperbola, to w = -1 where a fibre shortens without force, and its mirror for lengthening. */
 static real hyperbola(const real *k, real w, real *slope)
 {
-    const real most = w < 0 ? 0 : k[ECCENTRIC_FORCE];
-    const real bend = w < 0 ? -1 / k[CONCENTRIC_SHAPE] : k[ECCENTRIC_SHAPE];
-    const real top = w < 0 ? 1 + w : 1 + bend * most * w, under = 1 + bend * w;
-    const real rise = w < 0 ? 1 : bend * most;
+    const real most = value_of(w) < 0 ? 0 : k[ECCENTRIC_FORCE];
+    const real bend = value_of(w) < 0 ? -1 / k[CONCENTRIC_SHAPE] : k[ECCENTRIC_SHAPE];
+    const real top = value_of(w) < 0 ? 1 + w : 1 + bend * most * w, under = 1 + bend * w;
+    const real rise = value_of(w) < 0 ? 1 : bend * most;
     *slope = (rise * under - bend * top) / (under * under);
     return top / under;
 }
@@ -54,7 +54,7 @@ static real velocity(const real *k, real w, real *slope)
 
 static real passive(const real *k, real x, real *slope)
 {
-    if (x <= 1) {
+    if (value_of(x) <= 1) {
         if (slope) *slope = 0;
         return 0;
     }
@@ -66,12 +66,12 @@ static real passive(const real *k, real x, real *slope)
 static real tendon(const real *k, real x, real *slope)
 {
     const real strain = x - 1, rate = TOE_SHAPE / k[TOE_STRAIN];
-    if (strain > k[TOE_STRAIN]) {
+    if (value_of(strain) > value_of(k[TOE_STRAIN])) {
         if (slope) *slope = k[TENDON_SLOPE];
         return k[TENDON_SLOPE] * (strain - k[TOE_STRAIN]) + TOE_FORCE;
     }
-    const real on = strain > 0 ? strain : 0;
-    if (slope) *slope = strain > 0 ? rate * exponential(rate * on) * k[TOE_SCALE] : 0;
+    const real on = value_of(strain) > 0 ? strain : 0;
+    if (slope) *slope = value_of(strain) > 0 ? rate * exponential(rate * on) * k[TOE_SCALE] : 0;
     return exponential_less_one(rate * on) * k[TOE_SCALE];
 }
 
@@ -83,14 +83,15 @@ static real speed(real a)
 
 static const char *refusal(const real *p)
 {
-    if (!(p[AT_tendon_strain] > 0)) return "tendon_strain must be positive";
-    if (!(p[AT_passive_fibre_strain] > 0)) return "passive_fibre_strain must be positive";
-    if (!(p[AT_active_shape] > 0)) return "active_shape must be positive";
-    if (!(p[AT_passive_shape] > 0 && p[AT_passive_shape] <= 100))
+    if (!(value_of(p[AT_tendon_strain]) > 0)) return "tendon_strain must be positive";
+    if (!(value_of(p[AT_passive_fibre_strain]) > 0)) return "passive_fibre_strain must be positive";
+    if (!(value_of(p[AT_active_shape]) > 0)) return "active_shape must be positive";
+    if (!(value_of(p[AT_passive_shape]) > 0 && value_of(p[AT_passive_shape]) <= 100))
         return "passive_shape must be positive, and 100 at most";
-    if (!(p[AT_concentric_shape] > 0)) return "concentric_shape must be positive";
-    if (!(p[AT_eccentric_force] > 1)) return "eccentric_force must be above 1";
-    if (!(p[AT_linear_from] > 1 / p[AT_eccentric_force] && p[AT_linear_from] < 1))
+    if (!(value_of(p[AT_concentric_shape]) > 0)) return "concentric_shape must be positive";
+    if (!(value_of(p[AT_eccentric_force]) > 1)) return "eccentric_force must be above 1";
+    if (!(value_of(p[AT_linear_from]) > value_of(1 / p[AT_eccentric_force]) &&
+          value_of(p[AT_linear_from]) < 1))
         return "linear_from must be below 1 and, times eccentric_force, above 1";
     return hill_refusal(p);
 }

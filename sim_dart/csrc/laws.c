@@ -202,15 +202,16 @@ static real inverted(const core *c, const muscle_law *at, real f, real h)
 {
     real low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
     real below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
-    if (below == 0 || (below > 0) == (above > 0)) return fabs(below) <= fabs(above) ? low : high;
+    if (below == 0 || (value_of(below) > 0) == (value_of(above) > 0))
+        return value_of(fabs(below)) <= value_of(fabs(above)) ? low : high;
     const real enough = 1e-14 * (fabs(f) + fabs(above - below));
     real u = high;
     for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
         u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
         u = clamped(u, smaller(low, high), larger(low, high));
         const real off = tension_after(c, at, u, h) - f;
-        if (fabs(off) <= enough) break;
-        if ((off > 0) == (above > 0)) {
+        if (value_of(fabs(off)) <= value_of(enough)) break;
+        if ((value_of(off) > 0) == (value_of(above) > 0)) {
             high = u, above = off;
             if (kept == 1) below /= 2;
             kept = 1;

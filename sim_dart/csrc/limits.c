@@ -18,8 +18,8 @@ static real *entry(const core *c, real *matrix, int32_t row, int32_t column)
 /* By how much a velocity is under its lower bound (negative) or over its upper one. */
 static real excess(const core *c, int32_t j)
 {
-    const real v = c->qd[j];
-    return v < c->low[j] ? v - c->low[j] : v > c->high[j] ? v - c->high[j] : 0;
+    const real v = c->qd[j], low = c->low[j], high = c->high[j];
+    return value_of(v) < value_of(low) ? v - low : value_of(v) > value_of(high) ? v - high : 0;
 }
 
 /* The coordinate that is furthest beyond a limit that is not met yet, or -1. */
@@ -29,7 +29,7 @@ static int32_t furthest(const core *c)
     real most = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
-        if (by > most) most = by, found = j;
+        if (value_of(by) > value_of(most)) most = by, found = j;
     }
     return found;
 }
@@ -62,7 +62,7 @@ static int32_t drop_pulling(core *c, int32_t count)
     real most = 0;
     for (int32_t a = 0; a < count; a++) {
         const real pull = c->impulse[a] * c->side[(int32_t)c->met[a]];
-        if (pull > most) most = pull, worst = a;
+        if (value_of(pull) > value_of(most)) most = pull, worst = a;
     }
     if (worst < 0) return count;
     c->side[(int32_t)c->met[worst]] = 0;
@@ -73,7 +73,7 @@ static int32_t drop_pulling(core *c, int32_t count)
 static void meet(core *c, int32_t j, int32_t count)
 {
     real *unit = c->impulse;
-    const int under = excess(c, j) < 0;
+    const int under = value_of(excess(c, j)) < 0;
     c->side[j] = under ? -1 : 1;
     c->target[j] = under ? c->low[j] : c->high[j];
     c->met[count] = j;

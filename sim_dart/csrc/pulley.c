@@ -28,7 +28,7 @@ static void leave_along(contact *out, const real v[3], const real e[3], real tur
 static void end_inside(const real v[3], const real e[3], real x, real y, contact *out)
 {
     const real d = sqrt(x * x + y * y), chord = arc_tangent(y, x), bb = chord * chord;
-    const int is_small = chord < 1e-4;
+    const int is_small = value_of(chord) < 1e-4;
     const real half_height = sine(chord), ratio = is_small ? 1 + bb / 6 : chord / half_height;
     const real change = is_small ? chord / 3 : (half_height - chord * cosine(chord)) / (half_height * half_height);
     const real radial[2] = {cosine(chord), half_height};
@@ -43,8 +43,9 @@ static void end_inside(const real v[3], const real e[3], real x, real y, contact
 static real turn_angle(real x, real y, real R, real tangent)
 {
     const real turn = arc_tangent(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
-    if (turn >= 0) return turn;
-    return x > 0 ? 0 : turn + 2 * PI; /* rounding where it runs straight on, or more than half a turn */
+    if (value_of(turn) >= 0) return turn;
+    /* rounding where it runs straight on, or more than half a turn */
+    return value_of(x) > 0 ? 0 : turn + 2 * PI;
 }
 
 void pulley_off(const real F[3], const real v[3], real R, const real b[3], contact *out)
@@ -54,9 +55,9 @@ void pulley_off(const real F[3], const real v[3], real R, const real b[3], conta
     const real x = dot3(w, v);
     for (int k = 0; k < 3; k++) e[k] = w[k] - x * v[k];
     const real y = sqrt(dot3(e, e)), squared = x * x + y * y - 2 * y * R;
-    for (int k = 0; k < 3; k++) e[k] = y > 0 ? e[k] / y : 0;
+    for (int k = 0; k < 3; k++) e[k] = value_of(y) > 0 ? e[k] / y : 0;
     if (y == 0) { /* straight on, or straight back: any plane will do */
-        const real helper[3] = {fabs(v[0]) < 0.5, fabs(v[0]) >= 0.5, 0};
+        const real helper[3] = {value_of(fabs(v[0])) < 0.5, value_of(fabs(v[0])) >= 0.5, 0};
         cross3(e, v, helper);
         const real norm = sqrt(dot3(e, e));
         for (int k = 0; k < 3; k++) e[k] /= norm;
@@ -64,7 +65,7 @@ void pulley_off(const real F[3], const real v[3], real R, const real b[3], conta
     memcpy(out->pull.entering, v, sizeof out->pull.entering);
     memcpy(out->touch, F, sizeof out->touch);
     cross3(out->axis, v, e);
-    if (squared < 0) {
+    if (value_of(squared) < 0) {
         end_inside(v, e, x, y, out);
         memcpy(out->lift, b, sizeof out->lift);
         return;

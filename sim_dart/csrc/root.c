@@ -14,18 +14,19 @@ real bracketed_root(root_function *g, const void *data, real low, real high, rea
         real slope;
         const real value = g(data, z, &slope);
         if (value == 0) return z;
-        if (!knows_low && !(z - value / slope > low)) {
+        if (!knows_low && !(value_of(z - value / slope) > value_of(low))) {
             real unused;
-            if (g(data, low, &unused) >= 0) return low;
+            if (value_of(g(data, low, &unused)) >= 0) return low;
             knows_low = 1;
         }
-        if (value < 0)
+        if (value_of(value) < 0)
             low = z;
         else
             high = z;
         const real step = value / slope;
-        const int is_slow = !(fabs(step) <= last / 2) || !(z - step >= low && z - step <= high);
-        if (fabs(step) <= enough) return smaller(larger(z - step, low), high);
+        const int is_inside = value_of(z - step) >= value_of(low) && value_of(z - step) <= value_of(high);
+        const int is_slow = !(value_of(fabs(step)) <= value_of(last / 2)) || !is_inside;
+        if (value_of(fabs(step)) <= value_of(enough)) return smaller(larger(z - step, low), high);
         const real next = is_slow ? (low + high) / 2 : z - step;
         last = fabs(next - z);
         if (next == z) return z;

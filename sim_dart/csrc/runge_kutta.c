@@ -68,7 +68,8 @@ static void stop_at_limits(core *c)
 {
     int any = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        const int under = c->q[j] < c->blob.lower[j], over = c->q[j] > c->blob.upper[j];
+        const int under = value_of(c->q[j]) < value_of(c->blob.lower[j]);
+        const int over = value_of(c->q[j]) > value_of(c->blob.upper[j]);
         c->low[j] = under ? 0 : -INFINITY;
         c->high[j] = over ? 0 : INFINITY;
         if (under || over) c->q[j] = under ? c->blob.lower[j] : c->blob.upper[j];

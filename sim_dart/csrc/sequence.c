@@ -69,7 +69,7 @@ static void evaluate(cable *c)
         if (is_followed(c->parts + i)) c->followed[i] = c->contacts[i].pull.turning;
         for (int k = 0; i && k < 3; k++) {
             const real r = fabs(c->contacts[i - 1].pull.leaving[k] - c->contacts[i].pull.entering[k]);
-            if (r > c->disagreement) c->disagreement = r;
+            if (value_of(r) > value_of(c->disagreement)) c->disagreement = r;
         }
     }
 }
@@ -90,13 +90,13 @@ static void span_plane(const cable *c, int i, real plane[2][3])
     for (int k = 0; k < 3; k++) u[k] = left[k] + right[k];
     int least = 0;
     for (int k = 1; k < 3; k++)
-        if (fabs(u[k]) < fabs(u[least])) least = k;
+        if (value_of(fabs(u[k])) < value_of(fabs(u[least]))) least = k;
     e[least] = 1;
     cross3(plane[0], u, e);
     cross3(plane[1], u, plane[0]);
     for (int j = 0; j < 2; j++) {
         const real norm = sqrt(dot3(plane[j], plane[j]));
-        for (int k = 0; k < 3; k++) plane[j][k] = norm > 0 ? plane[j][k] / norm : 0;
+        for (int k = 0; k < 3; k++) plane[j][k] = value_of(norm) > 0 ? plane[j][k] / norm : 0;
     }
 }
 
@@ -106,8 +106,8 @@ static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
     for (int i = 0; i < n; i++) {
         int best = i;
         for (int k = i + 1; k < n; k++)
-            if (fabs(H[k][i]) > fabs(H[best][i])) best = k;
-        if (!(fabs(H[best][i]) > 1e-12)) return 0;
+            if (value_of(fabs(H[k][i])) > value_of(fabs(H[best][i]))) best = k;
+        if (!(value_of(fabs(H[best][i])) > 1e-12)) return 0;
         for (int k = 0; k < n; k++) {
             const real h = H[i][k];
             H[i][k] = H[best][k], H[best][k] = h;
@@ -158,7 +158,7 @@ static int linearise(const cable *c, real (*planes)[2][3], real H[UNKNOWNS][UNKN
         for (int j = 0; j < 2; j++) {
             const real *e = planes[i][j];
             const real h = DIFFERENCE * (c->contacts[i - 1].pull.length + c->contacts[i].pull.length);
-            if (!(h > 0)) return 0;
+            if (!(value_of(h) > 0)) return 0;
             r[2 * (i - 1) + j] = dot3(c->contacts[i].pull.entering, e) - dot3(c->contacts[i - 1].pull.leaving, e);
             add_column(c, i, e, h, planes, H, 2 * (i - 1) + j);
         }
@@ -173,9 +173,9 @@ static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
         for (int k = 0; k < 3; k++)
             next.points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
     evaluate(&next);
-    const int is_shorter = next.length < c->length * (1 - 1e-14);
-    const int is_as_short = next.length <= c->length * (1 + 1e-14);
-    if (!is_shorter && !(is_as_short && next.disagreement < c->disagreement)) return 0;
+    const int is_shorter = value_of(next.length) < value_of(c->length * (1 - 1e-14));
+    const int is_as_short = value_of(next.length) <= value_of(c->length * (1 + 1e-14));
+    if (!is_shorter && !(is_as_short && value_of(next.disagreement) < value_of(c->disagreement))) return 0;
     *c = next;
     return 1;
 }
@@ -188,7 +188,7 @@ static int step_newton(cable *c)
     const int n = 2 * (c->count - 1);
     if (!linearise(c, planes, H, r)) return 0;
     for (int i = 0; i < n; i++)
-        if (fabs(H[i][i]) > largest) largest = fabs(H[i][i]);
+        if (value_of(fabs(H[i][i])) > value_of(largest)) largest = fabs(H[i][i]);
     for (size_t g = 0; g < sizeof GROWTH / sizeof *GROWTH; g++) {
         real grown[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
         memcpy(grown, H, sizeof H);
@@ -202,11 +202,12 @@ static int step_newton(cable *c)
 static void tighten(cable *c)
 {
     evaluate(c);
-    for (int k = 0; k < ITERATIONS && c->disagreement > AGREEMENT; k++) {
+    for (int k = 0; k < ITERATIONS && value_of(c->disagreement) > AGREEMENT; k++) {
         const real was = c->disagreement;
-        if (k >= 2 && step_newton(c) && c->disagreement < 0.5 * was) continue;
+        if (k >= 2 && step_newton(c) && value_of(c->disagreement) < value_of(0.5 * was)) continue;
         const real now = c->disagreement;
-        if (now < 1e-11 && k > 4 && now >= 0.5 * was) return; /* as good as rounding lets it be */
+        if (value_of(now) < 1e-11 && k > 4 && value_of(now) >= value_of(0.5 * was))
+            return; /* as good as rounding lets it be */
         pull_tight(c);
     }
 }
@@ -222,7 +223,7 @@ static real turning_angle(const sequence_part *p, int sense, const real a[3], co
     wrap_over(p->surface, sense ? &natural : &stated, a, b, &k);
     if (!sense) return k.pull.turning;
     const real angle = k.pull.turning * sense;
-    return sense * (2 * PI * p->way.turns + (angle >= 0 ? angle : 2 * PI + angle));
+    return sense * (2 * PI * p->way.turns + (value_of(angle) >= 0 ? angle : 2 * PI + angle));
 }
 
 /* Whether it may be passed on either side. */
@@ -254,9 +255,9 @@ static void pass_on(cable *c, int i, int side, const real a[3], const real b[3])
     }
     real d[3], r[3];
     for (int k = 0; k < 3; k++) d[k] = b[k] - a[k], r[k] = a[k] - s->centre[k];
-    const real dd = dot3(d, d), t = dd > 0 ? -dot3(r, d) / dd : 0;
+    const real dd = dot3(d, d), t = value_of(dd) > 0 ? -dot3(r, d) / dd : 0;
     for (int k = 0; k < 3; k++) r[k] += t * d[k];
-    const real distance = sqrt(dot3(r, r)), across = distance > 0 ? 1 + s->radius / distance : 0;
+    const real distance = sqrt(dot3(r, r)), across = value_of(distance) > 0 ? 1 + s->radius / distance : 0;
     for (int j = i; j <= i + 1 && side < 0; j++)
         for (int k = 0; k < 3 && j > 0 && j < c->count; k++) c->points[j][k] -= across * r[k];
 }
@@ -272,7 +273,7 @@ real sequence_solve(const sequence_part *parts, int count, real (*points)[3], co
         for (int k = 0; k < opens; k++)
             pass_on(&c, open[k], combination >> k & 1 ? -1 : 1, points[0], points[count]);
         tighten(&c);
-        if (!combination || c.length < best.length) best = c;
+        if (!combination || value_of(c.length) < value_of(best.length)) best = c;
     }
     memcpy(points, best.points, (size_t)(count + 1) * sizeof *points);
     memcpy(contacts, best.contacts, (size_t)count * sizeof *contacts);

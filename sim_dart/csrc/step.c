@@ -37,7 +37,7 @@ static int speed_up(core *c, real h)
         c->before[j] = c->qd[j];
         c->qd[j] += h * c->qdd[j];
         const real next = c->q[j] + h * c->qd[j];
-        passes |= next < c->blob.lower[j] || next > c->blob.upper[j];
+        passes |= value_of(next) < value_of(c->blob.lower[j]) || value_of(next) > value_of(c->blob.upper[j]);
     }
     return passes;
 }

@@ -48,28 +48,28 @@ static void unit_across(real out[3], const real v[3])
 {
     int least = 0;
     for (int k = 1; k < 3; k++)
-        if (fabs(v[k]) < fabs(v[least])) least = k;
+        if (value_of(fabs(v[k])) < value_of(fabs(v[least]))) least = k;
     real e[3] = {0, 0, 0}, w[3];
     e[least] = 1;
     cross3(w, v, e);
     const real norm = sqrt(dot3(w, w));
-    for (int k = 0; k < 3; k++) out[k] = norm > 0 ? w[k] / norm : e[k];
+    for (int k = 0; k < 3; k++) out[k] = value_of(norm) > 0 ? w[k] / norm : e[k];
 }
 
 /* Where on the straight line, 0 to 1, it is nearest to the axis. */
 static real nearest(const view *v)
 {
-    return v->ad >= 0 ? 0 : -v->ad >= v->dd ? 1 : -v->ad / v->dd;
+    return value_of(v->ad) >= 0 ? 0 : value_of(-v->ad) >= value_of(v->dd) ? 1 : -v->ad / v->dd;
 }
 
 /* Radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
 static real tapered(const wrap_surface *s, const view *v, real *slope)
 {
     const real z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
-    if (beyond <= 0) return s->radius;
-    if (beyond >= s->radius) return 0;
+    if (value_of(beyond) <= 0) return s->radius;
+    if (value_of(beyond) >= value_of(s->radius)) return 0;
     const real phase = PI * beyond / s->radius;
-    *slope = -0.5 * PI * sine(phase) * (z < 0 ? -1 : 1);
+    *slope = -0.5 * PI * sine(phase) * (value_of(z) < 0 ? -1 : 1);
     return 0.5 * s->radius * (1 + cosine(phase));
 }
 
@@ -77,10 +77,10 @@ static real tapered(const wrap_surface *s, const view *v, real *slope)
 static inline void fit(const wrap_surface *s, view *v)
 {
     v->slope = 0;
-    v->R = s->half > 0 ? tapered(s, v, &v->slope) : s->radius;
+    v->R = value_of(s->half) > 0 ? tapered(s, v, &v->slope) : s->radius;
     v->RR = v->R * v->R;
-    const real inner = v->aa < v->bb ? v->aa : v->bb;
-    v->is_shrunk = inner < v->RR;
+    const real inner = value_of(v->aa) < value_of(v->bb) ? v->aa : v->bb;
+    v->is_shrunk = value_of(inner) < value_of(v->RR);
     if (v->is_shrunk) v->RR = inner, v->R = sqrt(inner);
 }
 
@@ -100,7 +100,9 @@ static inline int look(const wrap_surface *s, const real A[3], const real B[3], 
     fit(s, v);
     cross3(v->x, a, b);
     v->xx = dot3(v->x, v->x);
-    return (v->ad >= 0) | (-v->ad >= v->dd) | (v->xx >= v->RR * v->dd);
+    const int is_before = value_of(v->ad) >= 0, is_behind = value_of(-v->ad) >= value_of(v->dd);
+    const int is_past = value_of(v->xx) >= value_of(v->RR * v->dd);
+    return is_before | is_behind | is_past;
 }
 
 /* What the contact would turn about. */
@@ -112,9 +114,9 @@ static inline void find_normal(const wrap_surface *s, view *v)
         return;
     }
     v->cross = sqrt(v->xx);
-    const real per = v->cross > 0 ? 1 / v->cross : 0;
+    const real per = value_of(v->cross) > 0 ? 1 / v->cross : 0;
     for (int k = 0; k < 3; k++) v->normal[k] = per * v->x[k];
-    if (!(v->cross > 0)) unit_across(v->normal, v->aa > 0 ? v->a : s->axis);
+    if (!(value_of(v->cross) > 0)) unit_across(v->normal, value_of(v->aa) > 0 ? v->a : s->axis);
 }
 
 int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3])
@@ -131,11 +133,11 @@ typedef struct {
 
 static inline course choose(const wrap_surface *s, const wrap_way *way, const view *v, int is_clear)
 {
-    const int natural = v->cross >= 0 ? 1 : -1;
+    const int natural = value_of(v->cross) >= 0 ? 1 : -1;
     course c = {natural, 0, way->turns};
     if (!way->side || (is_clear && !way->turns)) return c;
     /* a sphere's normal has no side of its own: the sense is the one about its z axis */
-    const int facing = s->kind == SURFACE_SPHERE && dot3(v->normal, s->axis) < 0 ? -1 : 1;
+    const int facing = s->kind == SURFACE_SPHERE && value_of(dot3(v->normal, s->axis)) < 0 ? -1 : 1;
     c.sense = way->side * facing;
     c.is_long = c.sense != natural;
     if (c.is_long && is_clear) c.turns--; /* not yet come round to its side */
@@ -152,11 +154,11 @@ static real shorter_turn(const view *v)
 static course go_on(const view *v, real remembered)
 {
     const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
-    course c = {v->cross >= 0 ? 1 : -1, 0, 0};
-    if (whole == 0 || !(fabs(whole) < MOST_TURNS)) return c;
+    course c = {value_of(v->cross) >= 0 ? 1 : -1, 0, 0};
+    if (whole == 0 || !(value_of(fabs(whole)) < MOST_TURNS)) return c;
     c.turns = (int)fabs(whole);
-    c.is_long = (whole > 0) != (c.sense > 0);
-    c.sense = whole > 0 ? 1 : -1;
+    c.is_long = (value_of(whole) > 0) != (c.sense > 0);
+    c.sense = value_of(whole) > 0 ? 1 : -1;
     c.turns -= c.is_long;
     return c;
 }
@@ -175,14 +177,17 @@ static inline real contact_angle(const view *v, const course *c, real ta, real t
     const real re = v->RR - ta * tb, im = -v->R * (ta + tb);
     const real ab = v->aa + v->ad, turned = c->sense * v->cross;
     const real angle = quick_arc_tangent(ab * im + turned * re, ab * re - turned * im);
-    const real middle = (c->is_long ? PI : 0) + (re > 0 ? PI / 4 : -PI / 4);
-    return angle < middle - PI ? angle + 2 * PI : angle > middle + PI ? angle - 2 * PI : angle;
+    const real middle = (c->is_long ? PI : 0) + (value_of(re) > 0 ? PI / 4 : -PI / 4);
+    return value_of(angle) < value_of(middle - PI)   ? angle + 2 * PI
+           : value_of(angle) > value_of(middle + PI) ? angle - 2 * PI
+                                                     : angle;
 }
 
 /* What the taper adds to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d */
 static void add_taper(const wrap_surface *s, const view *v, real rate, pull *out)
 {
-    const real t = nearest(v), h = v->zb - v->za, scale = t > 0 && t < 1 ? rate * h / v->dd : 0;
+    const real t = nearest(v), h = v->zb - v->za;
+    const real scale = value_of(t) > 0 && value_of(t) < 1 ? rate * h / v->dd : 0;
     for (int k = 0; k < 3; k++) {
         const real d = v->b[k] - v->a[k];
         out->entering[k] -= rate * (1 - t) * s->axis[k] + scale * (v->a[k] + (2 * t - 1) * d);
@@ -195,9 +200,9 @@ static void add_radius(const wrap_surface *s, const view *v, real rate, pull *ou
 {
     if (!v->is_shrunk)
         add_taper(s, v, rate * v->slope, out);
-    else if (v->R > 0 && v->aa <= v->bb)
+    else if (value_of(v->R) > 0 && value_of(v->aa) <= value_of(v->bb))
         for (int k = 0; k < 3; k++) out->entering[k] -= rate / v->R * v->a[k];
-    else if (v->R > 0)
+    else if (value_of(v->R) > 0)
         for (int k = 0; k < 3; k++) out->leaving[k] += rate / v->R * v->b[k];
 }
 
@@ -217,7 +222,7 @@ static inline void pull_along(const view *v, int sense, real ta, real tb, int en
 {
     const real P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
     real climb = 0;
-    const real both = v->aa * v->bb, per_both = both > 0 ? 1 / both : 0;
+    const real both = v->aa * v->bb, per_both = value_of(both) > 0 ? 1 / both : 0;
     real ia = v->bb * per_both, ib = v->aa * per_both;
     out->length = P;
     if (h != 0) {
@@ -242,7 +247,7 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int 
     if (way->is_counted) out->turning = turning(v, &c);
     const real ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
-    if (out->angle <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
+    if (value_of(out->angle) <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
     pull_along(v, c.sense, ta, tb, changes ? BOTH_ENDS : ends, out);
     if (plain) *plain = *out;
     if (changes)
@@ -263,7 +268,7 @@ int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const
 static void run_straight(const real A[3], const real B[3], real t, contact *out)
 {
     const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
-    const real length = sqrt(dot3(d, d)), per = length > 0 ? 1 / length : 0;
+    const real length = sqrt(dot3(d, d)), per = value_of(length) > 0 ? 1 / length : 0;
     out->pull.length = length;
     out->pull.angle = 0;
     for (int k = 0; k < 3; k++) {
@@ -291,7 +296,7 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], cons
         return;
     }
     const real ta = sqrt(v.aa - v.RR), tb = sqrt(v.bb - v.RR), P = ta + tb + v.R * plain.angle;
-    const real stretch = P > 0 ? plain.length / P : 1;
+    const real stretch = value_of(P) > 0 ? plain.length / P : 1;
     for (int k = 0; k < 3; k++) {
         out->touch[k] = A[k] + stretch * ta * plain.entering[k];
         out->lift[k] = B[k] - stretch * tb * plain.leaving[k];

@@ -40,12 +40,12 @@ static int see(const wrap_surface *s, const real A[3], const real B[3], ends *at
     }
     for (int k = 0; k < 3; k++) d[k] = b[k] - a[k];
     const real aa = dot3(a, a), bb = dot3(b, b), dd = dot3(d, d), ad = dot3(a, d);
-    if (!(aa > RR && bb > RR)) return 0;
+    if (!(value_of(aa) > value_of(RR) && value_of(bb) > value_of(RR))) return 0;
     cross3(x, a, b);
     const real xx = dot3(x, x), cross = sqrt(xx);
-    if (ad < 0 && -ad < dd && xx <= RR * dd) return 0;
+    if (value_of(ad) < 0 && value_of(-ad) < value_of(dd) && value_of(xx) <= value_of(RR * dd)) return 0;
     at->ra = sqrt(aa), at->rb = sqrt(bb), at->G = arc_tangent(cross, aa + ad);
-    for (int k = 0; k < 3; k++) at->normal[k] = cross > 0 ? x[k] / cross : 0;
+    for (int k = 0; k < 3; k++) at->normal[k] = value_of(cross) > 0 ? x[k] / cross : 0;
     return 1;
 }
 

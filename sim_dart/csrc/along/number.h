@@ -1,0 +1,71 @@
+/* A number and, far below it, how it changes along one direction: x + i e dx with e = 2^-664.
+
+   Sums, products and quotients of complex numbers keep x' to rounding, as whatever is quadratic in e is
+   less than the smallest number: not even a zero changes by it. What is left is said here: comparisons,
+   which look at x, and what <math.h> has.                                                              */
+#ifndef CARDSFLOW_ALONG_NUMBER_H
+#define CARDSFLOW_ALONG_NUMBER_H
+
+#include <math.h>
+
+/* The schoolbook's products and quotients: there are no infinities here to be careful of. */
+#if defined(__clang__)
+#pragma STDC CX_LIMITED_RANGE ON
+#elif defined(__GNUC__)
+#pragma GCC optimize("cx-limited-range")
+#endif
+
+#define IS_ALONG 1
+
+typedef double _Complex real;
+
+static inline double value_of(real x)
+{
+    return __real__ x;
+}
+
+static inline double change_of(real x)
+{
+    return __imag__ x;
+}
+
+static inline real changing(double value, double change)
+{
+    real x;
+    __real__ x = value;
+    __imag__ x = change;
+    return x;
+}
+
+static inline real absolute(real x)
+{
+    return value_of(x) < 0 ? -x : x;
+}
+
+/* At zero, where it has no derivative, that of the constant. */
+static inline real square_root(real x)
+{
+    const double root = sqrt(value_of(x));
+    return changing(root, root > 0 ? change_of(x) / (2 * root) : 0);
+}
+
+static inline int is_finite(real x)
+{
+    return isfinite(value_of(x));
+}
+
+static inline int is_not_a_number(real x)
+{
+    return isnan(value_of(x));
+}
+
+#undef isfinite
+#undef isnan
+#define isfinite is_finite
+#define isnan is_not_a_number
+#define fabs absolute
+#define sqrt square_root
+#define ceil(x) ceil(value_of(x))
+#define round(x) round(value_of(x))
+
+#endif

@@ -1,0 +1,3 @@
+#include "names.h"
+
+#include "../wrap_inside.c"
