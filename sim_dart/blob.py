@@ -77,11 +77,16 @@ def _law_fields(robot: Robot) -> dict[str, ArrayLike]:
     }
 
 
-def compile_blob(robot: Robot) -> bytes:
+def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
     """Compile a robot, with its active cable set and operational space.
 
     Args:
         robot: A valid robot.
+        single: With numbers of single precision, for a core compiled with `CARDSFLOW_FLOAT`: a
+            microcontroller's, as a rule.
+
+    Raises:
+        CardsflowError: A number is too large for single precision.
     """
     frames, places = moving_frames(robot)
     tasks = robot.task_frames
@@ -104,4 +109,5 @@ def compile_blob(robot: Robot) -> bytes:
             "task_rotation": [places[task.link].T_frame_link[:3, :3] for task in tasks],
             "task_position": [places[task.link].point(task.position) for task in tasks],
         },
+        single=single,
     )

@@ -21,8 +21,10 @@ IntArray = NDArray[np.int32]
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")
-_MAGIC = 0x45524F43
-_TYPES: dict[str, np.dtype[Any]] = {"int32_t": np.dtype("<i4"), "real": np.dtype("<f8")}
+_MAGIC = {False: 0x45524F43, True: 0x66524F43}
+"""Whether it is a blob of single precision: the header's first word."""
+
+_REAL = {False: np.dtype("<f8"), True: np.dtype("<f4")}
 
 
 @cache
@@ -70,12 +72,30 @@ def _padded(packed: bytes) -> bytes:
     return packed + b"\0" * (-len(packed) % 8)
 
 
-def pack_blob(counts: Mapping[str, int], fields: Mapping[str, ArrayLike]) -> bytes:
+def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
+    """As a blob has them; a number that single precision cannot hold is refused."""
+    with np.errstate(over="ignore"):
+        packed = values.astype(_REAL[single])
+    lost = np.isfinite(values) & ~np.isfinite(packed)
+    if lost.any():
+        raise CardsflowError(
+            f"{name}: {values[lost][0]!r} is larger than numbers of single precision can be"
+        )
+    return packed
+
+
+def pack_blob(
+    counts: Mapping[str, int], fields: Mapping[str, ArrayLike], *, single: bool = False
+) -> bytes:
     """Pack a robot's numbers as the library's own layout text says.
 
     Args:
         counts: Number of dofs, muscles, points and tasks.
         fields: An array for every field, of any shape with the right number of elements.
+        single: With real numbers of single precision, for a core compiled with `CARDSFLOW_FLOAT`.
+
+    Raises:
+        CardsflowError: A number is too large for single precision.
     """
     sizes: list[int] = []
     body = b""
@@ -86,14 +106,18 @@ def pack_blob(counts: Mapping[str, int], fields: Mapping[str, ArrayLike]) -> byt
         if kind == "count":
             sizes.append(counts[name])
             continue
-        values = np.array(fields[name]).astype(_TYPES[kind]).reshape(-1)
+        values = np.array(fields[name]).reshape(-1)
+        is_real = kind == "real"
+        values = _reals(name, values.astype(float), single) if is_real else values.astype("<i4")
         assert values.size == int(rest[0]) * counts[rest[1]], name
         body += _padded(values.tobytes())
     numbers = _padded(struct.pack(f"<{len(sizes)}i", *sizes))
     size = _HEADER.size + len(numbers) + len(body)
     core = library()
     return (
-        _HEADER.pack(_MAGIC, core.core_version(), core.core_layout_hash(), 0, size) + numbers + body
+        _HEADER.pack(_MAGIC[single], core.core_version(), core.core_layout_hash(), 0, size)
+        + numbers
+        + body
     )
 
 

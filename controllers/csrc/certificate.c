@@ -4,7 +4,7 @@
 #include <math.h>
 
 /* The gap must exceed this share of the terms added up: rounding errors are far below. */
-static const real SMALLEST_GAP = 1e-10;
+static const real SMALLEST_GAP = PRECISE(1e-10, 1e-5);
 
 /* An infinite bound, multiplied by what should be zero, is taken for this many times the largest x. */
 static const real FAR = 1e4;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Below this a pivot is rounding error: rows have length 1. */
-static const real SMALLEST_PIVOT = 1e-14;
+static const real SMALLEST_PIVOT = PRECISE(1e-14, 1e-7);
 
 static void assemble(dual_newton *s, real ridge)
 {

@@ -8,8 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-static const real TOLERANCE = 1e-6; /* of a torque, relative to 1 + the largest */
-static const real SOFTNESS = 1e-8;  /* relative to the size of the rows */
+static const real TOLERANCE = PRECISE(1e-6, 1e-4); /* of a torque, relative to 1 + the largest */
+static const real SOFTNESS = PRECISE(1e-8, 1e-5);  /* relative to the size of the rows */
 
 static void fill(const computed_torque *s, dual_newton *program)
 {
@@ -33,6 +33,9 @@ static real take(computed_torque *s, const real *tau, const real *forces)
     return most;
 }
 
+/* The smallest softness that is a normal number. */
+static const real LEAST_SOFTNESS = PRECISE(2.3e-308, 1.2e-38);
+
 static int solve_soft(computed_torque *s, const real *tau, real allowed)
 {
     const size_t n = s->n, m = s->m;
@@ -49,7 +52,7 @@ static int solve_soft(computed_torque *s, const real *tau, real allowed)
         size += dot(n, column, column);
         weights += program->H_diagonal[i];
     }
-    for (size_t j = 0; j < n; j++) program->softness[j] = larger(SOFTNESS * size / weights, 2.3e-308);
+    for (size_t j = 0; j < n; j++) program->softness[j] = larger(SOFTNESS * size / weights, LEAST_SOFTNESS);
     const int status = torque_program(program, s->memory + m + s->rows);
     if (status != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_FAILED;
     return take(s, tau, program->x) <= allowed ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_SOFT;

@@ -5,7 +5,7 @@
 #include <math.h>
 
 /* Curvature left from larger ones that went is rounding error below this share of the largest. */
-static const real LOST_DIGITS = 1e-8;
+static const real LOST_DIGITS = PRECISE(1e-8, 1e-5);
 
 static void sink(breakpoint *heap, size_t count, size_t at)
 {

@@ -5,11 +5,11 @@
 #include <math.h>
 #include <string.h>
 
-static const real TOLERANCE = 1e-13;      /* of a row, relative to its terms */
-static const real NOISE = 2e-16;          /* of a row, relative to the largest row's terms */
-static const real EXACT = 3e-16;          /* the same: refining further gains nothing */
-static const real NEAR = 1e-10;           /* of a bound, relative to the terms of x */
-static const real DUAL_TOLERANCE = 1e-12; /* of a variable, relative to its terms */
+static const real TOLERANCE = PRECISE(1e-13, 1e-4);      /* of a row, relative to its terms */
+static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative to the largest row's terms */
+static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: refining further gains nothing */
+static const real NEAR = PRECISE(1e-10, 1e-4);           /* of a bound, relative to the terms of x */
+static const real DUAL_TOLERANCE = PRECISE(1e-12, 5e-4); /* of a variable, relative to its terms */
 enum { MOST_REFINEMENTS = 8 };
 
 /* Does the full step stay, but for rounding errors, within the piece that it was made for? */

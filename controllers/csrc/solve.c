@@ -9,10 +9,13 @@ enum { FAST_STEPS = 24, APPROACHES = 5, APPROACH_STEPS = 18, SLOW_STEPS = 6, STE
 
 /* Keeps the Newton matrix regular where rows depend on each other, or too few variables are between
    their bounds: there a step is long, and the search finds how long it may be.                        */
-static const real RIDGE = 1e-13;
+static const real RIDGE = PRECISE(1e-13, 2e-7);
 
 /* The ridge of the first approach, and how it shrinks. */
-static const real FIRST_RIDGE = 1e-2, RIDGE_RATIO = 1e-2;
+static const real FIRST_RIDGE = 1e-2, RIDGE_RATIO = PRECISE(1e-2, 1e-1);
+
+/* Of a step with a large ridge, relative to the gradient. */
+static const real NEAR_ENOUGH = PRECISE(1e-6, 1e-3);
 
 static int is_proof(dual_newton *s, const real *y)
 {
@@ -70,7 +73,7 @@ static void approach(dual_newton *s, real ridge)
     memcpy(s->centre, s->lam, s->m * sizeof(real));
     for (int step = 0; step < APPROACH_STEPS; step++) {
         newton_direction(s, ridge);
-        if (step && largest(s, s->pull) <= 1e-6 * largest(s, s->r)) return;
+        if (step && largest(s, s->pull) <= NEAR_ENOUGH * largest(s, s->r)) return;
         step_to_peak(s, ridge);
     }
 }

@@ -18,7 +18,7 @@ typedef struct breakpoint {
 } breakpoint;
 
 /* ARRAY(type, name, number of elements) in the working memory behind the handle; every type has a
-   multiple of 8 bytes.                                                                                */
+   multiple of a real's bytes, none must be aligned to more.                                           */
 #define STATE_ARRAYS(ARRAY)                                                                            \
     /* the problem, its start and its answer: see dual_newton_array */                                 \
     ARRAY(real, H_diagonal, n)                                                                         \
@@ -47,7 +47,7 @@ typedef struct breakpoint {
     ARRAY(real, v, n)  /* A'lam - g */                                                                 \
     ARRAY(real, sx, n) /* clip(v) */                                                                   \
     ARRAY(real, r, m)                                                                                  \
-    ARRAY(int64_t, side, n) /* of v: -1 at or below low, 1 at or above high, 0 between */              \
+    ARRAY(whole_number, side, n) /* of v: -1 at or below low, 1 at or above high, 0 between */         \
     /* a step */                                                                                       \
     ARRAY(real, centre, m)                                                                             \
     ARRAY(real, pull, m) /* r - ridge (lam - centre) */                                                \

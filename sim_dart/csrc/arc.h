@@ -7,6 +7,9 @@
 
 #include <math.h>
 
+#if defined(CARDSFLOW_FLOAT)
+#include "arc_float.h"
+#else
 /* (atan x - x)/x^3 by z = x^2, for |x| <= 7/16. Powers of z are taken first, so that no term waits for the
    sum of those before it.                                                                              */
 static inline real arc_polynomial(real z)
@@ -26,6 +29,7 @@ static const real ARC_CORNER[5][2] = {{0, 0},
                                       {0.7853981633974483, 3.061616997868383e-17},
                                       {0.982793723247329, 1.3903311031230998e-17},
                                       {1.5707963267948966, 6.123233995736766e-17}};
+#endif
 
 /* atan(b/a) = atan(q/p) + atan((p b - q a)/(p a + q b)) with the corners q/p */
 static const real ARC_UNDER[5] = {1, 2, 1, 1, 0}, ARC_OVER[5] = {0, 1, 1, 1.5, 1};
@@ -38,16 +42,20 @@ static inline real arc_of(real b, real a)
     return ARC_CORNER[k][0] + (x + (x * z * arc_polynomial(z) + ARC_CORNER[k][1]));
 }
 
+/* Numbers whose products with those below 4 do not overflow, and the least whose digits are all there. */
+#define ARC_LARGEST PRECISE(1e300, 1e37)
+#define ARC_LEAST PRECISE(1e-250, 1e-30)
+
 /* Whether sums and products of the two are numbers, too. */
 static inline int arc_is_moderate(real b, real a)
 {
-    return (a > 1e-250) & (a < 1e300) & (b < 1e300);
+    return (a > ARC_LEAST) & (a < ARC_LARGEST) & (b < ARC_LARGEST);
 }
 
 /* An angle of the first quadrant, in the one of (x, y). */
 static inline real arc_in_quadrant(real angle, real y, real x)
 {
-    static const real PI_HIGH = 3.141592653589793, PI_LOW = 1.2246467991473532e-16;
+    static const real PI_HIGH = 3.141592653589793, PI_LOW = PRECISE(1.2246467991473532e-16, -8.742277657347586e-08);
     if (signbit(x)) angle = PI_HIGH - (angle - PI_LOW);
     return signbit(y) ? -angle : angle;
 }

@@ -6,9 +6,13 @@
 
 #define MOST_STEPS 40
 /* Of Newton's rule: what is left is about its square. */
-#define LAST_STEP 1e-9
+#define LAST_STEP PRECISE(1e-9, 1e-4)
 /* Of Chebyshev's rule: what is left is about its cube. */
-#define LAST_LONG_STEP 4e-5
+#define LAST_LONG_STEP PRECISE(4e-5, 1e-3)
+/* Slopes that differ by less meet nowhere, but for rounding errors. */
+#define LEAST_TURN PRECISE(1.5e-8, 3.5e-4)
+/* Of values of a curve, which are about 1. */
+#define ROUNDING PRECISE(1e-12, 1e-4)
 
 enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 
@@ -16,7 +20,7 @@ enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 static real corner(const real *start, const real *end)
 {
     const real turn = start[2] - end[2];
-    if (value_of(fabs(turn)) <= 1.5e-8) return (start[0] + end[0]) / 2;
+    if (value_of(fabs(turn)) <= LEAST_TURN) return (start[0] + end[0]) / 2;
     return (end[1] - start[1] - end[0] * end[2] + start[0] * start[2]) / turn;
 }
 
@@ -25,7 +29,7 @@ int bezier_is_sound(const real *curve, int pieces)
     for (int i = 0; i < pieces; i++) {
         const real *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
         if (!(value_of(start[0]) < value_of(x) && value_of(x) < value_of(end[0]))) return 0;
-        const real y = (x - end[0]) * end[2] + end[1], slack = 1e-12;
+        const real y = (x - end[0]) * end[2] + end[1], slack = ROUNDING;
         const real low = smaller(start[1], end[1]) - slack, high = larger(start[1], end[1]) + slack;
         if (value_of(y) < value_of(low) || value_of(y) > value_of(high)) return 0;
     }

@@ -55,6 +55,9 @@ static size_t expected_size(const blob_counts *n)
 
 static int check_header(const blob_header *h, size_t size, char *message, size_t capacity)
 {
+    if (h->magic == PRECISE(BLOB_MAGIC_FLOAT, BLOB_MAGIC_DOUBLE))
+        return refuse(message, capacity, "the blob's numbers are of " PRECISE("single", "double")
+                      " precision, those of this library of " PRECISE("double", "single"));
     if (h->magic != BLOB_MAGIC) return refuse(message, capacity, "this is not a robot blob");
     if (h->version != BLOB_VERSION || h->layout_hash != core_layout_hash())
         return refuse(message, capacity, "the blob has version %u, this library reads version %u",
@@ -93,7 +96,7 @@ static int is_rotation(const real R[9])
 {
     for (int i = 0; i < 3; i++)
         for (int k = 0; k <= i; k++)
-            if (!(fabs(dot3(R + 3 * i, R + 3 * k) - (i == k)) < 1e-9)) return 0;
+            if (!(fabs(dot3(R + 3 * i, R + 3 * k) - (i == k)) < UNIT_TOLERANCE)) return 0;
     return 1;
 }
 
@@ -145,7 +148,7 @@ static int check_frames(const blob_view *b, char *message, size_t capacity)
         if (!all_finite(b->offset_position + 3 * i, 3))
             return refuse(message, capacity, "frame %d: its position is not finite", i);
         const real *a = b->axis + 3 * i;
-        if (!(fabs(dot3(a, a) - 1) < 1e-9))
+        if (!(fabs(dot3(a, a) - 1) < UNIT_TOLERANCE))
             return refuse(message, capacity, "frame %d: its axis is no unit vector", i);
     }
     return 0;

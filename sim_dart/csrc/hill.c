@@ -10,7 +10,7 @@
 enum { HILL_PARAMETERS(AT) PARAMETERS };
 
 /* Last steps of Newton's rule, in optimal fibre lengths and in largest contraction velocities. */
-#define LAST_STEP 1e-8
+#define LAST_STEP PRECISE(1e-8, 1e-4)
 /* Fibre velocities are looked for within this many largest contraction velocities. */
 #define LARGEST_VELOCITY 1e6
 

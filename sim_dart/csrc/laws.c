@@ -196,6 +196,7 @@ void core_reach(core *c, real h)
 }
 
 #define MOST_INVERSIONS 60
+#define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
 
 /* Illinois: the secant rule on a bracket, with the value of an end that stays twice halved. */
 static real inverted(const core *c, const muscle_law *at, real f, real h)
@@ -204,7 +205,7 @@ static real inverted(const core *c, const muscle_law *at, real f, real h)
     real below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
     if (below == 0 || (value_of(below) > 0) == (value_of(above) > 0))
         return value_of(fabs(below)) <= value_of(fabs(above)) ? low : high;
-    const real enough = 1e-14 * (fabs(f) + fabs(above - below));
+    const real enough = ENOUGH * (fabs(f) + fabs(above - below));
     real u = high;
     for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
         u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);

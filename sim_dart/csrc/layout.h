@@ -3,7 +3,9 @@
    This is the only place that states the order of its fields. Python asks the library for it as text
    (core_layout), so that both ends agree by construction; the hash of that text stands in every blob.
 
-   A blob is a header, then the fields one after the other, each padded to 8 bytes. Frames are the
+   A blob is a header, then the fields one after the other, each padded to 8 bytes; it begins at a multiple
+   of 8 bytes. All this holds for numbers of single precision too, where reals have 4 bytes, and the first
+   word of the header tells such a blob from one of doubles. Frames are the
    moving frames of the tree, one a degree of freedom, parents first; frame -1 is the world. Links that
    a fixed joint connects share a frame.                                                               */
 #ifndef CARDSFLOW_LAYOUT_H
@@ -13,7 +15,9 @@
 
 #include <stdint.h>
 
-#define BLOB_MAGIC 0x45524f43u /* "CORE" */
+#define BLOB_MAGIC_DOUBLE 0x45524f43u /* "CORE" */
+#define BLOB_MAGIC_FLOAT 0x66524f43u  /* "CORf" */
+#define BLOB_MAGIC PRECISE(BLOB_MAGIC_DOUBLE, BLOB_MAGIC_FLOAT)
 #define BLOB_VERSION 1u
 
 /* COUNT(name, largest value) */

@@ -8,7 +8,7 @@
 
 static int is_unit(const real a[3])
 {
-    return fabs(dot3(a, a) - 1) < 1e-9;
+    return fabs(dot3(a, a) - 1) < UNIT_TOLERANCE;
 }
 
 static int is_size(real value)

@@ -17,6 +17,7 @@
 #include <string.h>
 
 #define PI 3.14159265358979323846
+#define SMALL_CHORD PRECISE(1e-4, 3e-2) /* in [rad]: below, a series loses fewer digits */
 
 static void leave_along(contact *out, const real v[3], const real e[3], real turn)
 {
@@ -28,7 +29,7 @@ static void leave_along(contact *out, const real v[3], const real e[3], real tur
 static void end_inside(const real v[3], const real e[3], real x, real y, contact *out)
 {
     const real d = sqrt(x * x + y * y), chord = arc_tangent(y, x), bb = chord * chord;
-    const int is_small = value_of(chord) < 1e-4;
+    const int is_small = value_of(chord) < SMALL_CHORD;
     const real half_height = sine(chord), ratio = is_small ? 1 + bb / 6 : chord / half_height;
     const real change = is_small ? chord / 3 : (half_height - chord * cosine(chord)) / (half_height * half_height);
     const real radial[2] = {cosine(chord), half_height};

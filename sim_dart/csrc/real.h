@@ -1,18 +1,57 @@
-/* The numbers that everything here computes with. */
+/* The numbers that everything here computes with: of double precision; or with CARDSFLOW_FLOAT of single
+   precision, for processors whose floating point unit knows no other; or with CARDSFLOW_ALONG complex ones,
+   for derivatives: see along.h.
+
+   With single precision no double may slip in, as it would by `0.5 * x`: the compiler is to take literals
+   for floats.
+       gcc              -DCARDSFLOW_FLOAT -fsingle-precision-constant
+       clang, zig cc    -DCARDSFLOW_FLOAT -Xclang -cl-single-precision-constant                        */
 #ifndef CARDSFLOW_REAL_H
 #define CARDSFLOW_REAL_H
 
-#ifdef CARDSFLOW_ALONG
-#include "along/number.h"
+#include <math.h>
+#include <stdint.h>
+
+/* PRECISE(of double precision, of single precision): a tolerance or another number that depends on how many
+   digits there are. A whole_number is as wide as a real, so that both may share a piece of memory.     */
+#if defined(CARDSFLOW_FLOAT)
+
+typedef float real;
+typedef int32_t whole_number;
+#define PRECISE(of_double, of_float) of_float
+
+typedef char literals_must_be_of_single_precision[sizeof 1.0 == sizeof(real) ? 1 : -1];
+
+#undef fabs
+#undef sqrt
+#define fabs(x) fabsf(x)
+#define sqrt(x) sqrtf(x)
+#define fmod(x, y) fmodf(x, y)
+#define ceil(x) ceilf(x)
+#define round(x) roundf(x)
+
 #else
 
-typedef double real;
+typedef int64_t whole_number;
+#define PRECISE(of_double, of_float) of_double
 
-/* Whether numbers carry along how they change; see along.h. */
+#endif
+
+#if defined(CARDSFLOW_ALONG)
+
+#include "along/number.h"
+
+#else
+
+#if !defined(CARDSFLOW_FLOAT)
+typedef double real;
+#endif
+
+/* Whether numbers carry along how they change. */
 #define IS_ALONG 0
 
 /* What a comparison looks at: the number, without what it carries along. */
-static inline double value_of(real x)
+static inline real value_of(real x)
 {
     return x;
 }

@@ -31,8 +31,11 @@
 #define ITERATIONS 60
 #define PI 3.14159265358979323846
 #define FREE_SIDES 4
-#define AGREEMENT 1e-13 /* of directions, which are about 1 */
-#define DIFFERENCE 1e-7 /* of a span's length, for second derivatives */
+#define AGREEMENT PRECISE(1e-13, 1e-6) /* of directions, which are about 1 */
+#define NO_BETTER PRECISE(1e-11, 1e-4) /* the same: where it stops to shrink, only rounding errors are left */
+#define DIFFERENCE PRECISE(1e-7, 3e-4) /* of a span's length, for second derivatives */
+#define ROUNDING PRECISE(1e-14, 5e-6)  /* of a length */
+#define LEAST_PIVOT PRECISE(1e-12, 1e-5)
 #define UNKNOWNS (2 * LARGEST_SEQUENCE)
 
 typedef struct {
@@ -107,7 +110,7 @@ static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
         int best = i;
         for (int k = i + 1; k < n; k++)
             if (value_of(fabs(H[k][i])) > value_of(fabs(H[best][i]))) best = k;
-        if (!(value_of(fabs(H[best][i])) > 1e-12)) return 0;
+        if (!(value_of(fabs(H[best][i])) > LEAST_PIVOT)) return 0;
         for (int k = 0; k < n; k++) {
             const real h = H[i][k];
             H[i][k] = H[best][k], H[best][k] = h;
@@ -173,8 +176,8 @@ static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
         for (int k = 0; k < 3; k++)
             next.points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
     evaluate(&next);
-    const int is_shorter = value_of(next.length) < value_of(c->length * (1 - 1e-14));
-    const int is_as_short = value_of(next.length) <= value_of(c->length * (1 + 1e-14));
+    const int is_shorter = value_of(next.length) < value_of(c->length * (1 - ROUNDING));
+    const int is_as_short = value_of(next.length) <= value_of(c->length * (1 + ROUNDING));
     if (!is_shorter && !(is_as_short && value_of(next.disagreement) < value_of(c->disagreement))) return 0;
     *c = next;
     return 1;
@@ -206,7 +209,7 @@ static void tighten(cable *c)
         const real was = c->disagreement;
         if (k >= 2 && step_newton(c) && value_of(c->disagreement) < value_of(0.5 * was)) continue;
         const real now = c->disagreement;
-        if (value_of(now) < 1e-11 && k > 4 && value_of(now) >= value_of(0.5 * was))
+        if (value_of(now) < NO_BETTER && k > 4 && value_of(now) >= value_of(0.5 * was))
             return; /* as good as rounding lets it be */
         pull_tight(c);
     }

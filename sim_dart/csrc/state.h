@@ -68,6 +68,9 @@
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
 
+/* How much squares and products of unit vectors in a blob may be off. */
+#define UNIT_TOLERANCE PRECISE(1e-9, 1e-6)
+
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22
 

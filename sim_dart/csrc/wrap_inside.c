@@ -19,7 +19,7 @@
 #include <math.h>
 
 /* Of Newton's rule, in [rad]: what is left is about its square. */
-#define LAST_STEP 1e-8
+#define LAST_STEP PRECISE(1e-8, 1e-4)
 
 typedef struct {
     real a[3], b[3], za, zb; /* the ends across the axis and along it */

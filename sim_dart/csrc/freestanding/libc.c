@@ -2,10 +2,8 @@
 
    Weak, so that those of a toolchain, which are faster, come first. Compile with -fno-builtin: a compiler
    may take the loops for what they are and call the function that it is in.                            */
-#include "math.h"
+#include "../real.h"
 #include "string.h"
-
-#include <stdint.h>
 
 #define WEAK __attribute__((weak))
 
@@ -48,10 +46,10 @@ WEAK int strcmp(const char *a, const char *b)
 
 /* x less a whole multiple of y, exactly: y times a power of two, halved again and again, is taken off
    wherever it fits, and such differences are not rounded.                                              */
-WEAK double fmod(double x, double y)
+WEAK real fmod(real x, real y)
 {
-    double rest = fabs(x), step = fabs(y);
-    const double end = step;
+    real rest = fabs(x), step = fabs(y);
+    const real end = step;
     if (!isfinite(x) || !(end > 0)) return NAN;
     if (isinf(end)) return x;
     while (step <= rest / 2) step *= 2;
@@ -60,24 +58,24 @@ WEAK double fmod(double x, double y)
     return signbit(x) ? -rest : rest;
 }
 
-static const double WHOLE = 4503599627370496.0; /* 2^52: from here on whole */
+static const real WHOLE = PRECISE(4503599627370496.0, 8388608.0); /* 2^52, 2^23: from here on whole */
 
-static double towards_zero(double x)
+static real towards_zero(real x)
 {
     if (!(fabs(x) < WHOLE)) return x; /* also NaN */
-    const double whole = (double)(int64_t)fabs(x);
-    return signbit(x) ? -whole : whole;
+    const real cut = (real)(whole_number)fabs(x);
+    return signbit(x) ? -cut : cut;
 }
 
-WEAK double ceil(double x)
+WEAK real ceil(real x)
 {
-    const double whole = towards_zero(x);
-    return whole < x ? whole + 1 : whole;
+    const real cut = towards_zero(x);
+    return cut < x ? cut + 1 : cut;
 }
 
 /* Halves away from zero. */
-WEAK double round(double x)
+WEAK real round(real x)
 {
-    const double whole = towards_zero(x);
-    return fabs(x - whole) < 0.5 ? whole : whole + (x < 0 ? -1 : 1);
+    const real cut = towards_zero(x);
+    return fabs(x - cut) < 0.5 ? cut : cut + (x < 0 ? -1 : 1);
 }

@@ -14,10 +14,15 @@
 #define isinf(x) __builtin_isinf(x)
 #define signbit(x) __builtin_signbit(x)
 #define fabs(x) __builtin_fabs(x)
+#define fabsf(x) __builtin_fabsf(x)
+#define sqrtf(x) __builtin_sqrtf(x)
 
 double sqrt(double x);
 double fmod(double x, double y);
 double ceil(double x);
 double round(double x);
+float fmodf(float x, float y);
+float ceilf(float x);
+float roundf(float x);
 
 #endif
