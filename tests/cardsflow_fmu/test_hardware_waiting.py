@@ -1,7 +1,8 @@
-"""Waiting for datagrams: awake where that pays, asleep where it does not, and never for too long."""
+"""Waiting for datagrams: awake where that pays, asleep elsewhere, and never awake for long."""
 
 from __future__ import annotations
 
+import itertools
 import math
 import socket
 import threading
@@ -109,7 +110,7 @@ def test_in_vain_less_and_less_often(world: World) -> None:
         world.wait(waiter, 110e-6 if waiter._is_awake else SOON)
         if world.awake > before:
             vain.append(k)
-    rests = [later - sooner for sooner, later in zip(vain, vain[1:], strict=False)]
+    rests = [later - sooner for sooner, later in itertools.pairwise(vain)]
     assert rests[:9] == sorted(rests[:9])
     assert all(rest >= 512 for rest in rests[9:])
     assert world.awake < 0.01 * waits * (SOON + WAKING)
