@@ -196,8 +196,12 @@ class FrameWriter:
         """As `pack`, where it is known that all numbers are finite."""
         flags = flags & ~SIGNED if key is None else flags | SIGNED
         data = self._bytes
-        fields = (run_id, seq, t_sim, t_send_ns, echo_ns, self._count, 0, 0)
-        HEADER.pack_into(data, 0, MAGIC, VERSION, kind, flags, *fields)
+        count, unused, checksum = self._count, 0, 0
+        HEADER.pack_into(
+            data, 0,
+            MAGIC, VERSION, kind, flags, run_id, seq, t_sim, t_send_ns, echo_ns,
+            count, unused, checksum,
+        )  # fmt: skip
         _CHECKSUM.pack_into(data, _CHECKSUM_AT, zlib.crc32(data))
         packed = bytes(data)
         return packed if key is None else packed + hmac.digest(key, packed, "sha256")
@@ -228,8 +232,8 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
     signed = flags & SIGNED
     if count > MOST_VALUES or len(data) != (end + MAC_BYTES if signed else end):
         raise FrameError("length")
-    head = zlib.crc32(data[:_CHECKSUM_AT] + _NO_CHECKSUM)
-    if checksum != zlib.crc32(data[HEADER_BYTES:end], head):
+    summed = b"".join((data[:_CHECKSUM_AT], _NO_CHECKSUM, data[HEADER_BYTES:end]))
+    if checksum != zlib.crc32(summed):
         raise FrameError("checksum")
     if key is not None and not signed:
         raise FrameError("unsigned")

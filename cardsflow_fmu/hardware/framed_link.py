@@ -63,6 +63,7 @@ class FramedLink(ABC):
         self.counters: Counter[str] = Counter()
         self._pre_shared = Keys(key)
         self._keys = self._pre_shared
+        self._key: bytes | None = None
         self._writer = FrameWriter(0)
         self._seq = self._newest_seq = 0
         self._newest_at = -math.inf
@@ -161,6 +162,7 @@ class FramedLink(ABC):
         self.agreed, self.run_id = agreed, answer.run_id
         self.start_state = values[ACK_VALUES:] * hello.scale
         self._keys = self._pre_shared.of_run(answer.run_id, nonce)
+        self._key = self._keys.of(_SETPOINT)
         self._writer = FrameWriter(hello.commands)
         self._seq = self._newest_seq = 0
         self._newest_at = -math.inf
@@ -197,9 +199,8 @@ class FramedLink(ABC):
         writer = self._writer
         writer.values[:] = command if agreed.scale == 1.0 else command / agreed.scale
         flags = _LOCKSTEP if agreed.lockstep else 0
-        key = self._keys.of(_SETPOINT)
         now = self.clock.monotonic_ns()
-        return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, key)
+        return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, self._key)
 
     def _is_news(self, frame: Frame, agreed: Hello) -> bool:
         """Whether a frame is a state newer than all before, of a set point that was sent."""

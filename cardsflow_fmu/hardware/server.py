@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import errno
 import math
-import select
 import socket
 import time
 from collections.abc import Callable, Hashable
+from functools import partial
 from types import TracebackType
 from typing import Any, Protocol, Self
 
@@ -18,6 +18,7 @@ from .device import Device
 from .errors import HardwareError
 from .frame import MOST_BYTES
 from .udp import resolved, udp_address
+from .waiting import Waiter
 
 _LONGEST_WAIT = 0.05
 """So often it looks at least whether to stop, in [s]."""
@@ -77,7 +78,7 @@ class DeviceServer:
         shown = f"[{host}]" if ":" in host else host
         self.uri = f"udp://{shown}:{self._socket.getsockname()[1]}"
         self.slipped = 0.0
-        self._readers = [self._socket]
+        self._waiter = Waiter(self._socket, partial(self._socket.recvfrom, MOST_BYTES + 1))
 
     def run(self, stop: Callable[[], object] = bool) -> None:
         """Serve until told to stop, then leave the device in its safe state.
@@ -136,25 +137,25 @@ class DeviceServer:
         return event if self._way is None else min(event, self._way.next_due)
 
     def _take_frames(self, until: float) -> None:
-        """Wait for a frame, and take those that have come."""
-        line = self._socket
-        remaining = until - time.monotonic()
-        if remaining > 0 and not select.select(self._readers, (), (), remaining)[0]:
-            return
+        """Answer frames until there is something else to do."""
+        device, state = self.device, self.device.state
         for _ in range(_MOST_FRAMES):
             try:
-                data, peer = line.recvfrom(MOST_BYTES + 1)
-            except BlockingIOError:
-                return
+                came = self._waiter.receive(until)
             except OSError:  # a link that was answered is no longer there
                 continue
+            if came is None:
+                return
+            data, peer = came
             now = time.monotonic()
             if self._way is None:
-                for answer in self.device.receive(data, peer, now):
+                for answer in device.receive(data, peer, now):
                     self._send(answer, peer)
             else:
                 self._way.send(data, peer, now)
                 self._send_all(self._way.due(now))
+            if self._way is not None or device.state is not state:
+                return  # what is due next, and when, is not what it was
 
     def _send_all(self, frames: list[tuple[bytes, Hashable]]) -> None:
         for data, peer in frames:

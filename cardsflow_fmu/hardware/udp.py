@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ipaddress
-import select
 import socket
 import time
+from functools import partial
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -14,6 +14,7 @@ from addin_sdfusion.robot import InputError
 from .errors import HardwareError
 from .frame import MOST_BYTES
 from .framed_link import FramedLink
+from .waiting import Waiter
 
 _FORM = "an address by UDP is udp://HOST:PORT, such as udp://127.0.0.1:5005"
 _MOST_SELECTED = 1024
@@ -43,6 +44,7 @@ class UdpLink(FramedLink):
             raise InputError(f"no port 0 to speak to in {uri!r}: {_FORM}")
         self._bind = bind
         self._socket: socket.socket | None = None
+        self._waiter: Waiter[bytes] | None = None
 
     def _connect(self) -> None:
         family, there = resolved(self._host, self._port, self.uri)
@@ -61,12 +63,12 @@ class UdpLink(FramedLink):
             line.close()
             raise
         self._socket = line
-        self._readers = [line]
+        self._waiter = Waiter(line, partial(line.recv, MOST_BYTES + 1))
 
     def _disconnect(self) -> None:
         if self._socket is not None:
             self._socket.close()
-            self._socket = None
+            self._socket = self._waiter = None
 
     def _send(self, data: bytes) -> None:
         if self._socket is None:
@@ -78,22 +80,15 @@ class UdpLink(FramedLink):
             self.counters["not sent"] += 1
 
     def _receive(self, deadline: float) -> bytes | None:
-        line = self._socket
-        if line is None:
-            return None
-        while True:
-            remaining = deadline - time.monotonic()
+        waiter = self._waiter
+        while waiter is not None:
             try:
-                if remaining > 0 and not select.select(self._readers, (), (), remaining)[0]:
-                    return None
-                return line.recv(MOST_BYTES + 1)
-            except BlockingIOError:
-                if remaining <= 0:
-                    return None
+                return waiter.receive(deadline)
             except OSError:  # the answer of a machine on which nobody listens to the last frame
                 self.counters["refused"] += 1
-                if remaining <= 0:
-                    return None
+                if time.monotonic() >= deadline:
+                    break
+        return None
 
 
 def udp_address(uri: str) -> tuple[str, int]:

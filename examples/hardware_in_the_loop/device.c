@@ -85,7 +85,7 @@ static double agreed_step, agreed_watchdog, device_time;
 static int lockstep;
 static struct packed answer, other; /* the newest STATE; what else is said */
 static volatile sig_atomic_t ended;
-static const uint64_t SECOND = 1000000000; /* in [ns] */
+static const uint64_t SECOND = 1000000000, AWAKE = 50000; /* in [ns] */
 
 static uint64_t clock_ns(void)
 {
@@ -253,7 +253,9 @@ static void serve(int line)
         FD_ZERO(&readable);
         FD_SET(line, &readable);
         const struct timespec wait = {0, (long)(reached + step - now)};
-        if (pselect(line + 1, &readable, NULL, NULL, &wait, NULL) <= 0)
+        /* In lock step the next set point comes soon; to sleep and be woken would take longer. */
+        const int awake = lockstep && state == RUNNING && now - heard < AWAKE;
+        if (!awake && pselect(line + 1, &readable, NULL, NULL, &wait, NULL) <= 0)
             continue;
         static uint8_t data[sizeof answer.bytes + 1];
         struct sockaddr_in from;
@@ -282,7 +284,8 @@ int main(int count, char **arguments)
             return fprintf(stderr, "device: no key of 16 to 256 bytes in %s\n", arguments[4]), 2;
         key_size = (size_t)got;
     }
-    if (bind(line, (struct sockaddr *)&here, sizeof here) < 0 ||
+    if (fcntl(line, F_SETFL, O_NONBLOCK) < 0 ||
+        bind(line, (struct sockaddr *)&here, sizeof here) < 0 ||
         getsockname(line, (struct sockaddr *)&here, &size) < 0)
         return perror("device: cannot listen there"), 2;
     signal(SIGINT, end), signal(SIGTERM, end);
