@@ -15,7 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart import compile_blob
+from sim_dart.blob import standing_energy
+from sim_dart.engine import core_lacks
 from sim_dart.path_fields import ordered_wraps, pulley_muscles
+from sim_dart.pushed_points import pushed_points
 from sim_dart.tasks import point_rows, task_rows
 
 from .experiment import ControllerSettings, Experiment, TaskSettings
@@ -30,6 +33,7 @@ NATIVE_MODELS = ("plant", "controller", "reference")
 _MAGIC = b"CARDSNAT"
 _VERSION = 1
 _HEADER_SIZE = 32
+_RULES = ("euler", "rk4")
 _LAWS = ("joint_space", "operational_space")
 
 FloatArray = NDArray[np.float64]
@@ -57,8 +61,15 @@ def native_model(experiment: Experiment, model: str) -> NativeModel:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
-    straight = model == "plant" and not _bent_or_modelled(experiment.plant_robot)
-    return NativeModel(_native_file(experiment, model), straight)
+    has_derivatives = model == "plant" and _is_differentiable(experiment)
+    return NativeModel(_native_file(experiment, model), has_derivatives)
+
+
+def _is_differentiable(experiment: Experiment) -> bool:
+    """Whether a plant in C has derivatives: of Euler's steps, by what every robot has."""
+    plant = experiment.plant
+    is_plain = plant.integrator == "euler" and not (plant.energy or plant.wrenches)
+    return is_plain and not _bent_or_modelled(experiment.plant_robot)
 
 
 def _bent_or_modelled(robot: Robot) -> bool:
@@ -73,7 +84,9 @@ def _native_file(experiment: Experiment, model: str) -> bytes:
     if model == "plant":
         _require_native_plant(experiment)
         robot = experiment.plant_robot
-        own = _plant_settings(robot, experiment.plant.substeps)
+        plant = experiment.plant
+        rule = plant.integrator, plant.energy, plant.wrenches
+        own = _plant_settings(robot, plant.substeps, *rule)
     else:
         robot, controller = experiment.robot, experiment.controller
         _require_native_law(experiment)
@@ -83,21 +96,12 @@ def _native_file(experiment: Experiment, model: str) -> bytes:
 
 def _require_native_plant(experiment: Experiment) -> None:
     """Refuse what plants in C lack."""
-    plant, robot = experiment.plant, experiment.plant_robot
-    rough = [c.name for c in robot.coordinates if c.friction]
-    lacking = {
-        f"friction in joints ({', '.join(rough)})": bool(rough),
-        "worlds with contacts": experiment.scene is not None,
-        f"the integrator {plant.integrator!r}": plant.integrator != "euler",
-        "books of energy (plant.energy)": plant.energy,
-        "wrenches on links": bool(plant.wrenches),
-    }
-    for what, is_there in lacking.items():
-        if is_there:
-            raise InputError(
-                f"a native plant does not have {what}; build it without --native",
-                file=experiment.file,
-            )
+    lacking = core_lacks(experiment.plant_robot, experiment.scene)
+    if lacking is not None:
+        raise InputError(
+            f"a native plant does not have {lacking}; build it without --native",
+            file=experiment.file,
+        )
 
 
 def _require_native_law(experiment: Experiment) -> None:
@@ -133,10 +137,19 @@ def _robot_settings(robot: Robot) -> list[ArrayLike]:
     return [*_indices(points), *_indices(task_rows(robot))]
 
 
-def _plant_settings(robot: Robot, substeps: int) -> list[ArrayLike]:
+def _plant_settings(
+    robot: Robot,
+    substeps: int,
+    integrator: str = "euler",
+    energy: bool = False,
+    wrenches: Sequence[str] = (),
+) -> list[ArrayLike]:
     commanded = [*ideal_muscles(robot), *driven_muscles(robot)]
     indices = (commanded, modelled_muscles(robot), state_order(robot))
-    return [substeps, *(number for some in indices for number in _indices(some))]
+    muscles = [number for some in indices for number in _indices(some)]
+    frames, points = pushed_points(robot, wrenches)
+    options = _RULES.index(integrator), energy, standing_energy(robot)
+    return [substeps, *muscles, options, len(frames), frames, points]
 
 
 def _muscle_settings(experiment: Experiment) -> list[ArrayLike]:

@@ -41,6 +41,16 @@ def carried_masses(
     return carried
 
 
+def standing_energy(robot: Robot) -> float:
+    """Potential energy of the weight of what does not move, in [J]; zero at the world's origin.
+
+    Args:
+        robot: A valid robot.
+    """
+    standing = carried_masses(robot, *moving_frames(robot))[-1]
+    return -float(np.array(robot.gravity) @ (standing.mass * standing.centre))
+
+
 def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
     """Mass properties of what every moving frame carries."""
     *carried, _ = carried_masses(robot, frames, places)

@@ -52,7 +52,7 @@ def library() -> ctypes.PyDLL:
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
     for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
         getattr(core, f"core_{name}").restype = None  # an index would forget it
-    for name in ("accelerate", "trace", "count_turns", "rates", "reach"):
+    for name in ("accelerate", "trace", "count_turns", "rates", "reach", "energies"):
         getattr(core, f"core_{name}").restype = None  # an index would forget it
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
     for name in ("step", "runge_kutta"):
@@ -172,6 +172,7 @@ class Core:
         self.update_mass_matrix = core.core_mass_matrix
         self.update_coriolis = core.core_coriolis
         self.update_gravity = core.core_gravity
+        self.update_energies = core.core_energies
         self.accelerate = core.core_accelerate
         self.step = core.core_step
         self.runge_kutta = core.core_runge_kutta

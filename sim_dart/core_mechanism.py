@@ -7,13 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from addin_sdfusion.robot import Robot, UnknownNameError
+from addin_sdfusion.robot import Robot
 
-from .frame_bodies import FrameBodies
-from .frames import FloatArray, moving_frames
+from .blob import standing_energy
+from .frames import FloatArray
 from .ledger import Ledger
 from .mass_check import require_inertia
 from .mechanism import Held, Mechanism, Momentum
+from .pushed_points import pushed_points
+from .tasks import point_rows
 
 
 class CoreMechanism(Mechanism):
@@ -32,7 +34,9 @@ class CoreMechanism(Mechanism):
         super().__init__(robot)
         n = len(robot.coordinates)
         self._wrenched = len(wrenched)
-        self._bodies = FrameBodies(robot, self.core)
+        self._standing = standing_energy(robot)
+        self._energies = self.core.array("energies", 3)
+        self._momenta = self.core.array("momenta", 2, 3)
         self._M = self.core.array("mass_matrix", n, n)
         self._own_q, self._own_qd = self.core.array("q", n), self.core.array("qd", n)
         self._pushes = _Pushes(robot, wrenched, self)
@@ -76,36 +80,35 @@ class CoreMechanism(Mechanism):
     @property
     def kinetic_energy(self) -> float:
         """1/2 qd'M qd, in [J]."""
-        self.core.update_mass_matrix(self._handle)
-        return 0.5 * float(self.qd @ self._M @ self.qd)
+        self._update()
+        return float(self._energies[0])
 
     @property
-    def weight_energy(self) -> float:
-        """Potential energy of the weight, zero at the world's origin, in [J]."""
-        return -float(np.array(self.robot.gravity) @ self._bodies.first_moment())
+    def potential_energy(self) -> float:
+        """Of the weight, zero at the world's origin, and of the joints' springs, in [J]."""
+        self._update()
+        _, weight, springs = self._energies.tolist()
+        return float(weight + self._standing + springs)
 
     @property
     def momentum(self) -> Momentum:
         """Linear and angular momentum in the world."""
-        return self._bodies.momentum(self.qd)
+        self._update()
+        linear, angular = self._momenta.copy()
+        return Momentum(linear, angular)
+
+    def _update(self) -> None:
+        """Energies and momenta of now."""
+        self.core.update_energies(self._handle, self.qd.tobytes())
 
 
 class _Pushes:
     """Loads on task points and wrenches on links, as the core's step takes them."""
 
     def __init__(self, robot: Robot, wrenched: Sequence[str], mechanism: Mechanism) -> None:
-        _, places = moving_frames(robot)
-        points = [frame for frame in robot.task_frames if not frame.is_orientation]
-        known = [link.name for link in robot.links]
-        for link in wrenched:
-            if link not in known:
-                raise UnknownNameError("link", link, known)
-        where = [(places[p.link], p.position) for p in points]
-        where += [(places[link], (0.0, 0.0, 0.0)) for link in wrenched]
-        frames = np.array([place.frame for place, _ in where], dtype=np.int32)
-        locals_ = np.array([place.point(position) for place, position in where]).reshape(-1, 3)
-        self._all = mechanism.core.push(frames, locals_)
-        self._loads, self._wrenches = self._all[: len(points), :3], self._all[len(points) :]
+        points = len(point_rows(robot)) // 3
+        self._all = mechanism.core.push(*pushed_points(robot, wrenched))
+        self._loads, self._wrenches = self._all[:points, :3], self._all[points:]
         self._is_pushing = False
 
     def set(self, held: Held | None) -> None:

@@ -37,6 +37,8 @@ class DartMechanism(Mechanism):
         self._link_wrenches = LinkWrenches(self.skeleton, wrenched)
         self.muscle_torques = self.core.array("torques", n)
         self.outer_torques = np.zeros(n)
+        self._stiffness = np.array([c.stiffness for c in robot.coordinates])
+        self._rest = np.array([c.rest for c in robot.coordinates])
         self._pull = self.core.pull
         self._point_rows = point_rows(robot)
         self._task_jacobian = self.core.array("task_jacobian", 3 * k, n)
@@ -96,10 +98,12 @@ class DartMechanism(Mechanism):
         return float(self.skeleton.dart.computeKineticEnergy())
 
     @property
-    def weight_energy(self) -> float:
-        """Potential energy of the weight, zero at the world's origin, in [J]."""
+    def potential_energy(self) -> float:
+        """Of the weight, zero at the world's origin, and of the joints' springs, in [J]."""
         dart = self.skeleton.dart
-        return float(-dart.getMass() * (np.array(self.robot.gravity) @ dart.getCOM()))
+        weight = -dart.getMass() * (np.array(self.robot.gravity) @ dart.getCOM())
+        bent = self.q - self._rest
+        return float(weight + 0.5 * self._stiffness @ bent**2)
 
     @property
     def momentum(self) -> Momentum:

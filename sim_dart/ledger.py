@@ -50,8 +50,6 @@ class Ledger:
     def __init__(self, robot: Robot) -> None:
         self.work = np.zeros(3)
         self._damping = np.array([c.damping for c in robot.coordinates])
-        self._stiffness = np.array([c.stiffness for c in robot.coordinates])
-        self._rest = np.array([c.rest for c in robot.coordinates])
 
     def book(self, h: float, mechanism: DartMechanism, is_held: bool, later: FloatArray) -> None:
         """Book a semi-implicit step: forces as at its beginning, at the mean of its velocities.
@@ -75,8 +73,4 @@ class Ledger:
 
     def energy(self, mechanism: Mechanism) -> Energy:
         """The energies at the present state."""
-        bent = mechanism.q - self._rest
-        springs = 0.5 * float(self._stiffness @ bent**2)
-        muscles, outer, damping = self.work.tolist()
-        potential = mechanism.weight_energy + springs
-        return Energy(mechanism.kinetic_energy, potential, muscles, outer, damping)
+        return Energy(mechanism.kinetic_energy, mechanism.potential_energy, *self.work.tolist())

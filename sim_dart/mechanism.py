@@ -106,8 +106,8 @@ class Mechanism(ABC):
 
     @property
     @abstractmethod
-    def weight_energy(self) -> float:
-        """Potential energy of the weight, zero at the world's origin, in [J]."""
+    def potential_energy(self) -> float:
+        """Of the weight, zero at the world's origin, and of the joints' springs, in [J]."""
 
     @property
     @abstractmethod

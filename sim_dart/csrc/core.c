@@ -89,6 +89,8 @@ real *core_array(core *c, const char *name, size_t *length)
         {"qd", c->qd, dofs},
         {"outer", c->outer, dofs},
         {"work", c->work, 3},
+        {"energies", c->energies, 3},
+        {"momenta", c->momenta, 6},
         {"frame_rotation", c->rotation, 9 * dofs},
         {"frame_origin", c->origin, 3 * dofs},
         {"frame_axis", c->axis, 3 * dofs},

@@ -47,6 +47,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      qdd            accelerations, dofs
      outer          generalised forces from outside at the last evaluation of a step, dofs
      work           done by the last call that steps, in [J]: of muscles, from outside, of damping; 3
+     energies       of what moves, in [J]: kinetic, of its weight, zero at the world's origin, of the
+                    joints' springs; 3
+     momenta        of what moves: linear in [N s], angular about the world's origin in [N m s]; 6
    Of the frames that move, one a degree of freedom, in the world:
      frame_rotation row by row, dofs x 9
      frame_origin   on the axis, dofs x 3
@@ -107,6 +110,9 @@ CORE_API void core_coriolis(core *c, const real *qd);
 CORE_API void core_gravity(core *c);
 /* C + G in the place of `coriolis`. */
 CORE_API void core_bias(core *c, const real *qd);
+
+/* energies and momenta at the last q. */
+CORE_API void core_energies(core *c, const real *qd);
 
 /* qdd of (M + diag(armature)) qdd + C + G = tau at the last q; here G is the weight's alone. */
 CORE_API void core_accelerate(core *c, const real *qd, const real *tau, const real *armature);

@@ -37,6 +37,8 @@
     ARRAY(load, dofs)         /* generalised forces of a step */                                       \
     ARRAY(outer, dofs)        /* those from outside */                                                 \
     ARRAY(work, 3)            /* of muscles, of what acts from outside, of damping */                  \
+    ARRAY(energies, 3)        /* kinetic, of the weight, of springs */                                 \
+    ARRAY(momenta, 6)         /* linear, angular */                                                    \
     ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the step's beginning */               \
     ARRAY(slopes, 2 * dofs + law_states) /* sum of their rates over the stages */                      \
     ARRAY(armature, dofs)                                                                              \

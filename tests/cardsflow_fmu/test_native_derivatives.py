@@ -320,11 +320,12 @@ def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
 def test_an_output_without_derivative_is_refused(tmp_path: Path) -> None:
     """A file that calls a tension an output of ideal cables: nothing is read beyond its tasks."""
     robot = random_robot(1)
-    n, m = len(robot.coordinates), len(robot.muscles)
+    n = len(robot.coordinates)
     ports = plant_ports(robot, [0.0] * n, [0.0] * n, STEP)
     place = next(k for k, port in enumerate(ports) if port.name.startswith("q_start"))
     ports.insert(place, Port("t.cable", "N", "output", "continuous", "Its tension"))
-    settings = [1, m, range(m), 1, 0, 0]
+    settings = _plant_settings(robot, 1)
+    settings[3:5] = 1, 0  # the modelled muscles: one, the first
     own = np.concatenate([np.ravel(s) for s in [*_robot_settings(robot), *settings]])
     file = write_fmu(
         tmp_path / "plant.fmu",

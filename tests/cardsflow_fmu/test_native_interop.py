@@ -36,8 +36,7 @@ class System(NamedTuple):
 
 
 def experiment_of(example: str) -> Experiment:
-    more = {"plant.energy": False} if example == "hill_arm" else {}
-    return Experiment.load(EXAMPLES / example, SETTINGS | more)
+    return Experiment.load(EXAMPLES / example, SETTINGS)
 
 
 @pytest.fixture(scope="module")

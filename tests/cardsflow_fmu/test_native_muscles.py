@@ -43,8 +43,8 @@ OTHERS = cables(
 MOTORS = cables(MOTOR, MOTOR, "ideal", "ideal")
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
-    "pneumatic": ("pneumatic_elbow", {"plant.energy": False}),
-    "hill": ("hill_arm", {"plant.energy": False}),
+    "pneumatic": ("pneumatic_elbow", {}),
+    "hill": ("hill_arm", {}),
     "mixed": ("planar_2r", MIXED),
     "others": ("planar_2r", OTHERS),
     "motors": ("planar_2r", MOTORS),
@@ -119,19 +119,8 @@ def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
     assert "u.cable_3" in host.last
 
 
-@pytest.mark.parametrize(
-    ("example", "settings", "what"),
-    [
-        ("planar_2r", {"plant.integrator": "rk4"}, "the integrator 'rk4'"),
-        ("planar_2r", {"plant.energy": True}, "books of energy"),
-        ("planar_2r", {"plant.wrenches": ["link_1"]}, "wrenches on links"),
-        ("pick_up", {}, "worlds with contacts"),
-    ],
-)
-def test_what_plants_lack_is_refused_by_name(
-    example: str, settings: dict[str, Any], what: str, tmp_path: Path
-) -> None:
-    experiment = Experiment.load(EXAMPLES / example, settings)
+def test_what_plants_lack_is_refused_by_name(tmp_path: Path) -> None:
+    experiment, what = Experiment.load(EXAMPLES / "pick_up"), "worlds with contacts"
     with pytest.raises(InputError, match=f"{what}.*without --native"):
         build(experiment, tmp_path / "out", native=True)
     assert not (tmp_path / "out").exists()

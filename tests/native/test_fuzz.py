@@ -30,6 +30,10 @@ SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
 STRICT = ("-fno-sanitize-recover=all",)
 MUSCULAR = ("pneumatic_elbow", "hill_arm")
 CONTROLLER_AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
+PLANT_OPTIONS: dict[str, dict[str, object]] = {
+    "planar_2r": {"plant.integrator": "rk4", "plant.wrenches": ["link_1", "link_2"]},
+    "roboy_left_arm": {"plant.energy": True},
+}
 
 
 def count_refused(program: list[str], *arguments: Path) -> int:
@@ -56,7 +60,7 @@ def test_damaged_blobs(tmp_path: Path) -> None:
 def test_damaged_native_models(tmp_path: Path) -> None:
     folders = []
     for example in ("planar_2r", "roboy_left_arm", *MUSCULAR):
-        settings = CONTROLLER_AROUND | {"plant.energy": False}
+        settings = CONTROLLER_AROUND | PLANT_OPTIONS.get(example, {})
         experiment = Experiment.load(EXAMPLES / example, settings)
         for name, file in build(experiment, tmp_path / example, native=True).items():
             folder = tmp_path / f"{example}_{name}"

@@ -89,6 +89,7 @@ static int go_along(struct model *model, struct change *change)
         .qd_change = change->qd,
         .memory = change->memory,
     };
+    memset(plant->pushes, 0, 6 * robot->p * sizeof(double)); /* the direction has the loads */
     const double h = plant->step[0] / plant->substeps;
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);

@@ -1,16 +1,10 @@
-/* The plant as a native model: commands and loads in; positions, velocities, lengths, tasks, tensions and
- * states of muscles out.
- *
- * Values: commands (c), loads (3 p); q (n), qd (n), l (m), y (k), tensions (t), states (s); start q (n),
- * start qd (n), step, worker_timeout.
- *
- * Settings, after those of the robot: steps of the integrator in one of the plant; the muscles that take
- * commands, whose tensions are outputs, and which of all muscles' states each output is: of each a number,
- * then the indices. */
+/* The plant as a native model: commands, loads and wrenches in; positions, velocities, lengths, tasks,
+ * tensions, states of muscles and books of energy out. */
 #include "native_plant.h"
 
 #include "../../../sim_dart/csrc/tangent.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -33,7 +27,33 @@ static int refuse_command(struct model *model, size_t muscle)
     return 1;
 }
 
-/* The outputs at the core's state, with the commands as they stand. */
+/* Tensions and states of muscles, with the commands as they stand. */
+static int write_muscles(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    const int bad = core_drive(robot->core, robot->qd, told(plant));
+    if (bad)
+        return refuse_command(model, (size_t)bad - 1);
+    for (size_t i = 0; i < plant->t; i++)
+        plant->tensions[i] = robot->tensions[(size_t)plant->modelled[i]];
+    for (size_t i = 0; i < plant->s; i++)
+        plant->states[i] = robot->states[(size_t)plant->order[i]];
+    return 0;
+}
+
+static void write_books(const struct plant *plant, const struct native_robot *robot)
+{
+    double *at = plant->energies;
+    core_energies(robot->core, robot->qd);
+    *at++ = robot->energies[0];
+    *at++ = robot->energies[1] + plant->standing + robot->energies[2];
+    memcpy(at, plant->work, sizeof plant->work);
+    memcpy(at + 3, robot->momenta, 6 * sizeof(double));
+}
+
+/* The outputs at the core's state. */
 static int write_outputs(struct model *model)
 {
     const struct native_model *native = model->backend;
@@ -43,16 +63,9 @@ static int write_outputs(struct model *model)
     memcpy(plant->qd, robot->qd, robot->n * sizeof(double));
     memcpy(plant->lengths, robot->lengths, robot->m * sizeof(double));
     native_robot_tasks(robot, plant->tasks);
-    if (!plant->t)
-        return 0;
-    const int bad = core_drive(robot->core, robot->qd, told(plant));
-    if (bad)
-        return refuse_command(model, (size_t)bad - 1);
-    for (size_t i = 0; i < plant->t; i++)
-        plant->tensions[i] = robot->tensions[(size_t)plant->modelled[i]];
-    for (size_t i = 0; i < plant->s; i++)
-        plant->states[i] = robot->states[(size_t)plant->order[i]];
-    return 0;
+    if (plant->books)
+        write_books(plant, robot);
+    return plant->t ? write_muscles(model) : 0;
 }
 
 static const char *port_name(const struct native_model *native, const double *value)
@@ -99,6 +112,7 @@ static int initialize(struct model *model)
         return 1;
     }
     plant->ticks = 0;
+    memset(plant->work, 0, sizeof plant->work);
     memcpy(robot->q, plant->q_start, robot->n * sizeof(double));
     memcpy(robot->qd, plant->qd_start, robot->n * sizeof(double));
     if (core_move_checked(robot->core, robot->q, robot->qd) == 0 && start_muscles(model))
@@ -125,27 +139,33 @@ static int refuse_step(struct model *model, int bad)
     return 1;
 }
 
-static int has_loads(const struct native_model *native)
+/* Loads and wrenches to where the core's step looks for them. Nonzero where one is not finite. */
+static int push(struct model *model)
 {
+    const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
-    for (size_t i = 0; i < 3 * native->robot.p; i++)
-        if (plant->loads[i] != 0)
+    const size_t p = native->robot.p, count = 3 * p + 6 * plant->k;
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(plant->loads[i])) {
+            text_set(&model->error, "%s, %.17g, is not finite", port_name(native, plant->loads + i),
+                     plant->loads[i]);
             return 1;
+        }
+    for (size_t i = 0; i < p; i++)
+        memcpy(plant->pushes + 6 * i, plant->loads + 3 * i, 3 * sizeof(double)); /* and no moment */
+    memcpy(plant->pushes + 6 * p, plant->wrenches, 6 * plant->k * sizeof(double));
     return 0;
 }
 
-/* One step of the plant. */
-static int advance(struct native_robot *robot, const struct plant *plant, int is_loaded)
+/* One step of the plant, as of `told` and `pushes`. 0, or what core_step answers. */
+static int advance(const struct native_robot *robot, struct plant *plant)
 {
-    for (double i = 0; i < plant->substeps; i++) {
-        if (is_loaded)
-            native_robot_load(robot, plant->loads, 1);
-        const int bad = core_step(robot->core, plant->told, is_loaded ? robot->load : NULL,
-                                  plant->step[0] / plant->substeps, 1);
-        if (bad)
-            return bad;
-    }
-    return 0;
+    const int bad = plant->rule(robot->core, plant->told, NULL, plant->step[0] / plant->substeps,
+                                (int32_t)plant->substeps);
+    plant->ticks++;
+    for (size_t i = 0; !bad && i < 3; i++)
+        plant->work[i] += robot->work[i];
+    return bad;
 }
 
 static int step(struct model *model)
@@ -154,13 +174,11 @@ static int step(struct model *model)
     struct plant *plant = native->own;
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
-    const int is_loaded = has_loads(native);
-    if (!steps)
+    if (!steps || push(model))
         return 1;
     told(plant);
     for (size_t i = 0; i < steps; i++) {
-        const int bad = advance(&native->robot, plant, is_loaded);
-        plant->ticks++;
+        const int bad = advance(&native->robot, plant);
         if (bad)
             return refuse_step(model, bad);
     }
@@ -171,26 +189,26 @@ static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    const double *const parts[] = {&((const struct plant *)native->own)->ticks, robot->q, robot->qd,
-                                   robot->states};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s};
-    return native_save(parts, sizes, 4, bytes, size, &model->error);
+    const struct plant *plant = native->own;
+    const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->books ? 3 : 0};
+    return native_save(parts, sizes, 5, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    double *const parts[] = {&((struct plant *)native->own)->ticks, robot->q, robot->qd, robot->states};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s};
-    return native_restore(parts, sizes, 4, bytes, size, &model->error) || go(model);
+    struct plant *plant = native->own;
+    double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->books ? 3 : 0};
+    return native_restore(parts, sizes, 5, bytes, size, &model->error) || go(model);
 }
 
 static void close_plant(struct model *model)
 {
     struct native_model *native = model->backend;
-    free(((struct plant *)native->own)->told);
-    free(native->own);
+    native_plant_free(native->own);
     native_close(native);
 }
 
@@ -213,57 +231,22 @@ static const struct model_functions WITH_DERIVATIVES = {
     .close = close_plant,
 };
 
-/* Nonzero where the settings do not fit the robot. */
-static int take_settings(struct plant *plant, const struct native_robot *robot, struct native_file *file)
+static int has_derivatives(const struct plant *plant, const struct native_robot *robot)
 {
-    const double *substeps = native_file_take(file, 1);
-    if (!substeps || !(substeps[0] >= 1 && substeps[0] <= 1e6) || substeps[0] != (double)(size_t)substeps[0])
-        return 1;
-    plant->substeps = substeps[0];
-    return native_file_take_indices(file, robot->m, &plant->c, &plant->commanded) ||
-           native_file_take_indices(file, robot->m, &plant->t, &plant->modelled) ||
-           native_file_take_indices(file, robot->s, &plant->s, &plant->order) || file->settings_count;
-}
-
-static void place_values(struct plant *plant, const struct native_model *native)
-{
-    const struct native_robot *robot = &native->robot;
-    plant->commands = native->values;
-    plant->loads = plant->commands + plant->c;
-    plant->q = plant->loads + 3 * robot->p;
-    plant->qd = plant->q + robot->n;
-    plant->lengths = plant->qd + robot->n;
-    plant->tasks = plant->lengths + robot->m;
-    plant->tensions = plant->tasks + robot->k;
-    plant->states = plant->tensions + plant->t;
-    plant->q_start = plant->states + plant->s;
-    plant->qd_start = plant->q_start + robot->n;
-    plant->step = plant->qd_start + robot->n;
+    return plant->rule == core_step && !plant->k && !plant->books && core_tangent_size(robot->core);
 }
 
 int native_plant_open(struct model *model, struct native_model *native, struct text *error)
 {
-    const struct native_robot *robot = &native->robot;
     struct plant *plant = calloc(1, sizeof *plant);
-    double *told = calloc(robot->m + 1, sizeof *told);
-    int failed = !plant || !told;
-    if (failed)
+    if (!plant)
         text_set(error, "there is no memory for the model");
-    else if ((failed = take_settings(plant, robot, &native->file)))
-        text_set(error, "native.bin does not fit its plant");
-    else
-        failed = !native_has_values(native,
-                                    plant->c + 3 * robot->p + 4 * robot->n + robot->m + robot->k +
-                                        plant->t + plant->s + 2,
-                                    error);
-    if (failed) {
-        free(plant);
-        free(told);
+    if (!plant || native_plant_settings(plant, native, error) ||
+        native_plant_place(plant, native, error)) {
+        native_plant_free(plant);
         return 1;
     }
     native->own = plant;
-    plant->told = told;
-    place_values(plant, native);
-    model->functions = core_tangent_size(robot->core) ? &WITH_DERIVATIVES : &FUNCTIONS;
+    model->functions = has_derivatives(plant, &native->robot) ? &WITH_DERIVATIVES : &FUNCTIONS;
     return 0;
 }

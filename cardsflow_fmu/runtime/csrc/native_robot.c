@@ -42,6 +42,9 @@ int native_robot_open(struct native_robot *robot, struct native_file *file, stru
     robot->bias = array(c, "coriolis", &length);
     robot->tensions = array(c, "tensions", &length);
     robot->states = array(c, "law_states", &robot->s);
+    robot->work = array(c, "work", &length);
+    robot->energies = array(c, "energies", &length);
+    robot->momenta = array(c, "momenta", &length);
     robot->lower = core_coordinates(c, "lower");
     robot->upper = core_coordinates(c, "upper");
     robot->damping = core_coordinates(c, "damping");

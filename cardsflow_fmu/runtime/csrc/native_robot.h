@@ -19,6 +19,7 @@ struct native_robot {
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
     double *mass_matrix, *bias;
     double *tensions, *states; /* m, s: of muscles with tension laws */
+    double *work, *energies, *momenta;
     const double *lower, *upper, *damping;
     double *load; /* generalised, n: room for the models */
 };

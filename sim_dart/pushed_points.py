@@ -1,0 +1,38 @@
+"""The points of a robot that are pushed from outside: loads on task points, wrenches on links."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Robot, UnknownNameError
+
+from .frames import FloatArray, moving_frames
+
+
+def pushed_points(robot: Robot, wrenched: Sequence[str]) -> tuple[NDArray[np.int32], FloatArray]:
+    """Where loads and wrenches act: first the task frames that are points, then links' origins.
+
+    Args:
+        robot: A valid robot.
+        wrenched: Names of the links that take wrenches.
+
+    Returns:
+        The moving frame of each point, shape (k,), -1 for the world; and the points in their
+        frames, shape (k, 3), in [m].
+
+    Raises:
+        UnknownNameError: There is no such link.
+    """
+    _, places = moving_frames(robot)
+    known = [link.name for link in robot.links]
+    for link in wrenched:
+        if link not in known:
+            raise UnknownNameError("link", link, known)
+    points = [frame for frame in robot.task_frames if not frame.is_orientation]
+    where = [(places[point.link], point.position) for point in points]
+    where += [(places[link], (0.0, 0.0, 0.0)) for link in wrenched]
+    frames = np.array([place.frame for place, _ in where], dtype=np.int32)
+    return frames, np.array([place.point(position) for place, position in where]).reshape(-1, 3)

@@ -1,0 +1,230 @@
+"""Native plants with the fourth-order rule, books of energy and wrenches on links."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, get_args
+
+import fmpy
+import numpy as np
+import pytest
+from co_simulation import co_simulate
+from fmpy import fmi2
+from fmu_host import load, refused
+from native_states import check_states_repeat
+from robots import EXAMPLES
+
+from addin_sdfusion.robot import SimulationError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.model_description import FmiVersion
+from cardsflow_fmu.models.model import FloatArray
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.native_loop import NativeLoop, run_batch
+from cardsflow_fmu.simulation import build, simulate
+
+pytestmark = pytest.mark.native
+
+PUSH = {
+    "plant.wrenches": ["link_1", "link_2"],
+    "wiring.plant": {"w.link_2.fx": 0.7, "w.link_2.tz": -0.1, "w.link_1.ty": 0.2},
+}
+BOTH = {"plant.energy": True, "plant.integrator": "rk4"}
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    "rk4": ("planar_2r", {"plant.integrator": "rk4"}),
+    "books": ("planar_2r", {"plant.energy": True, "plant.substeps": 3}),
+    "wrenches": ("planar_2r", PUSH),
+    "all": ("planar_2r", PUSH | BOTH | {"plant.substeps": 2, "plant.step": 0.0005}),
+    "arm": ("roboy_left_arm", BOTH),
+    "hill": ("hill_arm", {"plant.wrenches": ["forearm"], "plant.substeps": 2}),
+    "pneumatic": ("pneumatic_elbow", {"plant.energy": True}),
+    "hill rk4": ("hill_arm", BOTH | {"plant.wrenches": ["forearm"]}),
+}
+
+
+def experiment_of(case: str, duration: float = 0.1, **more: Any) -> Experiment:
+    example, settings = CASES[case]
+    return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings, **more})
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
+    """Over FMUs with a plant in Python on DART, and over native ones, to rounding."""
+    experiment = experiment_of(case, **{"plant.engine": "dart"})
+    python = co_simulate(experiment, tmp_path / "python", native=False)
+    native = co_simulate(experiment, tmp_path / "native", native=True)
+    assert native.failure is None
+    assert native.names == python.names
+    for k, name in enumerate(python.names):
+        scale = max(np.abs(python.rows[:, k]).max(), 1.0)
+        near = 1e-9 if name.split(".")[0] in ("f", "u", "slack", "tension") else 1e-11
+        np.testing.assert_allclose(
+            native.rows[:, k], python.rows[:, k], rtol=0, atol=near * scale, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("version", get_args(FmiVersion))
+@pytest.mark.parametrize("case", CASES)
+def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) -> None:
+    python, native = (
+        build(experiment_of(case), tmp_path / str(n), native=n, fmi=version)["plant"]
+        for n in (False, True)
+    )
+    ours, theirs = (
+        [
+            (v.name, v.type, v.unit, v.causality, v.variability, v.start, v.description)
+            for v in fmpy.read_model_description(str(file)).modelVariables
+        ]
+        for file in (native, python)
+    )
+    assert ours == theirs
+    names = [variable[0] for variable in ours]
+    plant = experiment_of(case).plant
+    assert any(name.startswith("energy") for name in names) == plant.energy
+    if version == "2.0":
+        assert all(f"w.{link}.tz" in names for link in plant.wrenches)
+
+
+def opened(file: Path, folder: Path) -> tuple[fmi2.FMU2Slave, list[int], list[int]]:
+    """A plant at its start, and the references of its inputs and outputs."""
+    fmpy.extract(str(file), str(folder))
+    description = fmpy.read_model_description(str(folder))
+    slave = fmi2.FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=str(folder),
+        modelIdentifier="plant",
+        instanceName="plant",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    inputs, outputs = (
+        [v.valueReference for v in description.modelVariables if v.causality == kind]
+        for kind in ("input", "output")
+    )
+    return slave, inputs, outputs
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
+    """With commands, loads and wrenches at random: outputs of the FMU, and of the plant's model."""
+    experiment = experiment_of(case, **{"plant.engine": "core"})
+    model = PlantModel(experiment)
+    model.initialize()
+    file = build(experiment, tmp_path, native=True)["plant"]
+    slave, inputs, outputs = opened(file, tmp_path / "unpacked")
+    rng, step = np.random.default_rng(3), experiment.run.step
+    starts: FloatArray = model.inputs.copy()
+    for k in range(300):
+        model.inputs[:] = starts + 0.1 * rng.uniform(0, 1, starts.size)
+        slave.setReal(inputs, model.inputs.tolist())
+        model.step(k * step, step)
+        slave.doStep(k * step, step)
+        np.testing.assert_array_equal(slave.getReal(outputs), model.outputs)
+    slave.terminate()
+    slave.freeInstance()
+
+
+@pytest.mark.parametrize("case", ["rk4", "books", "wrenches", "all"])
+def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
+    file = build(experiment_of(case), tmp_path, native=True)["plant"]
+    slave, inputs, outputs = opened(file, tmp_path / "unpacked")
+    slave.doStep(0.0, 1e-3)
+
+    def ask() -> object:
+        return slave.getDirectionalDerivative(outputs, inputs, [1.0] * len(inputs))
+
+    if fmpy.read_model_description(str(file)).coSimulation.providesDirectionalDerivative:
+        assert np.isfinite(ask()).all()
+    else:
+        refused(ask)
+    slave.terminate()
+    slave.freeInstance()
+
+
+@pytest.mark.parametrize("case", ["rk4", "all", "hill rk4"])
+def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
+    """The work that was done goes along."""
+    file = build(experiment_of(case), tmp_path, native=True)["plant"]
+    check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_loop_in_c_gives_the_same_rows(case: str) -> None:
+    """As Python objects on the core do: plants bit for bit, if they were told the same."""
+    experiment = experiment_of(case)
+    direct, native = simulate(experiment, through="direct"), simulate(experiment, through="native")
+    assert native.names == direct.names
+    for k, name in enumerate(direct.names):
+        scale = max(np.abs(direct.rows[:, k]).max(), 1.0)
+        near = 1e-9 if name.split(".")[0] in ("f", "u", "slack", "tension") else 1e-11
+        np.testing.assert_allclose(
+            native.rows[:, k], direct.rows[:, k], rtol=0, atol=near * scale, err_msg=name
+        )
+
+
+def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
+    experiments = [experiment_of(case) for case in ("all", "hill rk4", "all")]
+    for experiment, recording in zip(experiments, run_batch(experiments, threads=2), strict=True):
+        with NativeLoop(experiment) as loop:
+            np.testing.assert_array_equal(recording.rows, loop.run().rows)
+
+
+def energy_lost(rule: str, step: float, folder: Path) -> float:
+    """What the books of a pulled and pushed arm do not account for after a tenth of a second."""
+    settings = {"plant.wrenches": ["link_2"], "plant.energy": True, "plant.integrator": rule}
+    experiment = Experiment.load(EXAMPLES / "planar_2r", settings | {"plant.step": step})
+    file = build(experiment, folder, native=True)["plant"]
+    slave, inputs, _ = opened(file, folder / "unpacked")
+    names = [v.name for v in fmpy.read_model_description(str(file)).modelVariables]
+    energies, works = (
+        [k for k, name in enumerate(names) if name.startswith(prefix)]
+        for prefix in ("energy.", "work.")
+    )
+    slave.setReal([inputs[0], names.index("w.link_2.fx")], [15.0, 3.0])
+    begin = sum(slave.getReal(energies))
+    for k in range(50):
+        slave.doStep(k * 2e-3, 2e-3)
+    done = slave.getReal(works)
+    assert min(abs(work) for work in done[:2]) > 0.01
+    lost = abs(sum(slave.getReal(energies)) - begin - sum(done))
+    slave.terminate()
+    slave.freeInstance()
+    return float(lost)
+
+
+@pytest.mark.parametrize(("rule", "order", "most"), [("euler", 1, 0.05), ("rk4", 4, 1e-7)])
+def test_energy_is_what_work_has_made_of_it(
+    rule: str, order: int, most: float, tmp_path: Path
+) -> None:
+    """To the order of the rule."""
+    coarse, fine = (energy_lost(rule, h, tmp_path / str(h)) for h in (1e-3, 5e-4))
+    assert fine < most
+    assert coarse / fine > 0.75 * 2**order
+
+
+@pytest.mark.parametrize("name", ["w.tip.fx", "w.link_1.tz"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_push_that_is_no_number_is_refused_by_name(
+    name: str, value: float, tmp_path: Path
+) -> None:
+    folder = tmp_path / "unpacked"
+    fmpy.extract(str(build(experiment_of("all"), tmp_path, native=True)["plant"]), str(folder))
+    host = load(folder)
+    assert host.instantiate(host.slave.guid, (folder / "resources").as_uri())
+    host.slave.setupExperiment(startTime=0.0)
+    host.slave.enterInitializationMode()
+    host.slave.exitInitializationMode()
+    variables = fmpy.read_model_description(str(folder)).modelVariables
+    (reference,) = [v.valueReference for v in variables if v.name == name]
+    refused(lambda: host.slave.setReal([reference], [value]) or host.slave.doStep(0.0, 1e-3))
+    assert name in host.last
+
+
+def test_a_robot_that_diverges_says_when() -> None:
+    push = {"plant.wrenches": ["link_2"], "wiring.plant": {"w.link_2.fx": 1e308}}
+    experiment = experiment_of("rk4", **push)
+    with NativeLoop(experiment) as loop:
+        recording = loop.run()
+    assert isinstance(recording.failure, SimulationError)
+    assert "diverged at t = 0.001 s" in str(recording.failure)
