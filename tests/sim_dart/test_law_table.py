@@ -75,7 +75,7 @@ def _blob(**fields: object) -> bytes:
         "point_frame": [-1, 0],
         "point_position": np.zeros((2, 3)),
     }
-    tree |= {key: [0] for key in ("damping", "stiffness", "rest", "lower", "upper")}
+    tree |= {key: [0] for key in ("damping", "friction", "stiffness", "rest", "lower", "upper")}
     empty: dict[str, object] = {name: [] for name in _fields()}
     return pack_blob(counts, empty | tree | changed)  # type: ignore[arg-type]
 
@@ -87,7 +87,7 @@ def _counts() -> list[str]:
 
 def _fields() -> list[str]:
     lines = library().core_layout().decode().splitlines()
-    return [line.split()[1] for line in lines if line.split()[0] in ("double", "int32_t")]
+    return [line.split()[1] for line in lines if line.split()[0] in ("real", "int32_t")]
 
 
 def test_a_blob_with_a_wrong_law_is_refused() -> None:
