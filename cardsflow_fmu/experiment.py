@@ -57,7 +57,7 @@ class PlantSettings:
         substeps: Steps of the integrator in an internal step, with commands held.
         energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links that take forces and torques from outside.
-        engine: `core`, `dart`, or `auto` for the core where there are no contacts and no friction.
+        engine: `core`, `dart`, or `auto` for the core where there are no contacts.
     """
 
     step: float

@@ -278,9 +278,7 @@ PLANT = table(
         "step": positive("internal step, in s; run.step is a whole multiple of it"),
         "mass_scale": by_name("factor on masses that the controller does not know", 1.0),
         "integrator": choice("rk4: of fourth order, without contacts", INTEGRATORS, "euler"),
-        "engine": choice(
-            "auto: the core where there are no contacts and no friction", get_args(Engine), "auto"
-        ),
+        "engine": choice("auto: the core where there are no contacts", get_args(Engine), "auto"),
         "substeps": whole(
             "steps of the integrator in an internal step", 1, least=1, most=MOST_SUBSTEPS
         ),

@@ -228,9 +228,8 @@ def _plant(table: Table, robot: Robot, run: RunSettings, scene: Scene | None) ->
         raise table.error(
             "integrator", "rk4 knows no contacts, and there is a [world]; use 'euler'"
         )
-    if engine == "core" and (rough or scene is not None):
-        what = f"Coulomb friction, and {', '.join(rough)} has some" if rough else "contacts"
-        raise table.error("engine", f'the core has no {what}; use engine = "dart"')
+    if engine == "core" and scene is not None:
+        raise table.error("engine", 'the core has no contacts; use engine = "dart"')
     table.multiple("step", run.step, step, "plant.step", blame="run.step")
     return PlantSettings(step, scales, integrator, substeps, energy, wrenches, engine)
 

@@ -67,9 +67,10 @@ def native_model(experiment: Experiment, model: str) -> NativeModel:
 
 def _is_differentiable(experiment: Experiment) -> bool:
     """Whether a plant in C has derivatives: of Euler's steps, by what every robot has."""
-    plant = experiment.plant
+    plant, robot = experiment.plant, experiment.plant_robot
     is_plain = plant.integrator == "euler" and not (plant.energy or plant.wrenches)
-    return is_plain and not _bent_or_modelled(experiment.plant_robot)
+    is_smooth = not any(coordinate.friction for coordinate in robot.coordinates)
+    return is_plain and is_smooth and not _bent_or_modelled(robot)
 
 
 def _bent_or_modelled(robot: Robot) -> bool:
@@ -96,7 +97,7 @@ def _native_file(experiment: Experiment, model: str) -> bytes:
 
 def _require_native_plant(experiment: Experiment) -> None:
     """Refuse what plants in C lack."""
-    lacking = core_lacks(experiment.plant_robot, experiment.scene)
+    lacking = core_lacks(experiment.scene)
     if lacking is not None:
         raise InputError(
             f"a native plant does not have {lacking}; build it without --native",

@@ -24,7 +24,7 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
         return {"plant": "native", "controller": "native"}
     from sim_dart.engine import chosen_engine
 
-    plant = chosen_engine(experiment.plant.engine, experiment.plant_robot, experiment.scene)
+    plant = chosen_engine(experiment.plant.engine, experiment.scene)
     controller = "dart" if experiment.controller.engine == "dart" else "core"
     found = {"plant": str(plant), "controller": controller}
     if experiment.hardware.use:

@@ -59,6 +59,7 @@ def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Plac
         "mass_centre": [body.centre for body in carried],
         "inertia": [body.inertia for body in carried],
         "damping": [coordinate.damping for coordinate in robot.coordinates],
+        "friction": [coordinate.friction for coordinate in robot.coordinates],
         "stiffness": [coordinate.stiffness for coordinate in robot.coordinates],
         "rest": [coordinate.rest for coordinate in robot.coordinates],
         "lower": [coordinate.lower for coordinate in robot.coordinates],

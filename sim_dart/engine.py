@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, get_args
 
-from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot import InputError, UnknownNameError
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -15,13 +15,12 @@ Engine = Literal["auto", "core", "dart"]
 ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
-def chosen_engine(wanted: str, robot: Robot, scene: Scene | None) -> Literal["core", "dart"]:
+def chosen_engine(wanted: str, scene: Scene | None) -> Literal["core", "dart"]:
     """The engine that computes a plant.
 
     Args:
         wanted: An engine, or `auto`.
-        robot: The robot.
-        scene: What stands around it; None for nothing.
+        scene: What stands around the robot; None for nothing.
 
     Raises:
         InputError: The core lacks something that is asked of it.
@@ -29,22 +28,16 @@ def chosen_engine(wanted: str, robot: Robot, scene: Scene | None) -> Literal["co
     """
     if wanted not in ENGINES:
         raise UnknownNameError("engine", wanted, ENGINES)
-    lacking = core_lacks(robot, scene)
+    lacking = core_lacks(scene)
     if wanted == "core" and lacking is not None:
         raise InputError(f'the engine "core" has no {lacking}; use engine = "dart"')
     return "dart" if wanted == "dart" or lacking is not None else "core"
 
 
-def core_lacks(robot: Robot, scene: Scene | None) -> str | None:
+def core_lacks(scene: Scene | None) -> str | None:
     """What of this the C core does not have, in words; None if it has everything.
 
     Args:
-        robot: The robot.
-        scene: What stands around it; None for nothing.
+        scene: What stands around the robot; None for nothing.
     """
-    if scene is not None:
-        return "worlds with contacts"
-    rough = [coordinate.name for coordinate in robot.coordinates if coordinate.friction]
-    if rough:
-        return f"Coulomb friction, and joints have some ({', '.join(rough)})"
-    return None
+    return None if scene is None else "worlds with contacts"

@@ -112,9 +112,6 @@ class RungeKutta4:
         step: h, in [s].
         substeps: Steps of the rule in one.
         ledger: Where work is booked; None for nowhere.
-
-    Raises:
-        InputError: A joint has Coulomb friction, which jumps with the sign of the velocity.
     """
 
     def __init__(
@@ -123,7 +120,6 @@ class RungeKutta4:
         self._mechanism, self._ledger = mechanism, ledger
         self._step, self._substeps = step / substeps, substeps
         robot = mechanism.robot
-        _refuse_friction(robot)
         self._skeleton = mechanism.skeleton
         self._damping = np.array([c.damping for c in robot.coordinates])
         self._stiffness = np.array([c.stiffness for c in robot.coordinates])
@@ -223,7 +219,12 @@ def _leave_resistance_to_us(skeleton: dartpy.dynamics.Skeleton) -> None:
         dof.setSpringStiffness(0.0)
 
 
-def _refuse_friction(robot: Robot) -> None:
+def refuse_friction(robot: Robot) -> None:
+    """Refuse robots that no explicit rule can hold at rest.
+
+    Raises:
+        InputError: A joint has Coulomb friction, which jumps with the sign of the velocity.
+    """
     rough = [c.name for c in robot.coordinates if c.friction]
     if rough:
         raise InputError(

@@ -20,7 +20,7 @@ from addin_sdfusion.robot.check import require_valid
 from .core_mechanism import CoreMechanism, CoreSteps
 from .dart_mechanism import DartMechanism
 from .engine import Engine, chosen_engine
-from .integrators import Integrator, RungeKutta4, SemiImplicitEuler
+from .integrators import Integrator, RungeKutta4, SemiImplicitEuler, refuse_friction
 from .ledger import Energy, Ledger
 from .mechanism import DivergedError, Held, Mechanism, Momentum
 from .muscle_paths import finite, vector
@@ -50,9 +50,9 @@ class Plant:
         energy: Whether the work done on the robot is booked, for `energy`.
         scene: What stands around the robot, for contacts; None for nothing.
         wrenched: Names of the links that take wrenches from outside.
-        engine: `core`, the C core, for robots without contacts and Coulomb friction; `dart`; or
-            `auto` for the core where it can. Both give the same motion, but for rounding, and where
-            a stop drives another joint into its own: see `integrators`. The core is faster.
+        engine: `core`, the C core, for robots without contacts; `dart`; or `auto` for the core
+            where it can. Both give the same motion, but for rounding, and where a stop drives
+            another joint into its own: see `integrators`. The core is faster.
 
     Raises:
         RobotError: The robot is not valid.
@@ -90,8 +90,10 @@ class Plant:
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         if scene is not None and integrator != "euler":
             raise InputError(f"{integrator} knows no contacts; use the euler integrator in a world")
+        if integrator == "rk4":
+            refuse_friction(robot)
         self._ledger = Ledger(robot) if energy else None
-        self.engine = chosen_engine(engine, robot, scene)
+        self.engine = chosen_engine(engine, scene)
         self._mechanism: Mechanism
         self._integrator: Integrator
         self.world: World | NoWorld

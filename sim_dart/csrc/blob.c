@@ -125,6 +125,8 @@ static int check_masses(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "frame %d: its inertia is not finite", i);
         if (!(b->damping[i] >= 0) || !all_finite(b->damping + i, 1))
             return refuse(message, capacity, "coordinate %d: its damping is not from 0 on", i);
+        if (!(b->friction[i] >= 0) || !all_finite(b->friction + i, 1))
+            return refuse(message, capacity, "coordinate %d: its friction is not from 0 on", i);
         if (!(b->stiffness[i] >= 0) || !all_finite(b->stiffness + i, 1) || !all_finite(b->rest + i, 1))
             return refuse(message, capacity, "coordinate %d: its spring is not from 0 on, or not finite", i);
         if (!(b->lower[i] <= b->upper[i]))

@@ -45,6 +45,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     STATE_ARRAYS(PLACE)
 #undef PLACE
     for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
+    for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
     tree_prepare(c);
     paths_prepare(c);
     laws_prepare(c);
@@ -104,6 +105,7 @@ const real *core_coordinates(const core *c, const char *field)
 {
     const blob_view *blob = &c->blob;
     return !strcmp(field, "damping") ? blob->damping
+           : !strcmp(field, "friction") ? blob->friction
            : !strcmp(field, "lower") ? blob->lower
            : !strcmp(field, "upper") ? blob->upper
                                      : NULL;

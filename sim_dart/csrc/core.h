@@ -70,7 +70,7 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      commands       found by core_invert, muscles                                                      */
 CORE_API real *core_array(core *c, const char *name, size_t *length);
 
-/* damping, lower or upper of the coordinates, dofs, as the blob has them. */
+/* damping, friction, lower or upper of the coordinates, dofs, as the blob has them. */
 CORE_API const real *core_coordinates(const core *c, const char *field);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
@@ -121,14 +121,16 @@ CORE_API void core_accelerate(core *c, const real *qd, const real *tau, const re
    further generalised forces `extra` (NULL for none): semi-implicit Euler, with the joints' damping and
    springs implicit:
      (M + h D + h^2 K) qdd + C + G = -L'f + extra - D qd - K (q + h qd - rest)
-   (here G is the weight's alone) and joint limits as inelastic stops that are met exactly; a coordinate
+   (here G is the weight's alone), Coulomb friction of joints, which stops and holds them exactly, and joint
+   limits as inelastic stops that are met exactly; a coordinate
    that starts beyond one comes back to it by 10 rad/s or m/s at most. 0; or 1 + the
    index of the first coordinate that has diverged, dofs + 1 for a muscle's state; or -1 - the index of the
    first command that is not finite, before anything moves.                                            */
 CORE_API int core_step(core *c, const real *u, const real *extra, real h, int32_t steps);
 
 /* As core_step, by Runge and Kutta's rule of fourth order: damping, springs and the laws' states as well
-   are explicit. A coordinate that has passed a limit is put back to it at the end of the step, and stopped
+   are explicit. Not for robots with Coulomb friction, of which it knows nothing: no explicit rule holds a
+   stop. A coordinate that has passed a limit is put back to it at the end of the step, and stopped
    by an impulse. After a failure the state is somewhere within the step.                               */
 CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps);
 

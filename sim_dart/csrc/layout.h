@@ -44,6 +44,7 @@
      inertia          of these bodies about their mass centre, along the frame's axes: xx, yy, zz, xy,
                       xz, yz, in [kg m2]
      damping          of a coordinate, by its index in q
+     friction         Coulomb's, of a coordinate, by its index in q: largest force or torque
      stiffness, rest  spring of a coordinate, by its index in q: torque -stiffness (q - rest)
      lower, upper     limits of a coordinate, by its index in q; infinite where there is none
      gravity          in the world, in [m/s2]
@@ -80,6 +81,7 @@
     FIELD(real, mass_centre, 3, dofs)                                                                  \
     FIELD(real, inertia, 6, dofs)                                                                      \
     FIELD(real, damping, 1, dofs)                                                                      \
+    FIELD(real, friction, 1, dofs)                                                                     \
     FIELD(real, stiffness, 1, dofs)                                                                    \
     FIELD(real, rest, 1, dofs)                                                                         \
     FIELD(real, lower, 1, dofs)                                                                        \

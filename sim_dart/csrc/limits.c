@@ -35,7 +35,7 @@ static int32_t furthest(const core *c)
 }
 
 /* Impulses of the coordinates met that bring each to its bound, by Cholesky's factors. */
-static void solve(core *c, int32_t count)
+void limits_solve(core *c, int32_t count)
 {
     real *p = c->impulse;
     for (int32_t a = 0; a < count; a++) {
@@ -70,20 +70,25 @@ static int32_t drop_pulling(core *c, int32_t count)
     return count - 1;
 }
 
-static void meet(core *c, int32_t j, int32_t count)
+void limits_respond(core *c, int32_t j)
 {
     real *unit = c->impulse;
-    const int under = value_of(excess(c, j)) < 0;
-    c->side[j] = under ? -1 : 1;
-    c->target[j] = under ? c->low[j] : c->high[j];
-    c->met[count] = j;
     memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(real));
     unit[j] = 1;
     dynamics_respond(c, unit, entry(c, c->response, j, 0));
 }
 
+static void meet(core *c, int32_t j, int32_t count)
+{
+    const int under = value_of(excess(c, j)) < 0;
+    c->side[j] = under ? -1 : 1;
+    c->target[j] = under ? c->low[j] : c->high[j];
+    c->met[count] = j;
+    limits_respond(c, j);
+}
+
 /* qd = free + M^-1 p; exactly the bound where a limit is met. */
-static void apply(core *c, int32_t count)
+void limits_apply(core *c, int32_t count)
 {
     const int32_t dofs = c->blob.counts.dofs;
     memcpy(c->qd, c->free, (size_t)dofs * sizeof(real));
@@ -107,10 +112,10 @@ void limits_keep(core *c)
         meet(c, next, count++);
         for (int32_t left = -1; left != count;) {
             if (left >= 0) count = left;
-            solve(c, count);
+            limits_solve(c, count);
             left = drop_pulling(c, count);
         }
-        apply(c, count);
+        limits_apply(c, count);
         next = furthest(c);
     }
 }

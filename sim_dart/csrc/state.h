@@ -50,6 +50,10 @@
     ARRAY(target, dofs)                                                                                \
     ARRAY(free, dofs)         /* velocities without any limit */                                       \
     ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
+    ARRAY(grip, dofs)         /* the largest impulse of friction */                                    \
+    ARRAY(unbraked, dofs)     /* velocities without limits and friction */                             \
+    ARRAY(slides, dofs)       /* 0 if it is held; else -1 below 0, if it rubs, 1 above */              \
+    ARRAY(sliding, dofs)      /* velocities found so far */                                            \
     ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
@@ -81,6 +85,7 @@ struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
+    int32_t has_friction;
     int32_t pushes;      /* points that core_push has given; the arrays are the caller's */
     const int32_t *push_frame;
     const real *push_point, *push_wrench;
@@ -112,6 +117,14 @@ void dynamics_respond(core *c, const real *impulse, real *change);
 /* Change qd by impulses so that all velocities are within low and high; links and inertias are those of
    the last q. */
 void limits_keep(core *c);
+/* What a unit impulse on coordinate j does to qd, into `response`; after dynamics_factor. */
+void limits_respond(core *c, int32_t j);
+/* The impulses of the first `count` coordinates in `met` that bring each from `free` to its target; then
+   qd with them. Their rows of `response` are known. */
+void limits_solve(core *c, int32_t count);
+void limits_apply(core *c, int32_t count);
+/* As limits_keep, with the joints' Coulomb friction over a time h as well. */
+void friction_keep(core *c, real h);
 /* outer = extra, or nothing where that is NULL, and what core_push has given, at the last q. */
 void pushes_add(core *c, const real *extra);
 /* -L'f at the state: 0, or 1 + the index of the first command that is not finite. */

@@ -45,14 +45,15 @@ static int speed_up(core *c, real h)
 /* In rad/s or m/s: how fast a coordinate that was put beyond a limit has to come back, at most. DART's. */
 static const real LARGEST_RETURN = 10;
 
-/* No coordinate may pass a limit within h. */
+/* No coordinate may pass a limit within h, and those that rub are braked. */
 static void stay_within(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, LARGEST_RETURN);
         c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -LARGEST_RETURN);
     }
-    limits_keep(c);
+    if (c->has_friction) friction_keep(c, h);
+    else limits_keep(c);
 }
 
 /* Forces as at the step's beginning, at the mean of its velocities: what they do to the kinetic energy,
@@ -86,7 +87,7 @@ int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
         if (bad) return -bad;
         pushes_add(c, extra);
         accelerate(c, h);
-        if (speed_up(c, h)) stay_within(c, h);
+        if (speed_up(c, h) || c->has_friction) stay_within(c, h);
         book(c, h);
         if (c->has_laws && !advance_muscles(c, u, h)) return dofs + 1;
         for (int32_t j = 0; j < dofs; j++) c->q[j] += h * c->qd[j];

@@ -20,7 +20,7 @@ typedef struct {
 size_t core_tangent_size(const core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
-    if (c->has_laws || c->blob.counts.wraps || c->blob.counts.pulleys) return 0;
+    if (c->has_laws || c->has_friction || c->blob.counts.wraps || c->blob.counts.pulleys) return 0;
     return dofs * (sizeof(frame) / sizeof(real) + 7) + 2 * dofs * dofs;
 }
 

@@ -1,7 +1,7 @@
 /* A step of the plant, and how its end changes with its beginning: exact, by differentiating every
    formula of a step along one direction.
 
-   Of robots whose muscles are ideal cables along straight segments. At a kink, a force of zero or a joint
+   Of robots without Coulomb friction whose muscles are ideal cables along straight segments. At a kink, a force of zero or a joint
    that just meets its limit, the derivative is that of the side on which the step lies.                  */
 #ifndef CARDSFLOW_TANGENT_H
 #define CARDSFLOW_TANGENT_H

@@ -1,7 +1,8 @@
-"""Native plants with the fourth-order rule, books of energy and wrenches on links."""
+"""Native plants with the fourth-order rule, books of energy, wrenches on links and friction."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,7 +15,7 @@ from fmu_host import load, refused
 from native_states import check_states_repeat
 from robots import EXAMPLES
 
-from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.model_description import FmiVersion
 from cardsflow_fmu.models.model import FloatArray
@@ -201,6 +202,43 @@ def test_energy_is_what_work_has_made_of_it(
     coarse, fine = (energy_lost(rule, h, tmp_path / str(h)) for h in (1e-3, 5e-4))
     assert fine < most
     assert coarse / fine > 0.75 * 2**order
+
+
+def rough_experiment(folder: Path, **more: Any) -> Experiment:
+    """The two-link arm with friction in its joints, in the plant's books too."""
+    arm = read_robot(EXAMPLES / "planar_2r/robot/planar_2r_bodies.xml")
+    joints = [
+        replace(j, coordinates=tuple(replace(c, friction=0.4) for c in j.coordinates))
+        for j in arm.joints
+    ]
+    write_sdf(replace(arm, joints=tuple(joints)), folder)
+    text = (EXAMPLES / "planar_2r/experiment.toml").read_text()
+    (folder / "experiment.toml").write_text(text.replace("robot/planar_2r_bodies.xml", "model.sdf"))
+    trajectories = EXAMPLES / "planar_2r/robot/planar_2r_trajectories.xml"
+    changes = {"reference.file": str(trajectories), "run.duration": 0.2, "plant.energy": True}
+    return Experiment.load(folder, changes | more)
+
+
+def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
+    """In C, as Python objects on the core, and on DART, which softens its impulses."""
+    experiment = rough_experiment(tmp_path / "rough")
+    softened = rough_experiment(tmp_path / "again", **{"plant.engine": "dart"})
+    native, core = (simulate(experiment, through=through) for through in ("native", "direct"))
+    dart = simulate(softened, through="direct")
+    assert native.summary["engine"]["plant"] == "native"
+    assert core.summary["engine"]["plant"] == "core"
+    assert native.names == core.names == dart.names
+    columns = [k for k, n in enumerate(native.names) if n.split(".")[0] in ("q", "qd", "energy")]
+    np.testing.assert_allclose(native.rows[:, columns], core.rows[:, columns], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(native.rows[:, columns], dart.rows[:, columns], rtol=0, atol=1e-7)
+    smooth = experiment_of("books", 0.2)
+    with NativeLoop(smooth) as loop:
+        assert np.abs(loop.run().rows[:, columns[0]] - native.rows[:, columns[0]]).max() > 1e-5
+
+
+def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="rk4 knows no Coulomb friction"):
+        rough_experiment(tmp_path, **{"plant.integrator": "rk4"})
 
 
 @pytest.mark.parametrize("name", ["w.tip.fx", "w.link_1.tz"])

@@ -67,6 +67,7 @@ static void use(core *c, uint64_t *state)
         if (core_push(c, 2, frames, points, wrenches)) exit(3);
         core_runge_kutta(c, f, qd, 1e-3, 3);
         core_push(c, 0, frames, points, wrenches);
+        core_energies(c, qd);
     }
     core_move(c, q);
     core_pull(c, f);

@@ -9,6 +9,7 @@ by test_damaged_robot_files.py.
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -17,7 +18,7 @@ from every_joint import every_joint
 from robots import EXAMPLES, planar_2r, random_robot
 from targets import ROOT, Target, build_program, run_program
 
-from addin_sdfusion.robot import read_robot
+from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.runtime.sources import NATIVE
 from cardsflow_fmu.runtime.sources import RUNTIME as RUNTIME_FOLDER
@@ -36,6 +37,15 @@ PLANT_OPTIONS: dict[str, dict[str, object]] = {
 }
 
 
+def rough(robot: Robot) -> Robot:
+    """With friction in every joint."""
+    joints = [
+        replace(j, coordinates=tuple(replace(c, friction=0.5) for c in j.coordinates))
+        for j in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
+
+
 def count_refused(program: list[str], *arguments: Path) -> int:
     """How many of all are refused, some thousands a run of the program."""
     refused = 0
@@ -48,6 +58,7 @@ def count_refused(program: list[str], *arguments: Path) -> int:
 def test_damaged_blobs(tmp_path: Path) -> None:
     robots = [planar_2r(), every_joint(), *(random_robot(seed) for seed in range(3))]
     robots += [read_robot(EXAMPLES / name / "robot") for name in MUSCULAR]
+    robots += [rough(robot) for robot in robots[:2]]
     blobs = [tmp_path / f"{k}.bin" for k in range(len(robots))]
     for path, robot in zip(blobs, robots, strict=True):
         path.write_bytes(compile_blob(robot))

@@ -148,10 +148,7 @@ def test_auto_takes_the_core_where_it_can() -> None:
     robot = planar_2r()
     assert Plant(robot).engine == "core"
     assert Plant(robot, scene=Scene()).engine == "dart"
-    rough = with_coordinates(robot, friction=0.1)
-    assert Plant(rough).engine == "dart"
-    with pytest.raises(InputError, match=r'"core" has no Coulomb friction.*engine = "dart"'):
-        Plant(rough, engine="core")
+    assert Plant(with_coordinates(robot, friction=0.1)).engine == "core"
     with pytest.raises(InputError, match=r'"core" has no worlds with contacts.*engine = "dart"'):
         Plant(robot, engine="core", scene=Scene())
     with pytest.raises(UnknownNameError, match="did you mean 'core'"):

@@ -75,7 +75,7 @@ def _blob(**fields: object) -> bytes:
         "point_frame": [-1, 0],
         "point_position": np.zeros((2, 3)),
     }
-    tree |= {key: [0] for key in ("damping", "stiffness", "rest", "lower", "upper")}
+    tree |= {key: [0] for key in ("damping", "friction", "stiffness", "rest", "lower", "upper")}
     empty: dict[str, object] = {name: [] for name in _fields()}
     return pack_blob(counts, empty | tree | changed)  # type: ignore[arg-type]
 

@@ -14,11 +14,22 @@ static int is_whole(double value, double first, double last)
     return value >= first && value <= last && value == floor(value);
 }
 
-static int take_rule(struct plant *plant, struct native_file *file)
+static int has_friction(const struct native_robot *robot)
+{
+    const double *friction = core_coordinates(robot->core, "friction");
+    for (size_t j = 0; j < robot->n; j++)
+        if (friction[j] != 0)
+            return 1;
+    return 0;
+}
+
+static int take_rule(struct plant *plant, const struct native_robot *robot, struct native_file *file)
 {
     const double *options = native_file_take(file, 3);
     if (!options || !is_whole(options[0], 0, 1) || !is_whole(options[1], 0, 1) || !isfinite(options[2]))
         return 1;
+    if (options[0] != 0 && has_friction(robot))
+        return 1; /* of which Runge and Kutta know nothing */
     plant->rule = options[0] != 0 ? core_runge_kutta : core_step;
     plant->books = options[1] != 0 ? BOOKS : 0;
     plant->standing = options[2];
@@ -57,7 +68,7 @@ static int take(struct plant *plant, const struct native_robot *robot, struct na
     plant->substeps = substeps[0];
     return native_file_take_indices(file, robot->m, &plant->c, &plant->commanded) ||
            native_file_take_indices(file, robot->m, &plant->t, &plant->modelled) ||
-           native_file_take_indices(file, robot->s, &plant->s, &plant->order) || take_rule(plant, file) ||
+           native_file_take_indices(file, robot->s, &plant->s, &plant->order) || take_rule(plant, robot, file) ||
            take_points(plant, robot, file) || file->settings_count;
 }
 

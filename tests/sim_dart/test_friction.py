@@ -1,0 +1,278 @@
+"""Coulomb friction of joints in the C core: its own law, closed forms, and DART."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from random_trees import random_tree
+from robots import chain, planar_2r
+
+from addin_sdfusion.robot import (
+    WORLD,
+    Coordinate,
+    Inertia,
+    InputError,
+    Joint,
+    Link,
+    Robot,
+    prismatic,
+    revolute,
+)
+from sim_dart import CoreDynamics, Plant
+
+FloatArray = NDArray[np.float64]
+STEP = 1e-3
+LIMITS = ((-0.01, 0.01), (-np.inf, 0.005), (-np.inf, np.inf), (0.0, 0.02))
+MASS = 2.0
+
+
+def changed(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
+    """Friction in two thirds of the coordinates, and limits that are soon met."""
+    joints = []
+    for joint in robot.joints:
+        made = []
+        for coordinate in joint.coordinates:
+            low, high = LIMITS[rng.integers(len(LIMITS))]
+            friction = most * rng.uniform(0, 1) * (rng.uniform() < 0.67)
+            made.append(replace(coordinate, lower=low, upper=high, friction=friction))
+        joints.append(replace(joint, coordinates=tuple(made)))
+    return replace(robot, joints=tuple(joints))
+
+
+def unbounded(robot: Robot) -> Robot:
+    """Neither friction nor limits."""
+    free = {"lower": -np.inf, "upper": np.inf, "friction": 0.0}
+    joints = [
+        replace(j, coordinates=tuple(replace(c, **free) for c in j.coordinates))  # type: ignore[arg-type]
+        for j in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
+
+
+def frictions(robot: Robot) -> FloatArray:
+    return np.array([c.friction for c in robot.coordinates])
+
+
+def assert_law(
+    M: FloatArray,
+    free: FloatArray,
+    v: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    grip: FloatArray,
+    near: float = 1e-9,
+) -> None:
+    """Impulses M (v - free) that limits and friction may give, each for its velocity.
+
+    The sum that v is to minimise is convex: who keeps the law is the minimum.
+    """
+    p = M @ (v - free)
+    scale = np.abs(M) @ np.abs(v - free) + grip + 1e-3
+    speed = 1e-12 * (1.0 + np.abs(v))
+    for j in range(v.size):
+        assert low[j] - speed[j] <= v[j] <= high[j] + speed[j]
+        at_low, at_high = v[j] <= low[j] + speed[j], v[j] >= high[j] - speed[j]
+        down, up = v[j] < -speed[j], v[j] > speed[j]
+        most = np.inf if at_low else (-grip[j] if up else grip[j])
+        least = -np.inf if at_high else (grip[j] if down else -grip[j])
+        assert least - near * scale[j] <= p[j] <= most + near * scale[j]
+
+
+@pytest.mark.native
+def test_steps_keep_the_law_of_friction_and_limits() -> None:
+    """Random trees at random velocities: some slide, some are stopped, some are held."""
+    ways = set()
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        robot = changed(random_tree(seed, damping=0.3), rng, 10.0 ** rng.uniform(-1, 2))
+        plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
+        d, grip = CoreDynamics(robot), STEP * frictions(robot)
+        plant.reset(None, rng.uniform(-1, 1, d.n) * rng.integers(0, 2, d.n))
+        for _ in range(60):
+            q, f = plant.q, rng.uniform(0, 50, d.m)
+            free.reset(q, plant.qd)
+            free.step(f)
+            plant.step(f)
+            low = np.minimum((d.q_min - q) / STEP, 10.0)
+            high = np.maximum((d.q_max - q) / STEP, -10.0)
+            assert_law(d.mass_matrix(q), free.qd, plant.qd, low, high, grip)
+            ways |= set(zip(np.sign(plant.qd).tolist(), (grip > 0).tolist(), strict=True))
+    assert len(ways) == 6  # down, at rest, up; with friction and without
+
+
+def test_chains_of_twenty_joints() -> None:
+    """No state of two thousand needs more exchanges than there may be."""
+    robot = changed(chain(20, 0), np.random.default_rng(0), 5.0)
+    plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
+    d, grip, rng = CoreDynamics(robot), STEP * frictions(robot), np.random.default_rng(1)
+    ways = set()
+    for _ in range(2000):
+        q = rng.uniform(-0.01, 0.02, d.n)
+        qd = 10.0 ** rng.uniform(-3, 1) * rng.uniform(-1, 1, d.n)
+        for one in (plant, free):
+            one.reset(q, qd)
+            one.step([])
+        low = np.minimum((d.q_min - q) / STEP, 10.0)
+        high = np.maximum((d.q_max - q) / STEP, -10.0)
+        assert_law(d.mass_matrix(q), free.qd, plant.qd, low, high, grip, 1e-8)
+        ways.add(int(np.sum(plant.qd == 0.0)))
+    assert len(ways) > 5
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_friction_and_stops_take_energy(seed: int) -> None:
+    """Of what a step would end with, at the same place: never more, and mostly less."""
+    rng = np.random.default_rng(seed)
+    robot = changed(random_tree(seed), rng, 3.0)
+    plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
+    d = CoreDynamics(robot)
+    plant.reset(None, rng.uniform(-1, 1, d.n))
+    taken = 0.0
+    for _ in range(100):
+        M = d.mass_matrix(plant.q)
+        free.reset(plant.q, plant.qd)
+        for one in (plant, free):
+            one.step(np.zeros(d.m))
+        before, after = (0.5 * one.qd @ M @ one.qd for one in (free, plant))
+        assert after <= before * (1 + 1e-12)
+        taken += before - after
+    assert taken > 1e-6
+
+
+def slider(friction: float, **more: Any) -> Robot:
+    """A mass on a rail along x."""
+    made = Coordinate("rail", friction=friction, actuated=True, unit="m", **more)
+    joint = Joint("rail", WORLD, "mass", prismatic((1.0, 0.0, 0.0)), (made,))
+    return Robot("slider", (Link("mass", Inertia(MASS, ixx=0.1, iyy=0.1, izz=0.1)),), (joint,))
+
+
+def _with(joint: Joint, **changes: Any) -> Joint:
+    return replace(joint, coordinates=tuple(replace(c, **changes) for c in joint.coordinates))
+
+
+def test_a_sliding_mass_stops_and_stays() -> None:
+    """It loses h F/m a step, and the rest in the last one; no smaller force moves it again."""
+    force, speed = 3.1, 0.5
+    plant = Plant(slider(force), STEP)
+    assert plant.engine == "core"
+    plant.reset([0.0], [speed])
+    loss = STEP * force / MASS
+    whole = int(speed / loss)
+    speeds = speed - loss * np.arange(1, whole + 1)
+    for _ in range(whole + 10):
+        plant.step([])
+    assert plant.qd[0] == 0.0
+    assert plant.q[0] == pytest.approx(STEP * speeds.sum(), abs=1e-12)
+    assert plant.q[0] == pytest.approx(0.5 * MASS * speed**2 / force, rel=0.01)
+    rest = plant.q[0]
+    for load in (0.999 * force, -0.999 * force):
+        for _ in range(100):
+            plant.step([], [load])
+        assert plant.q[0] == rest
+        assert plant.qd[0] == 0.0
+    plant.step([], [force + 1.0])
+    assert plant.qd[0] == pytest.approx(STEP * 1.0 / MASS, rel=1e-12)
+
+
+def test_it_leans_on_a_stop_and_leaves_it() -> None:
+    """At a limit friction holds as well: what pulls it off must be more than friction is."""
+    plant = Plant(slider(2.0, upper=0.1, lower=-1.0), STEP)
+    plant.reset([0.0], [1.0])
+    for _ in range(300):
+        plant.step([], [5.0])
+    assert plant.q[0] == pytest.approx(0.1, abs=1e-15)
+    for _ in range(10):
+        plant.step([], [-1.99])
+    assert plant.qd[0] == 0.0
+    plant.step([], [-3.0])
+    assert plant.qd[0] == pytest.approx(-STEP * 1.0 / MASS, rel=1e-12)
+
+
+def test_a_mass_on_a_spring_loses_the_same_at_every_turn() -> None:
+    """Its swings become shorter by 2 F/k each, until the spring no longer moves it."""
+    stiffness, force, h = 50.0, 1.0, 5e-5
+    plant = Plant(slider(force, stiffness=stiffness, rest=0.0), h)
+    plant.reset([0.31])
+    way = [0.31]
+    for _ in range(110000):
+        plant.step([])
+        way.append(plant.q[0])
+    moved = np.array(way)[np.append(True, np.diff(way) != 0.0)]
+    inner = np.flatnonzero(np.diff(np.sign(np.diff(moved)))) + 1
+    turns = np.abs(moved[[0, *inner, -1]])
+    expected = np.abs(0.31 - 2 * force / stiffness * np.arange(9))
+    np.testing.assert_allclose(turns, expected, rtol=0, atol=8e-4)
+    assert plant.qd[0] == 0.0
+    assert abs(plant.q[0]) <= force / stiffness
+
+
+def test_a_pendulum_with_friction_stops_on_its_way() -> None:
+    """Energy: m g l (cos b - cos a) = F (a - b) where it first stops, and there it is held."""
+    length, friction = 0.5, 4.0
+    link = Link("bob", Inertia(MASS, (0.0, 0.0, -length), ixx=1e-6, iyy=1e-6, izz=1e-6))
+    made = (Coordinate("hinge", friction=friction),)
+    joint = Joint("hinge", WORLD, "bob", revolute((0.0, 1.0, 0.0)), made)
+    plant = Plant(Robot("pendulum", (link,), (joint,)), 1e-4, energy=True)
+    weight = MASS * 9.81 * length
+    plant.reset([1.2])
+    begin = plant.energy
+    for _ in range(20000):
+        plant.step([])
+    stop = plant.q[0]
+    assert plant.qd[0] == 0.0
+    assert weight * abs(np.sin(stop)) < friction
+    if begin.potential:
+        lost = weight * (np.cos(stop) - np.cos(1.2))
+        assert lost == pytest.approx(friction * (1.2 - stop), rel=1e-3)
+        assert begin.potential - plant.energy.potential == pytest.approx(lost, rel=1e-9)
+    for _ in range(100):
+        plant.step([])
+    assert plant.q[0] == stop
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_dart_gives_the_same(seed: int) -> None:
+    """Half a second of a tree that comes to rest. DART softens its impulses by a part in 1e9."""
+    rng = np.random.default_rng(seed)
+    robot = random_tree(seed, damping=0.2)
+    joints = [_with(joint, friction=1.5) for joint in robot.joints]
+    robot = replace(robot, joints=tuple(joints))
+    core, dart = (Plant(robot, STEP, engine=engine) for engine in ("core", "dart"))
+    start = rng.uniform(-0.5, 0.5, core.qd.size)
+    for plant in (core, dart):
+        plant.reset(None, start)
+    slid = held = 0
+    for _ in range(500):
+        for plant in (core, dart):
+            plant.step(np.full(4, 1.0))
+        np.testing.assert_allclose(core.q, dart.q, rtol=0, atol=1e-8)
+        slid, held = slid + np.sum(core.qd != 0.0), held + np.sum(core.qd == 0.0)
+    assert slid
+    assert held
+
+
+def test_a_state_comes_back_bit_by_bit() -> None:
+    """No step remembers who was held."""
+    rng = np.random.default_rng(3)
+    plant = Plant(changed(planar_2r(), rng, 5.0), STEP)
+    for _ in range(50):
+        plant.step(rng.uniform(0, 30, 4))
+    state = plant.get_state()
+    commands = rng.uniform(0, 30, (50, 4))
+    rows = []
+    for _ in range(2):
+        plant.set_state(state)
+        for f in commands:
+            plant.step(f)
+        rows.append(plant.get_state())
+    np.testing.assert_array_equal(*rows)
+
+
+@pytest.mark.parametrize("engine", ["auto", "core", "dart"])
+def test_rk4_is_refused(engine: Any) -> None:
+    with pytest.raises(InputError, match=r"rk4 knows no Coulomb friction.*rail"):
+        Plant(slider(1.0), integrator="rk4", engine=engine)
