@@ -24,7 +24,7 @@ _HEADER = struct.Struct("<IIIIQ")
 _MAGIC = {False: 0x45524F43, True: 0x66524F43}
 """Whether it is a blob of single precision: the header's first word."""
 
-_REAL = {False: np.dtype("<f8"), True: np.dtype("<f4")}
+_REAL: dict[bool, np.dtype[Any]] = {False: np.dtype("<f8"), True: np.dtype("<f4")}
 
 
 @cache
@@ -75,11 +75,11 @@ def _padded(packed: bytes) -> bytes:
 def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
     """As a blob has them; a number that single precision cannot hold is refused."""
     with np.errstate(over="ignore"):
-        packed = values.astype(_REAL[single])
+        packed: NDArray[Any] = values.astype(_REAL[single])
     lost = np.isfinite(values) & ~np.isfinite(packed)
     if lost.any():
         raise CardsflowError(
-            f"{name}: {values[lost][0]!r} is larger than numbers of single precision can be"
+            f"{name}: {float(values[lost][0])!r} is larger than numbers of single precision can be"
         )
     return packed
 

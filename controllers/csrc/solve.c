@@ -17,6 +17,14 @@ static const real FIRST_RIDGE = 1e-2, RIDGE_RATIO = PRECISE(1e-2, 1e-1);
 /* Of a step with a large ridge, relative to the gradient. */
 static const real NEAR_ENOUGH = PRECISE(1e-6, 1e-3);
 
+/* The ridge of Newton's steps after an approach. With few digits none suits all problems: a small one is
+   lost where rows nearly depend on each other, a large one slows the others down. So each round has another. */
+static real ridge_after(real approach)
+{
+    (void)approach;
+    return PRECISE(RIDGE, 3e-3 * approach);
+}
+
 static int is_proof(dual_newton *s, const real *y)
 {
     memcpy(s->correction, y, s->m * sizeof(real));
@@ -49,13 +57,13 @@ static void newton_direction(dual_newton *s, real ridge)
     s->steps++;
 }
 
-static int newton(dual_newton *s, int most_steps)
+static int newton(dual_newton *s, int most_steps, real ridge)
 {
     for (int step = 0; step < most_steps; step++) {
         memcpy(s->centre, s->lam, s->m * sizeof(real));
-        newton_direction(s, RIDGE);
+        newton_direction(s, ridge);
         if (settle(s)) return DUAL_NEWTON_SOLVED;
-        if (is_infeasible(s, step_to_peak(s, RIDGE))) return DUAL_NEWTON_INFEASIBLE;
+        if (is_infeasible(s, step_to_peak(s, ridge))) return DUAL_NEWTON_INFEASIBLE;
     }
     return DUAL_NEWTON_NOT_CONVERGED;
 }
@@ -83,13 +91,13 @@ static void approach(dual_newton *s, real ridge)
 static int iterate(dual_newton *s)
 {
     dual_evaluate(s);
-    int status = newton(s, FAST_STEPS);
+    int status = newton(s, FAST_STEPS, RIDGE);
     if (status == DUAL_NEWTON_NOT_CONVERGED) memset(s->lam, 0, s->m * sizeof(real));
     real ridge = FIRST_RIDGE;
     for (int k = 0; k < APPROACHES && status == DUAL_NEWTON_NOT_CONVERGED; k++, ridge *= RIDGE_RATIO) {
         dual_evaluate(s);
         approach(s, ridge);
-        status = newton(s, SLOW_STEPS);
+        status = newton(s, SLOW_STEPS, ridge_after(ridge));
     }
     return status;
 }

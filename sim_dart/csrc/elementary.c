@@ -92,7 +92,7 @@ real cosine(real x)
 static real extreme_arc_tangent_of(real b, real a)
 {
     if (isnan(a) || isnan(b)) return NAN;
-    if (isinf(a) && isinf(b)) return ARC_CORNER[2][0];
+    if (isinf(b)) return isinf(a) ? ARC_CORNER[2][0] : ARC_CORNER[4][0];
     return b == 0 ? 0 : arc_of(b / a, 1);
 }
 

@@ -16,30 +16,34 @@ from sim_dart.core import library as core_library
 from sim_dart.tasks import task_rows
 
 
-def write_example(path: Path, experiment: Experiment) -> int:
-    """Write example.h; returns the bytes of the robot's blob."""
+def write_example(path: Path, experiment: Experiment, *, single: bool = False) -> int:
+    """Write example.h, for a precision; returns the bytes of the robot's blob.
+
+    The memory is that of doubles, on a machine whose pointers are not smaller: enough in any case.
+    """
     robot, settings = experiment.robot, experiment.controller
-    blob = compile_blob(robot)
+    blob = compile_blob(robot, single=single)
     rows = [] if settings.space == "joint" else task_rows(robot)
     n, m = len(robot.coordinates), len(robot.muscles)
     words = np.frombuffer(blob, "<u8")
     reference = np.array(make_reference(experiment).evaluate(0.5)[:3])
     arrays = {name: np.ravel(values) for name, values in law_arrays(experiment).items()}
     lines = [
+        '#include "real.h"',
         "#include <stddef.h>",
         "#include <stdint.h>",
         f"enum {{ COORDINATES = {n}, MUSCLES = {m}, TASKS = {len(rows)} }};",
-        f"enum {{ ROBOT_MEMORY = {_core_size(blob)} }};",
+        f"enum {{ ROBOT_MEMORY = {_core_size(compile_blob(robot))} }};",
         f"enum {{ LOOP_MEMORY = {_loop_size(n, m, len(rows))} }};",
         f"static const uint64_t BLOB[] = {{{', '.join(f'{word}u' for word in words)}}};",
         _array("TASK_ROWS", [*rows, 0.0]),
         _array("START", experiment.start.q),
         _array("REFERENCE", np.ravel(reference)),
         f"enum {{ PLANT_STEPS = {round(settings.period / experiment.plant.step)} }};",
-        f"static const double PLANT_STEP = {experiment.plant.step.hex()};",
-        f"static const double PERIOD = {float(settings.period).hex()};",
+        f"static const real PLANT_STEP = {experiment.plant.step.hex()};",
+        f"static const real PERIOD = {float(settings.period).hex()};",
         *(_array(_identifier(name), values) for name, values in arrays.items()),
-        "static const struct { const char *name; const double *values; size_t count; }",
+        "static const struct { const char *name; const real *values; size_t count; }",
         "SETTINGS[] = {",
         *(f'{{"{name}", {_identifier(name)}, {len(a)}}},' for name, a in arrays.items()),
         "};",
@@ -66,7 +70,7 @@ def _identifier(name: str) -> str:
 def _array(name: str, values: ArrayLike) -> str:
     """A constant array; written as hexadecimal floats, so that no digit is lost."""
     numbers = [_number(float(value)) for value in np.ravel(np.asarray(values, float))]
-    return f"static const double {name}[] = {{{', '.join(numbers)}}};"
+    return f"static const real {name}[] = {{{', '.join(numbers)}}};"
 
 
 def _number(value: float) -> str:

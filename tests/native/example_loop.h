@@ -14,6 +14,6 @@ extern size_t robot_size, loop_size; /* of the memory, in bytes */
 int example_open(void);
 
 /* An array of the robot. */
-double *robot_part(const char *name);
+real *robot_part(const char *name);
 
 #endif

@@ -23,7 +23,7 @@ __attribute__((noinline)) static size_t stack(int look)
 
 void _start(void)
 {
-    static double q[COORDINATES], qd[COORDINATES], still[COORDINATES];
+    static real q[COORDINATES], qd[COORDINATES], still[COORDINATES];
     size_t most = 0;
     if (example_open()) end(1);
     say_number("robot", robot_size);

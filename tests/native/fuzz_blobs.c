@@ -11,24 +11,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-static double *array(core *c, const char *name, size_t *length)
+static real *array(core *c, const char *name, size_t *length)
 {
     return core_array(c, name, length);
 }
 
 /* Numbers that a simulation may come to, and now and then such as it may not. */
-static double *numbers(uint64_t *state, size_t count)
+static real *numbers(uint64_t *state, size_t count)
 {
-    const double odd[] = {NAN, INFINITY, -INFINITY, 1e300, 1e9, -1e9, 0};
-    double *values = malloc((count + !count) * sizeof *values);
+    const real odd[] = {NAN, INFINITY, -INFINITY, PRECISE(1e300, 1e37), 1e9, -1e9, 0};
+    real *values = malloc((count + !count) * sizeof *values);
     if (!values) exit(2);
     const int wild = draw(state) % 8 == 0;
     for (size_t i = 0; i < count; i++)
-        values[i] = wild && draw(state) % 4 == 0 ? odd[draw(state) % 7] : (double)(draw(state) >> 40) / 5e6 - 1.5;
+        values[i] = wild && draw(state) % 4 == 0 ? odd[draw(state) % 7] : (real)(draw(state) >> 40) / 5e6 - 1.5;
     return values;
 }
 
-static void use_laws(core *c, const double *qd, const double *u)
+static void use_laws(core *c, const real *qd, const real *u)
 {
     core_start(c, u);
     core_drive(c, qd, u);
@@ -39,10 +39,10 @@ static void use_laws(core *c, const double *qd, const double *u)
 }
 
 /* A step with its derivative, from wherever the core is. */
-static void go_along(core *c, const double *f, double *dq, double *dqd)
+static void go_along(core *c, const real *f, real *dq, real *dqd)
 {
     const size_t size = core_tangent_size(c);
-    double *memory = size && size < (size_t)1 << 24 ? malloc(size * sizeof *memory) : NULL;
+    real *memory = size && size < (size_t)1 << 24 ? malloc(size * sizeof *memory) : NULL;
     const core_tangent direction = {f, f, 0, NULL, NULL, NULL, dq, dqd, memory};
     if (memory) core_step_along(c, &direction, 1e-3);
     free(memory);
@@ -51,19 +51,19 @@ static void go_along(core *c, const double *f, double *dq, double *dqd)
 static void use(core *c, uint64_t *state)
 {
     size_t n, m;
-    double *own_q = array(c, "q", &n), *own_qd = array(c, "qd", &n);
+    real *own_q = array(c, "q", &n), *own_qd = array(c, "qd", &n);
     array(c, "lengths", &m);
-    double *q = numbers(state, n), *qd = numbers(state, n), *f = numbers(state, m);
-    double *points = numbers(state, 6), *wrenches = numbers(state, 12);
+    real *q = numbers(state, n), *qd = numbers(state, n), *f = numbers(state, m);
+    real *points = numbers(state, 6), *wrenches = numbers(state, 12);
     if (!core_move_checked(c, q, qd)) {
-        memcpy(own_q, q, n * sizeof(double));
-        memcpy(own_qd, qd, n * sizeof(double));
+        memcpy(own_q, q, n * sizeof(real));
+        memcpy(own_qd, qd, n * sizeof(real));
         core_step(c, f, NULL, 1e-3, 3);
     }
     if (!core_move_checked(c, q, qd)) {
         const int32_t frames[2] = {-1, (int32_t)n - 1};
-        memcpy(own_q, q, n * sizeof(double));
-        memcpy(own_qd, qd, n * sizeof(double));
+        memcpy(own_q, q, n * sizeof(real));
+        memcpy(own_qd, qd, n * sizeof(real));
         if (core_push(c, 2, frames, points, wrenches)) exit(3);
         core_runge_kutta(c, f, qd, 1e-3, 3);
         core_push(c, 0, frames, points, wrenches);

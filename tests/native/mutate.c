@@ -1,4 +1,5 @@
 #include "mutate.h"
+#include "real.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -36,13 +37,14 @@ static size_t place(uint64_t *state, size_t size, size_t safe, size_t width)
 
 static void damage(uint64_t *state, unsigned char *copy, size_t size, size_t safe)
 {
-    const double numbers[] = {NAN, INFINITY, -INFINITY, -1, 0, 1, 1e300, -1e300, 1e-300, 1e9, 0.5, 65536};
+    const real huge = PRECISE(1e300, 1e37), tiny = PRECISE(1e-300, 1e-37);
+    const real numbers[] = {NAN, INFINITY, -INFINITY, -1, 0, 1, huge, -huge, tiny, 1e9, 0.5, 65536};
     const int32_t integers[] = {-1, 0, 1, 2, 3, 7, 64, 4095, 65536, INT32_MAX, INT32_MIN, -2};
     const size_t which = draw(state) % 12;
     switch (draw(state) % 3) {
     case 0: copy[place(state, size, safe, 1)] = (unsigned char)draw(state); break;
     case 1: memcpy(copy + place(state, size, safe, 4), integers + which, 4); break;
-    default: memcpy(copy + place(state, size, safe, 8), numbers + which, 8);
+    default: memcpy(copy + place(state, size, safe, sizeof(real)), numbers + which, sizeof(real));
     }
 }
 

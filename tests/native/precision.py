@@ -1,4 +1,4 @@
-"""Core and laws compiled for this machine in a precision, as one library, and what they make of a robot.
+"""Core and laws compiled for this machine, in single or double precision, as one library.
 
 The package's own libraries compute with doubles. These are compiled by a test, for either kind of
 number, with the very sources.
@@ -16,21 +16,19 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
-from targets import FLAGS, FOLDERS, environment
+from targets import FLAGS, FOLDERS, Target, environment, single_flags
 
 from addin_sdfusion.robot import Robot
 from sim_dart import compile_blob
 
 Array = NDArray[Any]
-
-SINGLE = ("-DCARDSFLOW_FLOAT", "-fsingle-precision-constant")
-"""How gcc compiles for single precision."""
+GCC = Target(["gcc", "-O2"])
 
 STRICT = ("-Wdouble-promotion", "-Wfloat-conversion")
 """No double slips in, and none is cut."""
 
 _ANSWERS_SIZE = ("core_size", "dual_newton_size", "computed_torque_size", "control_loop_size")
-_ANSWERS_POINTER = ("core_array", "core_open", "core_coordinates", "dual_newton_open", "dual_newton_array")
+_ANSWERS_POINTER = ("core_array", "core_open", "dual_newton_open", "dual_newton_array")
 
 
 class Precision:
@@ -54,7 +52,8 @@ class Precision:
         files = [Path(__file__).parent / name for name in sources]
         files += [file for csrc in FOLDERS for file in sorted(csrc.glob("*.c"))]
         headers = [f"-I{place}" for place in (*FOLDERS, folder)]
-        command = ["gcc", *FLAGS, "-O2", "-shared", "-fPIC", *((*SINGLE, *STRICT) if single else ())]
+        own = (*single_flags(GCC), *STRICT) if single else ()
+        command = [*GCC.compiler, *FLAGS, "-shared", "-fPIC", *own]
         command += [*flags, *headers, *map(str, files), "-o", str(target), "-lm"]
         done = subprocess.run(
             command, capture_output=True, text=True, check=False, env=environment()

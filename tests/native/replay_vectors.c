@@ -13,34 +13,34 @@
 
 typedef struct {
     char name[48];
-    double tolerance;
-    uint64_t count; /* of numbers */
+    real tolerance;
+    whole_number count; /* of numbers */
 } record;
 
 static core *robot;
 static dual_newton *program;
 static control_loop *loop;
-static const double *task_rows, *damping;
+static const real *task_rows, *damping;
 static size_t n, m, k; /* coordinates, muscles, rows of task_rows that are followed */
-static double *positions, *forces; /* at every tick of the last run */
+static real *positions, *forces; /* at every tick of the last run */
 static size_t ticks;
 
-static double *room_for(size_t count)
+static real *room_for(size_t count)
 {
-    return room((count + 1) * sizeof(double));
+    return room((count + 1) * sizeof(real));
 }
 
 /* --------------------------------------------------------------------------------- what has a name */
 
-static double *core_part(const char *name)
+static real *core_part(const char *name)
 {
     size_t length;
     return core_array(robot, name, &length);
 }
 
-static double *find(const char *name, size_t *length)
+static real *find(const char *name, size_t *length)
 {
-    double *found = NULL;
+    real *found = NULL;
     if (!strncmp(name, "core.", 5)) found = core_array(robot, name + 5, length);
     if (!strncmp(name, "program.", 8)) found = dual_newton_array(program, name + 8, length);
     if (!strncmp(name, "law.", 4)) found = computed_torque_array(control_loop_law(loop), name + 4, length);
@@ -51,30 +51,30 @@ static double *find(const char *name, size_t *length)
     return found;
 }
 
-static void set(const char *name, const double *values, uint64_t count)
+static void set(const char *name, const real *values, uint64_t count)
 {
     size_t length;
-    double *array = find(name, &length);
+    real *array = find(name, &length);
     if (length != count) fail("has another size", name);
-    memcpy(array, values, length * sizeof(double));
+    memcpy(array, values, length * sizeof(real));
 }
 
 /* FNV-1a of the bits, lowest byte first. */
-static uint64_t digest(const double *values, size_t count)
+static uint64_t digest(const real *values, size_t count)
 {
-    uint64_t hash = 14695981039346656037u, bits;
+    uint64_t hash = 14695981039346656037u, bits = 0;
     for (size_t i = 0; i < count; i++) {
-        memcpy(&bits, values + i, sizeof bits);
-        for (int byte = 0; byte < 8; byte++) hash = (hash ^ (bits >> 8 * byte & 255)) * 1099511628211u;
+        memcpy(&bits, values + i, sizeof *values);
+        for (size_t byte = 0; byte < sizeof *values; byte++) hash = (hash ^ (bits >> 8 * byte & 255)) * 1099511628211u;
     }
     return hash;
 }
 
-static int compare(const char *name, const double *expected, uint64_t count, double tolerance)
+static int compare(const char *name, const real *expected, uint64_t count, real tolerance)
 {
     size_t length;
-    const double *array = find(name, &length);
-    double scale = 0;
+    const real *array = find(name, &length);
+    real scale = 0;
     int failed = 0;
     if (length != count) fail("has another size", name);
     for (size_t i = 0; i < length; i++) scale = fabs(expected[i]) > scale ? fabs(expected[i]) : scale;
@@ -88,22 +88,22 @@ static int compare(const char *name, const double *expected, uint64_t count, dou
 
 /* --------------------------------------------------------------------------------------- the robot */
 
-static void open_robot(const double *blob, uint64_t count)
+static void open_robot(const real *blob, uint64_t count)
 {
     char message[256] = "";
-    const size_t size = core_size(blob, (size_t)count * 8, message, sizeof message);
+    const size_t size = core_size(blob, (size_t)count * sizeof(real), message, sizeof message);
     if (!size) fail(message, "robot");
-    robot = core_open(blob, (size_t)count * 8, room(size));
+    robot = core_open(blob, (size_t)count * sizeof(real), room(size));
     damping = core_coordinates(robot, "damping");
     core_array(robot, "q", &n);
     core_array(robot, "lengths", &m);
 }
 
 /* Everything at q, qd and muscle forces f; `coriolis` is left with C + G. */
-static void visit(const double *q, const double *qd, const double *f)
+static void visit(const real *q, const real *qd, const real *f)
 {
-    double *none = room_for(n);
-    memset(none, 0, n * sizeof(double));
+    real *none = room_for(n);
+    memset(none, 0, n * sizeof(real));
     if (core_move_checked(robot, q, qd) || core_pull(robot, f)) fail("a number is not finite", "state");
     core_task_jacobian(robot);
     core_task_bias(robot, qd);
@@ -115,19 +115,19 @@ static void visit(const double *q, const double *qd, const double *f)
 
 /* ---------------------------------------------------------------------------------- the closed loop */
 
-static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
+static void terms(void *self, const real *q, const real *qd, real *M, real *h, real *L)
 {
     (void)self;
     core_move(robot, q);
     core_mass_matrix(robot);
     core_bias(robot, qd);
-    memcpy(M, core_part("mass_matrix"), n * n * sizeof(double));
-    memcpy(L, core_part("jacobian"), m * n * sizeof(double));
+    memcpy(M, core_part("mass_matrix"), n * n * sizeof(real));
+    memcpy(L, core_part("jacobian"), m * n * sizeof(real));
     for (size_t j = 0; j < n; j++) h[j] = core_part("coriolis")[j] + damping[j] * qd[j];
 }
 
-static void tasks(void *self, const double *q, const double *qd, const double *position, double *error,
-                  double *J, double *bias)
+static void tasks(void *self, const real *q, const real *qd, const real *position, real *error,
+                  real *J, real *bias)
 {
     (void)self;
     core_move(robot, q);
@@ -137,11 +137,11 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
         const size_t row = (size_t)task_rows[i];
         error[i] = position[i] - core_part("task_values")[row];
         bias[i] = core_part("task_bias")[row];
-        memcpy(J + i * n, core_part("task_jacobian") + row * n, n * sizeof(double));
+        memcpy(J + i * n, core_part("task_jacobian") + row * n, n * sizeof(real));
     }
 }
 
-static void open_loop(const double *rows, uint64_t count)
+static void open_loop(const real *rows, uint64_t count)
 {
     const control_robot asked = {NULL, terms, tasks};
     task_rows = rows;
@@ -150,39 +150,39 @@ static void open_loop(const double *rows, uint64_t count)
 }
 
 /* values: period; step of the plant; its steps a period; q, qd at the start; reference of every tick */
-static void run(const double *values, uint64_t count)
+static void run(const real *values, uint64_t count)
 {
     const size_t r = k ? k : n;
-    const double period = values[0], step = values[1], *reference = values + 3 + 2 * n;
-    double *q = room_for(n), *qd = room_for(n), *still = room_for(n);
+    const real period = values[0], step = values[1], *reference = values + 3 + 2 * n;
+    real *q = room_for(n), *qd = room_for(n), *still = room_for(n);
     size_t length;
     ticks = ((size_t)count - 3 - 2 * n) / (3 * r);
     positions = room_for(ticks * n), forces = room_for(ticks * m);
-    memset(still, 0, n * sizeof(double));
-    memcpy(q, values + 3, n * sizeof(double));
-    memcpy(qd, values + 3 + n, n * sizeof(double));
+    memset(still, 0, n * sizeof(real));
+    memcpy(q, values + 3, n * sizeof(real));
+    memcpy(qd, values + 3 + n, n * sizeof(real));
     control_loop_reset(loop);
     for (size_t t = 0; t < ticks; t++) {
         if (control_loop_tick(loop, period, q, qd, reference + 3 * r * t, still) > COMPUTED_TORQUE_SOFT)
             fail("the law fails", "run");
-        const double *acting = control_loop_array(loop, "acting", &length);
-        memcpy(core_part("q"), q, n * sizeof(double));
-        memcpy(core_part("qd"), qd, n * sizeof(double));
+        const real *acting = control_loop_array(loop, "acting", &length);
+        memcpy(core_part("q"), q, n * sizeof(real));
+        memcpy(core_part("qd"), qd, n * sizeof(real));
         core_move(robot, q);
         if (core_step(robot, acting, NULL, step, (int32_t)values[2])) fail("the plant diverges", "run");
-        memcpy(q, core_part("q"), n * sizeof(double));
-        memcpy(qd, core_part("qd"), n * sizeof(double));
-        memcpy(positions + t * n, q, n * sizeof(double));
-        memcpy(forces + t * m, acting, m * sizeof(double));
+        memcpy(q, core_part("q"), n * sizeof(real));
+        memcpy(qd, core_part("qd"), n * sizeof(real));
+        memcpy(positions + t * n, q, n * sizeof(real));
+        memcpy(forces + t * m, acting, m * sizeof(real));
     }
 }
 
 /* ------------------------------------------------------------------------------------- the vectors */
 
-static int replay(const record *head, const double *values)
+static int replay(const record *head, const real *values)
 {
     const char *name = head->name;
-    const uint64_t count = head->count;
+    const uint64_t count = (uint64_t)head->count;
     if (!strncmp(name, "set ", 4))
         set(name + 4, values, count);
     else if (!strncmp(name, "expect ", 7))
@@ -210,8 +210,8 @@ int replay_vectors(const char *bytes, size_t size)
     int failed = 0;
     for (size_t at = 0; at < size;) {
         const record *head = (const record *)(const void *)(bytes + at);
-        failed |= replay(head, (const double *)(const void *)(head + 1));
-        at += sizeof *head + (size_t)head->count * 8;
+        failed |= replay(head, (const real *)(const void *)(head + 1));
+        at += sizeof *head + ((size_t)head->count * sizeof(real) + 7) / 8 * 8;
     }
     return failed;
 }

@@ -45,6 +45,14 @@ TARGETS = {
 }
 
 
+def single_flags(target: Target) -> tuple[str, ...]:
+    """What its compiler needs for single precision: literals are to be single too."""
+    literals = ("-fsingle-precision-constant",)
+    if target.compiler[0] != "gcc":
+        literals = ("-Xclang", "-cl-single-precision-constant")
+    return ("-DCARDSFLOW_FLOAT", *literals)
+
+
 @cache
 def environment() -> dict[str, str]:
     """Without what a sanitized run preloads; wine keeps quiet, and its files out of the home."""

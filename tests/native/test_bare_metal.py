@@ -1,4 +1,4 @@
-"""Core and laws on a Cortex-M7 without a C library: what they need, and what they give.
+"""Core and laws on a Cortex-M without a C library: what they need, and what they give.
 
 QEMU's user mode runs the very instructions; where it is missing, the programs are only built.
 """
@@ -10,11 +10,21 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from elf import program_sizes
+from elf import program_names, program_sizes
 from example import write_example
 from replay import replay_vectors
 from robots import EXAMPLES
-from targets import FOLDERS, ROOT, ZIG, environment, find_runner
+from targets import (
+    FOLDERS,
+    ROOT,
+    TARGETS,
+    ZIG,
+    build_program,
+    environment,
+    find_runner,
+    run_program,
+    single_flags,
+)
 from vector_file import write_vectors
 
 from cardsflow_fmu import Experiment
@@ -24,8 +34,15 @@ HERE = Path(__file__).parent
 FLAGS = ["-std=gnu99", "-ffp-contract=off", "-fno-math-errno", "-ffreestanding", "-fno-builtin"]
 FLAGS += ["-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE", "-nostdinc"]
 FLAGS += ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-fno-unwind-tables"]
-PROCESSORS = {"single": "cortex_m7", "double": "cortex_m7+fp_armv8d16"}
-"""By the floating point unit that it has: numbers of single precision only, or double ones too."""
+PROCESSORS = {"none": "cortex_m7", "double": "cortex_m7+fp_armv8d16"}
+"""By the floating point unit that it has: none that is used, or one for double precision too."""
+
+SINGLE_PROCESSORS = {"M4F": "cortex_m4+vfp4d16sp", "M7": "cortex_m7+fp_armv8d16sp"}
+"""Those whose unit knows single precision only."""
+
+SINGLE_FLAGS = ("-DCARDSFLOW_FLOAT", "-Xclang", "-cl-single-precision-constant")
+DOUBLES = {"sqrt", "fmod", "ceil", "round", "fabs"}
+"""Functions of doubles; those of single precision end with an f."""
 
 EMULATOR = "qemu-arm-static"
 STACK, FLASH = 4096, 131072  # in bytes; every tension law is in, whether the robot has it or not
@@ -39,7 +56,8 @@ def build(program: Path, processor: str, *sources: str, flags: tuple[str, ...] =
     files += [file for csrc in (*FOLDERS, FREESTANDING) for file in sorted(csrc.glob("*.c"))]
     compiler = Path(importlib.util.find_spec("ziglang").origin).parent  # type: ignore[union-attr, arg-type]
     headers = [FREESTANDING, *FOLDERS, HERE, program.parent, compiler / "lib/include"]
-    target = ["thumb-freestanding-eabihf", f"-mcpu={PROCESSORS[processor]}"]
+    cpu = (PROCESSORS | SINGLE_PROCESSORS)[processor]
+    target = ["thumb-freestanding-eabihf", f"-mcpu={cpu}"]
     command = [*ZIG, *target, *FLAGS, *flags, *(f"-I{folder}" for folder in headers)]
     done = subprocess.run(
         [*command, *map(str, files), "-o", str(program)],
@@ -96,3 +114,63 @@ def test_the_controller_of_an_example_fits(example: str, tmp_path: Path) -> None
     said = {what: int(number) for what, number in (line.split() for line in run(program))}
     print(f"  robot {said['robot']}, law {said['law']}, stack {said['stack']} bytes")
     assert said["stack"] < STACK
+
+
+@pytest.fixture(scope="module")
+def single_vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_vectors(tmp_path_factory.mktemp("vectors") / "vectors.bin", single=True)
+
+
+@pytest.fixture(scope="module")
+def replayed_here(single_vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """On this machine."""
+    here, folder = TARGETS["gcc -O2"], tmp_path_factory.mktemp("replay")
+    sources = ("replay_hosted.c", "replay_vectors.c")
+    program = build_program(here, folder, sources, *single_flags(here))
+    return run_program(program, single_vectors).splitlines()
+
+
+@pytest.mark.parametrize("processor", SINGLE_PROCESSORS)
+def test_single_precision_gives_the_same_bits(
+    processor: str, single_vectors: Path, replayed_here: list[str], tmp_path: Path
+) -> None:
+    """As on this machine; test_float.py says how far they are from those of double precision."""
+    flags = ("-O2", "-g", f'-DVECTORS="{single_vectors}"', *SINGLE_FLAGS)
+    sources = ("replay_bare.c", "replay_vectors.c")
+    program = build(tmp_path / "replay.elf", processor, *sources, flags=flags)
+    assert not arithmetic_helpers(program)
+    assert run(program) == replayed_here
+
+
+@pytest.mark.parametrize(("example", "processor"), [("planar_2r", "M7"), ("roboy_left_arm", "M4F")])
+def test_the_controller_in_single_precision_fits(
+    example: str, processor: str, tmp_path: Path
+) -> None:
+    """The floating point unit computes everything in it."""
+    blob = write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example), single=True)
+    sources, flags = ("firmware.c", "example_loop.c"), ("-Os", "-g", *SINGLE_FLAGS)
+    program = build(tmp_path / "firmware.elf", processor, *sources, flags=flags)
+    assert not arithmetic_helpers(program)
+    sizes = program_sizes(program)
+    print(f"\n{example}, {processor}, single precision: code {sizes.code},", end=" ")
+    print(f"constants {sizes.constants} of which robot {blob}")
+    assert sizes.code + sizes.constants < FLASH
+    said = {what: int(number) for what, number in (line.split() for line in run(program))}
+    print(f"  robot {said['robot']}, law {said['law']}, stack {said['stack']} bytes")
+    assert said["stack"] < STACK
+
+
+def test_the_check_sees_doubles(tmp_path: Path) -> None:
+    """A firmware of double precision on a processor without is full of them."""
+    write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))
+    sources, flags = ("firmware.c", "example_loop.c"), ("-Os", "-g")
+    program = build(tmp_path / "firmware.elf", "M4F", *sources, flags=flags)
+    assert {"__aeabi_dmul", "__aeabi_dadd", "sqrt"} <= arithmetic_helpers(program)
+
+
+def arithmetic_helpers(program: Path) -> set[str]:
+    """Functions that compute in the place of the floating point unit, or with doubles."""
+    names = program_names(program)
+    assert "control_loop_tick" in names or "replay_vectors" in names  # not stripped
+    helpers = {name for name in names if name.startswith("__aeabi_")}
+    return {name for name in helpers if not name.startswith("__aeabi_mem")} | names & DOUBLES

@@ -1,7 +1,8 @@
 """A file of vectors: robots, states, QPs and closed loops, with what DART and others make of them.
 
 A record is a name of 48 bytes, an allowed deviation (relative to the largest number), the number of
-doubles that follow, and these, all little-endian:
+doubles that follow, and these, all little-endian; or in a file of single precision, floats in the
+place of doubles, each record padded to 8 bytes:
 
     robot               a blob
     state               q, qd, f
@@ -37,24 +38,49 @@ from sim_dart.tasks import task_rows
 TICKS = 50
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 HEAD = struct.Struct("<48sdQ")
+SINGLE_HEAD = struct.Struct("<48sfI")
+SINGLE_TOLERANCES = {
+    "core.lengths": 1e-6,
+    "core.jacobian": 5e-6,
+    "core.mass_matrix": 5e-6,
+    "core.gravity": 5e-6,
+    "core.coriolis": 5e-6,
+    "core.torques": 1e-5,
+    "core.task_bias": 1e-4,
+    "core.qdd": 1e-4,
+    "program.x": 1e-4,
+    "run.q": 1e-4,
+    "run.forces": 1e-2,
+}
+"""Relative to the largest number; angles near their singular attitude lose most digits."""
 
 
 class VectorFile:
     """Records, one after the other."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, single: bool = False) -> None:
         self.contents = b""
+        self.single = single
 
     def add(self, name: str, values: ArrayLike | bytes = (), tolerance: float = 0.0) -> None:
         """Add a record; numbers may have any shape."""
+        head, size = (SINGLE_HEAD, 4) if self.single else (HEAD, 8)
         if not isinstance(values, bytes):
-            values = np.asarray(values, dtype="<f8").tobytes()
-        self.contents += HEAD.pack(name.encode(), tolerance, len(values) // 8) + values
+            values = np.asarray(values, dtype=f"<f{size}").tobytes()
+        if self.single and tolerance:
+            tolerance = SINGLE_TOLERANCES[name.removeprefix("expect ")]
+        self.contents += head.pack(name.encode(), tolerance, len(values) // size)
+        self.contents += values + bytes(-len(values) % 8)
 
 
-def write_vectors(path: Path) -> Path:
-    """Write the file; returns its path."""
-    file = VectorFile()
+def write_vectors(path: Path, *, single: bool = False) -> Path:
+    """Write the file; returns its path.
+
+    Args:
+        path: Where to.
+        single: For core and laws of single precision.
+    """
+    file = VectorFile(single=single)
     for seed in range(3):
         _add_robot(file, random_robot(seed), np.random.default_rng(seed))
     for seed in range(10):
@@ -71,7 +97,7 @@ def _add_robot(file: VectorFile, robot: Robot, rng: np.random.Generator) -> None
     points = TaskFrame("hand", robot.links[5].name, (0.1, -0.2, 0.3))
     turned = TaskFrame("palm", robot.links[4].name, axes=("alpha", "beta", "gamma"))
     robot = replace(robot, task_sets=(TaskSet("whole", (points, turned)),), task_set="whole")
-    file.add("robot", compile_blob(robot))
+    file.add("robot", compile_blob(robot, single=file.single))
     dart, skeleton, mujoco = DartDynamics(robot), build_skeleton(robot), MujocoRobot(robot)
     for _ in range(5):
         q, qd = rng.uniform(-1.5, 1.5, (2, dart.n))
@@ -168,7 +194,7 @@ def _add_loop(file: VectorFile, experiment: Experiment) -> None:
             plant.step(loop.acting)
         positions.append(plant.q)
         forces.append(loop.acting)
-    file.add("robot", compile_blob(robot))
+    file.add("robot", compile_blob(robot, single=file.single))
     file.add("loop", [] if settings.space == "joint" else task_rows(robot))
     for name, values in law_arrays(experiment).items():
         file.add(f"set {name}", values)

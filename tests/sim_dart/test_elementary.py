@@ -97,6 +97,7 @@ def test_the_arc_tangent_knows_all_quadrants(functions: ctypes.CDLL) -> None:
     assert units(got, np.arctan2(y.astype(np.longdouble), x.astype(np.longdouble))) <= 1.2
     for a, b in product(BEYOND, BEYOND):
         assert repr(own(a, b)) == repr(math.atan2(a, b))
+    assert own(math.inf, 1e300) == math.pi / 2
 
 
 def test_what_is_beyond_numbers(functions: ctypes.CDLL) -> None:

@@ -1,0 +1,205 @@
+"""Core and laws in single precision: what their digits leave, the same on every platform.
+
+Robots, QPs and loops are those of double precision, and so are the numbers that are expected.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from every_joint import every_joint
+from float_loop import SOFT, SOLVED, run_loop
+from precision import STRICT, Handle, Precision, open_robot
+from robots import EXAMPLES, planar_2r, random_robot
+from targets import TARGETS, Target, build_program, run_program, single_flags
+from test_fuzz import SANITIZED, count_refused
+from vector_file import write_vectors
+
+from addin_sdfusion.robot import CardsflowError, Robot, read_robot
+from cardsflow_fmu import Experiment
+from sim_dart import compile_blob
+from sim_dart.core import Core
+
+REPLAY = ("replay_hosted.c", "replay_vectors.c")
+REFERENCE = "gcc -O2"
+
+TERMS = {
+    "lengths": 2e-6,
+    "jacobian": 5e-6,
+    "mass_matrix": 2e-6,
+    "coriolis": 5e-6,
+    "gravity": 2e-6,
+    "torques": 2e-5,
+    "tensions": 5e-6,
+    "qdd": 5e-5,
+}
+"""How far single precision may be off, relative to the largest number of its kind."""
+
+MUSCULAR = ("pneumatic_elbow", "hill_arm")
+
+
+def robots() -> Iterator[Robot]:
+    yield from (planar_2r(), every_joint(), *(random_robot(seed) for seed in range(5)))
+    for name in ("roboy_left_arm", *MUSCULAR):
+        yield read_robot(EXAMPLES / name / "robot")
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> Precision:
+    return Precision(tmp_path_factory.mktemp("single"), True)
+
+
+@pytest.fixture(scope="module")
+def double(tmp_path_factory: pytest.TempPathFactory) -> Precision:
+    return Precision(tmp_path_factory.mktemp("double"), False)
+
+
+@pytest.fixture(scope="module")
+def vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_vectors(tmp_path_factory.mktemp("vectors") / "vectors.bin", single=True)
+
+
+@pytest.fixture(scope="module")
+def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """What gcc's program says of the vectors; it fails where one is off."""
+    target, folder = TARGETS[REFERENCE], tmp_path_factory.mktemp("replay")
+    program = build_program(target, folder, REPLAY, *single_flags(target), *STRICT)
+    return run_program(program, vectors).splitlines()
+
+
+def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> None:
+    assert len(replayed) > 100
+
+
+@pytest.mark.parametrize("target", [name for name in TARGETS if name != REFERENCE])
+def test_every_platform_gives_the_same_bits(
+    target: str, vectors: Path, replayed: list[str], tmp_path: Path
+) -> None:
+    program = build_program(TARGETS[target], tmp_path, REPLAY, *single_flags(TARGETS[target]))
+    assert run_program(program, vectors).splitlines() == replayed
+
+
+def test_literals_must_be_single_too(tmp_path: Path) -> None:
+    """Else doubles would slip in: a compiler that was not told so stops."""
+    with pytest.raises(AssertionError, match="literals_must_be_of_single_precision"):
+        build_program(Target(["gcc", "-O1"]), tmp_path, REPLAY, "-DCARDSFLOW_FLOAT")
+
+
+def evaluate(handle: Handle, q: np.ndarray, qd: np.ndarray, share: np.ndarray) -> None:
+    """Everything at a state, with commands that are a share of what they may be."""
+    number = handle.precision.numbers
+    assert not handle.call("move_checked", number(q), number(qd))
+    handle.call("start", number(share))
+    handle.call("drive", number(qd), number(share))
+    handle.call("pull", number(100.0 * share))
+    handle.call("mass_matrix")
+    handle.call("gravity")
+    handle.call("bias", number(qd))
+    handle.call("accelerate", number(qd), handle.array("torques").copy(), number(0.0 * q))
+
+
+def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precision) -> None:
+    """The largest error of each kind is printed."""
+    worst = dict.fromkeys(TERMS, 0.0)
+    for robot in robots():
+        rng = np.random.default_rng(0)
+        handles = open_robot(single, robot), open_robot(double, robot)
+        for _ in range(10):
+            q, qd = rng.uniform(-1.0, 1.0, (2, len(robot.coordinates))).astype("f4").astype(float)
+            share = rng.uniform(0.05, 0.9, len(robot.muscles)).astype("f4").astype(float)
+            for handle in handles:
+                evaluate(handle, q, qd, share)
+            for name in TERMS:
+                got, true = (handle.array(name).astype(float) for handle in handles)
+                off = np.abs(got - true).max() / max(np.abs(true).max(), 1e-30)
+                worst[name] = max(worst[name], float(off))
+    print("\n", {name: f"{off:.0e}" for name, off in worst.items()})
+    assert all(off <= TERMS[name] for name, off in worst.items()), worst
+
+
+@pytest.mark.parametrize("rule", ["step", "runge_kutta"])
+@pytest.mark.parametrize("name", ["planar_2r", "roboy_left_arm", *MUSCULAR])
+def test_steps_stay_beside_those_of_double_precision(
+    name: str, rule: str, single: Precision, double: Precision
+) -> None:
+    """A fifth of a second of the plant by itself, with constant commands."""
+    experiment = Experiment.load(EXAMPLES / name)
+    robot = experiment.robot
+    found = []
+    for precision in (single, double):
+        handle = open_robot(precision, robot)
+        low = np.array([muscle.f_min for muscle in robot.muscles])
+        u = precision.numbers(0.3 * np.ones(low.size) if name in MUSCULAR else low)
+        handle.array("q")[:] = experiment.start.q
+        handle.call("move_checked", handle.array("q").copy(), handle.array("qd").copy())
+        handle.call("start", u)
+        assert not handle.call(rule, u, None, 1e-3, 200)
+        found.append(np.concatenate([handle.array("q"), 0.01 * handle.array("qd")]).astype(float))
+    off = float(np.abs(found[0] - found[1]).max())
+    print(f"\n{name}, {rule}: {off:.1e} rad")
+    assert off < 1e-4
+
+
+@pytest.mark.parametrize(("example", "unit"), [("planar_2r", "rad"), ("roboy_left_arm", "m")])
+def test_a_controller_of_single_precision_follows_as_well(
+    example: str, unit: str, tmp_path: Path
+) -> None:
+    """As firmware has it, on a plant of double precision: every tick is solved.
+
+    CARDSFLOW_LONG_LOOPS in the environment has it run to the end of the reference.
+    """
+    experiment = Experiment.load(EXAMPLES / example)
+    runs = [
+        run_loop(tmp_path / str(single), experiment, duration(example), single=single)
+        for single in (True, False)
+    ]
+    single, double = runs
+    off = np.abs(single.forces - double.forces).max() / double.forces.max()
+    print(f"\n{example}: RMS {single.rms:.5g} {unit}, double {double.rms:.5g} {unit}")
+    print(f"  forces off by {off:.1e} of the largest, {len(single.q)} ticks")
+    assert set(single.statuses) <= {SOLVED} if set(double.statuses) == {SOLVED} else {SOLVED, SOFT}
+    assert single.rms == pytest.approx(double.rms, rel=1e-2)
+    assert off < 1e-4
+
+
+def duration(example: str) -> float:
+    """In [s]."""
+    whole = {"planar_2r": 8.0, "roboy_left_arm": 32.0}[example]
+    return whole if os.environ.get("CARDSFLOW_LONG_LOOPS") else 1.5
+
+
+def test_a_blob_of_the_other_precision_is_refused(single: Precision) -> None:
+    robot = planar_2r()
+    with pytest.raises(CardsflowError, match="numbers are of single precision, those of this"):
+        Core(compile_blob(robot, single=True))
+    blob = np.frombuffer(compile_blob(robot), np.uint64).copy()
+    message = bytes(200)
+    assert not single.call("core_size", blob, blob.nbytes, message, len(message))
+    assert message.startswith(b"the blob's numbers are of double precision")
+
+
+def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
+    robot = replace(planar_2r(), gravity=(0.0, 0.0, -1e60))
+    assert compile_blob(robot)
+    with pytest.raises(CardsflowError, match="gravity: -1e\\+60 is larger than numbers of single"):
+        compile_blob(robot, single=True)
+
+
+def test_damaged_blobs(tmp_path: Path) -> None:
+    """Opened under sanitizers: refused with a reason, or sound."""
+    paths = []
+    for k, robot in enumerate(robots()):
+        paths.append(tmp_path / f"{k}.bin")
+        paths[-1].write_bytes(compile_blob(robot, single=True))
+    flags = ("-fno-sanitize-recover=all", "-fsanitize=float-cast-overflow")
+    program = build_program(
+        SANITIZED, tmp_path, ("fuzz_blobs.c", "mutate.c"), *flags, *single_flags(SANITIZED)
+    )
+    refused = count_refused(program, *paths)
+    print(f"\n{refused} refused")
+    assert refused > 0

@@ -1,0 +1,144 @@
+"""The force QP in single precision: what has a solution is solved, no certificate is false.
+
+CARDSFLOW_QP_PROBLEMS says how many problems of each kind, 500 else:
+
+    CARDSFLOW_QP_PROBLEMS=10000 python -m pytest -n 0 -s tests/native/test_float_programs.py
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from precision import Handle, Precision, open_program
+
+from controllers.box_problem import BoxProblem
+from controllers.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
+
+sys.path.append(str(Path(__file__).parents[1] / "controllers"))
+from qp_problems import KINDS, is_proof_of_infeasibility
+
+COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "500"))
+WITH_SOLUTION = ("feasible", "at_bounds", "rank_deficient")
+FloatArray = NDArray[np.float64]
+
+ROWS = 1e-4
+"""How far a row of a solved problem may be off, relative to its terms."""
+
+ROUNDING = 5e-7
+
+UNDECIDED = 0.01
+"""Share of problems without a solution that may stay undecided: they lack one by little."""
+
+
+class Answer(NamedTuple):
+    """Of a solver."""
+
+    status: int
+    x: FloatArray
+    multipliers: FloatArray
+
+
+class Solver:
+    """A solver of a precision, for problems of any size."""
+
+    def __init__(self, precision: Precision) -> None:
+        self.precision = precision
+        self._handles: dict[tuple[int, int], Handle] = {}
+
+    def solve(self, problem: BoxProblem, softness: float = 0.0) -> Answer:
+        """Cold."""
+        size = len(problem.g), len(problem.b)
+        if size not in self._handles:
+            self._handles[size] = open_program(self.precision, *size)
+        handle = self._handles[size]
+        for name in ("H_diagonal", "g", "lb", "ub", "b"):
+            handle.array(name)[:] = getattr(problem, name)
+        handle.array("A")[:] = problem.A.T.ravel()
+        handle.array("softness")[:] = softness
+        handle.array("start")[:] = 0.0
+        status = handle.call("solve")
+        return Answer(status, *(handle.array(n).astype(float) for n in ("x", "multipliers")))
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> Solver:
+    return Solver(Precision(tmp_path_factory.mktemp("single"), True))
+
+
+@pytest.fixture(scope="module")
+def double(tmp_path_factory: pytest.TempPathFactory) -> Solver:
+    return Solver(Precision(tmp_path_factory.mktemp("double"), False))
+
+
+def row_error(problem: BoxProblem, x: FloatArray) -> float:
+    """The worst row's, relative to its terms, but for the rounding of the largest row's.
+
+    Rows are compared in the solver's own scale, where H is the identity and they have length 1.
+    """
+    norms = np.linalg.norm(problem.A / np.sqrt(problem.H_diagonal), axis=1)
+    norms[norms == 0] = 1.0
+    terms = (np.abs(problem.b) + np.abs(problem.A) @ np.abs(x)) / norms
+    off = np.abs(problem.A @ x - problem.b) / norms - ROUNDING * terms.max()
+    return float((off / np.where(terms > 0, terms, 1.0)).max())
+
+
+@pytest.mark.parametrize("kind", WITH_SOLUTION)
+def test_what_has_a_solution_is_solved(kind: str, single: Solver, double: Solver) -> None:
+    """Rows hold, bounds hold exactly, and most answers are double precision's."""
+    off, rows = [], []
+    for seed in range(COUNT):
+        problem = KINDS[kind](seed)
+        answer, true = single.solve(problem), double.solve(problem)
+        assert (seed, answer.status) == (seed, SOLVED)
+        low, high = (np.asarray(b, np.float32) for b in (problem.lb, problem.ub))
+        assert (answer.x >= low).all(), seed
+        assert (answer.x <= high).all(), seed
+        rows.append(row_error(problem, answer.x))
+        off.append(np.abs(answer.x - true.x).max() / np.abs(true.x).max().clip(1e-9))
+    print(f"\n{kind}: {COUNT} solved; rows off by {max(rows):.0e} at most; x by", end=" ")
+    print(f"{np.median(off):.0e} in the median, {np.quantile(off, 0.99):.0e} for 99 %")
+    assert max(rows) < 1.01 * ROWS
+    assert np.median(off) < 1e-6
+    assert np.quantile(off, 0.99) < 1e-3
+
+
+def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: Solver) -> None:
+    """Certificates are proofs in long arithmetic; the others' rows hold to rounding."""
+    found: Counter[int] = Counter()
+    for seed in range(COUNT):
+        problem = KINDS["infeasible"](seed)
+        answer = single.solve(problem)
+        found[answer.status] += 1
+        if answer.status == INFEASIBLE:
+            assert is_proof_of_infeasibility(problem, answer.multipliers), seed
+        elif answer.status == SOLVED:
+            assert row_error(problem, answer.x) < 1.01 * ROWS, seed
+    print(
+        f"\n{found[INFEASIBLE]} proven, {found[SOLVED]} solved within {ROWS} of the rows'", end=" "
+    )
+    print(f"terms, {found[NOT_CONVERGED]} undecided")
+    assert set(found) <= {INFEASIBLE, SOLVED, NOT_CONVERGED}
+    assert found[INFEASIBLE] > 0.8 * COUNT
+    assert found[NOT_CONVERGED] < UNDECIDED * COUNT
+
+
+@pytest.mark.parametrize("softness", [1e-4, 1.0])
+def test_soft_problems_are_always_solved(softness: float, single: Solver, double: Solver) -> None:
+    off = []
+    for seed in range(COUNT // 2):
+        problem = KINDS["infeasible" if seed % 2 else "feasible"](seed)
+        scale = (problem.A**2 / problem.H_diagonal).sum() / len(problem.b)
+        answer = single.solve(problem, softness * scale)
+        true = double.solve(problem, softness * scale)
+        assert (seed, answer.status, true.status) == (seed, SOLVED, SOLVED)
+        off.append(np.abs(answer.x - true.x).max() / np.abs(true.x).max().clip(1e-9))
+    print(f"\nx off by {np.median(off):.0e} in the median, {max(off):.0e} at most")
+    assert np.median(off) < 1e-6
+    assert max(off) < 2e-2
