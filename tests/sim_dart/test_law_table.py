@@ -87,7 +87,7 @@ def _counts() -> list[str]:
 
 def _fields() -> list[str]:
     lines = library().core_layout().decode().splitlines()
-    return [line.split()[1] for line in lines if line.split()[0] in ("double", "int32_t")]
+    return [line.split()[1] for line in lines if line.split()[0] in ("double", "real", "int32_t")]
 
 
 def test_a_blob_with_a_wrong_law_is_refused() -> None:

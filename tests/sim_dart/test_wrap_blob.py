@@ -19,7 +19,7 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
     counts = {words[1]: 0 for words in names if words[0] == "count"}
     counts |= {"muscles": 2, "points": 4, "surfaces": 2, "wraps": 3, "pulleys": 1, "robots": 1}
     fields: dict[str, object] = {
-        words[1]: [] for words in names if words[0] in ("double", "int32_t")
+        words[1]: [] for words in names if words[0] in ("double", "real", "int32_t")
     }
     fields |= {
         "gravity": [0, 0, -9.81],
