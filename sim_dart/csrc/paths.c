@@ -5,6 +5,7 @@
    a cable touches a surface moves on it as well, but that changes no length (envelope theorem).         */
 #include "state.h"
 #include "wrap.h"
+#include "wrap_lanes.h"
 
 #include <math.h>
 #include <string.h>
@@ -84,7 +85,7 @@ static void trace_wrap(core *c, int32_t k, int32_t w)
     write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
 }
 
-/* A segment over one surface: all that most muscles need. */
+/* A segment over one surface, by itself. */
 static real add_wrap(core *c, int32_t k, int32_t w, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
@@ -92,14 +93,29 @@ static real add_wrap(core *c, int32_t k, int32_t w, real *row)
     const wrap_surface surface = placed_surface(c, s);
     const wrap_way way = way_of(c, w);
     pull over;
-    const int32_t before = c->blob.point_frame[k], after = c->blob.point_frame[k + 1];
-    const int ends = (before != frame ? ENTERING : 0) | (after != frame ? LEAVING : 0);
-    const int is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
+    const int ends = wrap_ends(&c->blob, w), is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
     if (way.is_counted) c->wrap_turning[w] = over.turning;
     if (!is_touched) return add_segment(c, k, row);
-    if (ends & ENTERING) add_span(c, over.entering, A, before, A, frame, row);
-    if (ends & LEAVING) add_span(c, over.leaving, B, frame, B, after, row);
+    if (ends & ENTERING) add_span(c, over.entering, A, c->blob.point_frame[k], A, frame, row);
+    if (ends & LEAVING) add_span(c, over.leaving, B, frame, B, c->blob.point_frame[k + 1], row);
     return over.length;
+}
+
+/* The same of what has been found side by side with others: all that most muscles need. */
+static inline real add_lane(const core *c, int32_t k, int32_t w, const wrap_lanes *lanes, real *row)
+{
+    const real *A = c->point + 3 * k, *B = A + 3;
+    const int32_t *ends = c->blob.point_frame + k, frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
+    const int32_t i = w - lanes->first;
+    if (ends[0] != frame) {
+        const real u[3] = {lanes->entering[0][i], lanes->entering[1][i], lanes->entering[2][i]};
+        add_span(c, u, A, ends[0], A, frame, row);
+    }
+    if (ends[1] != frame) {
+        const real u[3] = {lanes->leaving[0][i], lanes->leaving[1][i], lanes->leaving[2][i]};
+        add_span(c, u, B, frame, B, ends[1], row);
+    }
+    return lanes->length[i];
 }
 
 /* Whether the straight line between two via points is free, so that the segment is that. */
@@ -158,11 +174,24 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
     return length;
 }
 
+/* Whether the next wrap, at via point k, goes with others. */
+static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *lanes)
+{
+    if (w >= c->blob.counts.wraps || c->blob.wrap_point[w] != k) return 0;
+    if (w >= lanes->first + lanes->count) wrap_lanes_fill(c, w, lanes);
+    return lanes->is_alone[w - lanes->first] == 0;
+}
+
 /* A segment that is not just straight; `at` is where its wraps and its pulley begin in their lists. */
-static real add_way(core *c, int32_t k, progress *at, real *row, int is_traced)
+static real add_way(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *row, int is_traced)
 {
     const blob_view *blob = &c->blob;
     const progress here = *at;
+    if (is_in_lane(c, k, here.wrap, lanes)) {
+        if (is_traced) trace_wrap(c, k, here.wrap);
+        at->wrap++;
+        return add_lane(c, k, here.wrap, lanes, row);
+    }
     while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
     at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
     const int32_t surfaces = at->wrap - here.wrap, pulleys = at->pulley - here.pulley;
@@ -214,6 +243,8 @@ static void walk(core *c, int is_traced)
     const blob_view *blob = &c->blob;
     const size_t dofs = (size_t)blob->counts.dofs;
     progress at = {0, 0};
+    wrap_lanes lanes;
+    lanes.first = lanes.count = 0;
     memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
     int32_t k = 0, next = next_way(blob, &at);
     for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
@@ -223,7 +254,7 @@ static void walk(core *c, int is_traced)
                 length += add_segment(c, k, row);
                 continue;
             }
-            length += add_way(c, k, &at, row, is_traced);
+            length += add_way(c, k, &at, &lanes, row, is_traced);
             next = next_way(blob, &at);
         }
         c->lengths[m] = length;
@@ -233,6 +264,7 @@ static void walk(core *c, int is_traced)
 void paths_prepare(core *c)
 {
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
+    wrap_lanes_prepare(c);
 }
 
 void paths_move(core *c)

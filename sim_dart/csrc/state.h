@@ -70,6 +70,11 @@
     ARRAY(force_high, muscles)                                                                         \
     ARRAY(commands, muscles)                                                                           \
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
+    ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */  \
+    ARRAY(wrap_half, wraps)            /* infinite where there are no ends */                          \
+    ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
+    ARRAY(wrap_sense, wraps)           /* its side */                                                  \
+    ARRAY(wrap_is_special, wraps)      /* what wrap_lanes.c is not for */                              \
     ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
@@ -86,6 +91,7 @@ struct core {
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
     int32_t has_friction;
+    int32_t wrap_ends;   /* which directions any wrap is asked for */
     int32_t pushes;      /* points that core_push has given; the arrays are the caller's */
     const int32_t *push_frame;
     const real *push_point, *push_wrench;

@@ -1,0 +1,82 @@
+"""Wraps that are found side by side have the lengths and moment arms of each by itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from wrapped import FAR, carriage, single_wraps
+
+from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint, Wrap, WrapSurface
+from addin_sdfusion.robot.muscle import WrapShape
+from sim_dart import MusclePaths
+from sim_dart.core import Core
+
+pytestmark = pytest.mark.native
+
+
+def by_themselves(robot: Robot) -> list[MusclePaths]:
+    """A robot a muscle: one wrap is not worth a lane."""
+    return [MusclePaths(robot.with_muscles([muscle])) for muscle in robot.muscles]
+
+
+@pytest.mark.parametrize("surface_link", [WORLD, "link_1", FAR])
+@pytest.mark.parametrize("count", [2, 16, 17, 50])
+def test_side_by_side_as_one_by_one(surface_link: str, count: int) -> None:
+    """All kinds together; at the near end, the far end, both or neither the surface moves."""
+    rng = np.random.default_rng(count)
+    robot = single_wraps(rng, count, sides=(0, 1, -1), turns=(0, 0, 1), lengths=(0.2, math.inf))
+    surfaces = tuple(replace(s, link=surface_link) for s in robot.wrap_surfaces)
+    robot = replace(robot, wrap_surfaces=surfaces)
+    together, alone = MusclePaths(robot), by_themselves(robot)
+    for q in rng.uniform(-0.3, 0.3, (40, 3)):
+        lengths, L = together.evaluate(q)
+        for k, paths in enumerate(alone):
+            length, row = paths.evaluate(q)
+            assert lengths[k] == pytest.approx(length[0], abs=1e-14)
+            np.testing.assert_allclose(L[k], row[0], rtol=0, atol=1e-12)
+
+
+def fan(
+    shape: WrapShape, side: Literal[0, 1, -1], angles: NDArray[np.float64], climb: float
+) -> Robot:
+    """Muscles over surfaces of 0.1 m, from 0.3 m off the axis, at angles, to as far from it."""
+    muscles, surfaces = [], []
+    for k, angle in enumerate(angles):
+        far = (0.3 * math.cos(angle), 0.3 * math.sin(angle), climb)
+        ends = (ViaPoint(WORLD, (0.3, 0.0, 0.0)), ViaPoint(FAR, far))
+        surfaces.append(WrapSurface(f"s{k}", WORLD, shape, 0.1))
+        muscles.append(Muscle(f"m{k}", ends, wraps=(Wrap(f"s{k}", 0, side),)))
+    return carriage(muscles, surfaces)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+@pytest.mark.parametrize("side", [0, 1, -1])
+def test_where_cables_touch_down_and_change_sides(
+    shape: WrapShape, side: Literal[0, 1, -1]
+) -> None:
+    """Rounding apart from there, on both sides of it; and across the axis, or nearly."""
+    touching = 2 * math.acos(1 / 3)
+    apart = np.concatenate([[0.0], np.logspace(-16, -1, 16)])
+    kinks = [sign * angle for angle in (touching, math.pi) for sign in (1, -1)]
+    angles = np.concatenate([kink + sign * apart for kink in kinks for sign in (1, -1)])
+    robot = fan(shape, side, angles, 0.0 if shape == "sphere" else 0.07)
+    lengths = MusclePaths(robot).evaluate(np.zeros(3)).lengths
+    for length, paths in zip(lengths, by_themselves(robot), strict=True):
+        assert length == pytest.approx(paths.evaluate(np.zeros(3)).lengths[0], abs=1e-14)
+
+
+def test_a_trace_changes_nothing() -> None:
+    """Not the last bit: who draws a robot does not change its run."""
+    rng = np.random.default_rng(3)
+    paths, q = MusclePaths(single_wraps(rng, 40, sides=(0, 1, -1))), rng.uniform(-0.3, 0.3, 3)
+    lengths, L = (array.copy() for array in paths.evaluate(q))
+    core: Core = paths._core
+    core.trace(core.handle)
+    again, L_again = core.array("lengths", 40), core.array("jacobian", 40, 3)
+    np.testing.assert_array_equal(again, lengths)
+    np.testing.assert_array_equal(L_again, L)
