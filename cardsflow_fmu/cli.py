@@ -198,11 +198,11 @@ def _add_info(commands: Any, common: argparse.ArgumentParser) -> None:
         commands,
         common,
         "info",
-        "Show what a robot or an FMU is made of.",
+        "Show what a robot, an FMU or a system of FMUs is made of.",
         "cardsflow info examples/planar_2r/robot --cable-set basic_multi_segment",
     )
     parser.add_argument(
-        "thing", type=Path, help="a model.sdf, a *_bodies.xml, their folder, or an .fmu"
+        "thing", type=Path, help="a model.sdf, a *_bodies.xml, their folder, an .fmu or an .ssp"
     )
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
     parser.add_argument("--json", action="store_true", help="print it as JSON")
@@ -283,9 +283,12 @@ def _check(options: argparse.Namespace) -> int:
 
 def _info(options: argparse.Namespace) -> int:
     from .info import describe_fmu, describe_robot, fmu_info, robot_info
+    from .system_info import describe_system, system_info
 
     if options.thing.suffix == ".fmu":
         info, describe = fmu_info(options.thing), describe_fmu
+    elif options.thing.suffix == ".ssp":
+        info, describe = system_info(options.thing), describe_system
     else:
         info, describe = robot_info(options.thing, options.cable_set), describe_robot
     print(json.dumps(info, indent=1) if options.json else describe(info))

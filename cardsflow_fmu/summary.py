@@ -72,7 +72,13 @@ def summarize(
 
 
 def summarize_system(
-    name: str, recording: Recording, speed: Speed, *, coupling: str, step: float
+    name: str,
+    recording: Recording,
+    speed: Speed,
+    *,
+    coupling: str,
+    step: float,
+    engine: Mapping[str, str],
 ) -> dict[str, Any]:
     """The summary of a system's run: what can be told from the names of its signals.
 
@@ -82,6 +88,7 @@ def summarize_system(
         speed: How long it took.
         coupling: Name of the coupling scheme.
         step: Communication step, in [s].
+        engine: What computes plant and controller.
     """
     columns = _columns(recording)
     pulled = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
@@ -95,6 +102,8 @@ def summarize_system(
         **_course(recording, columns),
         "coupling": coupling,
         "step": step,
+        "engine": dict(engine),
+        "master": MASTERS["fmu"],
         **_signals(recording, columns, _followed_by_name(recording), forces, {}),
         **_speed(recording, speed),
         "versions": versions(),

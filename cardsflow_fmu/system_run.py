@@ -26,6 +26,7 @@ from .master import Master, Progress, Recording
 from .output import OutputFolder
 from .participants import Participant
 from .results import TABLE, SystemResult
+from .run_engines import system_engines
 from .saved_run import EXPERIMENT
 from .ssp_reader import read_system, unpack_ssp
 from .ssp_system import Component, System
@@ -136,7 +137,13 @@ def _simulate(
                 by_name=False,
                 changes={".".join(c.target): c.change for c in system.connections},
             )
-            about = partial(summarize_system, system.name, coupling=coupling.scheme, step=step)
+            about = partial(
+                summarize_system,
+                system.name,
+                coupling=coupling.scheme,
+                step=step,
+                engine=system_engines({c.name: folder / c.source for c in system.components}),
+            )
             units = {name: master.units.get(name, "") for name in master.names}
             if journal is not None:
                 nothing = Recording(

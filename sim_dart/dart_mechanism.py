@@ -10,7 +10,7 @@ from addin_sdfusion.robot import Robot
 
 from .frames import FloatArray
 from .link_wrenches import LinkWrenches
-from .mechanism import Held, Mechanism, Momentum
+from .mechanism import DivergedError, Held, Mechanism, Momentum
 from .skeleton import build_skeleton
 from .skeleton_group import build_skeletons
 from .tasks import point_rows
@@ -57,6 +57,7 @@ class DartMechanism(Mechanism):
 
         Raises:
             InputError: A command is not finite.
+            DivergedError: What acts from outside is beyond all numbers.
         """
         if self.laws is None:
             bad = self._pull(self._handle, commands.tobytes())
@@ -67,13 +68,27 @@ class DartMechanism(Mechanism):
         if held is None:
             return self.muscle_torques
         self.outer_torques = held.torques
-        if held.loads is not None:
-            self.core.update_task_jacobian(self._handle)
-            pushed = self._task_jacobian[self._point_rows].T @ held.loads
-            self.outer_torques = held.torques + pushed
-        if held.wrenches is not None:
-            self.outer_torques = self.outer_torques + self._link_wrenches.torques(held.wrenches)
-        return self.muscle_torques + self.outer_torques
+        with np.errstate(over="ignore", invalid="ignore"):
+            if held.loads is not None:
+                self.core.update_task_jacobian(self._handle)
+                pushed = self._task_jacobian[self._point_rows].T @ held.loads
+                self.outer_torques = held.torques + pushed
+            if held.wrenches is not None:
+                self.outer_torques = self.outer_torques + self._link_wrenches.torques(held.wrenches)
+            total: FloatArray = self.muscle_torques + self.outer_torques
+        self._check_forces(total)
+        return total
+
+    def _check_forces(self, forces: FloatArray) -> None:
+        """DART takes accelerations that are no numbers for none at all.
+
+        Raises:
+            DivergedError: A generalised force is not finite.
+        """
+        if not np.isfinite(forces).all():
+            worst = int(np.flatnonzero(~np.isfinite(forces))[0])
+            name = self.robot.coordinates[worst].name
+            raise DivergedError(f"the force or torque on {name} is {forces[worst]}")
 
     def place(self, q: FloatArray, qd: FloatArray) -> None:
         """Go to a state; see `Mechanism.place`."""

@@ -5,6 +5,8 @@ q+ = q + h qd+. Contacts and joint limits hold as of the step's end; damping and
 are implicit, so that they are stable with any step; the error is of first order in h. DART stops
 those joints that would pass their limits without any stop; one that only the stop of another
 drives into its own is beyond it for a step. The core's step (`core_mechanism`) holds all at once.
+Coulomb friction of joints is an impulse of at most h times its force or torque, which brings the
+velocity at the step's end to zero where it can.
 
 Runge-Kutta 4 for plants without contacts: M qdd = -L'f + A tau + J_p'w - C - G - D qd - K (q - r)
 and x' of the muscles, with everything evaluated at all four stages. Its error is of fourth order

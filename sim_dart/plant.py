@@ -9,7 +9,6 @@ every step. Joint limits are inelastic stops.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,15 +26,11 @@ from .muscle_paths import finite, vector
 from .muscle_rest import resting_commands
 from .no_world import NoWorld
 from .scene import Scene
+from .step_settings import Rule, check_step
 from .tasks import task_rows
 from .world import World
 
 FloatArray = NDArray[np.float64]
-
-Rule = Literal["euler", "rk4"]
-
-MOST_SUBSTEPS = 1_000_000
-"""Native plants take no more either."""
 
 
 class Plant:
@@ -82,7 +77,7 @@ class Plant:
         engine: Engine = "auto",
     ) -> None:
         require_valid(robot)
-        _check(step, integrator, substeps)
+        check_step(step, integrator, substeps)
         substeps = int(substeps)
         self.robot = robot
         self._step = float(step)
@@ -336,14 +331,3 @@ class Plant:
         self._ticks = ticks
         self.world.time = self.time
         self.q, self.qd = q, qd
-
-
-def _check(step: float, integrator: str, substeps: int) -> None:
-    if not (np.isfinite(step) and step > 0):
-        raise InputError(f"the plant's step must be a positive time in s, not {step}")
-    if integrator not in get_args(Rule):
-        raise InputError(f"integrator {integrator!r} is none of {', '.join(get_args(Rule))}")
-    if not 1 <= substeps <= MOST_SUBSTEPS or substeps != int(substeps):
-        raise InputError(
-            f"substeps must be a whole number from 1 to {MOST_SUBSTEPS}, not {substeps!r}"
-        )

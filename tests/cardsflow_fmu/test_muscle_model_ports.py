@@ -19,7 +19,7 @@ from cardsflow_fmu.muscle_ports import ENERGIES
 from cardsflow_fmu.simulation import simulate
 from cardsflow_fmu.sizing import size
 from sim_dart import DartDynamics, MuscleDrive
-from sim_dart.plant import MOST_SUBSTEPS
+from sim_dart.step_settings import MOST_SUBSTEPS
 
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 HILL = {

@@ -107,7 +107,7 @@ def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
     for name in result.names:
         np.testing.assert_array_equal(result[name], ours[name], err_msg=name)
     assert result.units == {name: ours.units[name] for name in result.names}
-    for key in ("tracking", "infeasible_ticks", "ticks", "status", "coupling"):
+    for key in ("tracking", "infeasible_ticks", "ticks", "status", "coupling", "engine"):
         assert result.summary[key] == ours.summary[key]
 
 

@@ -144,6 +144,25 @@ def test_a_plant_that_diverges_says_when_and_what(rule: Any) -> None:
     assert np.isfinite(plant.q).all()
 
 
+@RULES
+@pytest.mark.parametrize("push", ["loads", "wrenches"])
+@pytest.mark.parametrize("engine", ["core", "dart"])
+def test_a_force_beyond_all_numbers_is_no_rest(engine: Any, push: str, rule: Any) -> None:
+    """DART by itself takes an acceleration that is no number for none."""
+    plant = Plant(planar_2r(), integrator=rule, engine=engine, wrenched=["link_2"])
+    size = 3 if push == "loads" else 6
+    with pytest.raises(SimulationError, match=r"diverged at t = 0.001 s: .*joint_1"):
+        plant.step(np.zeros(4), **{push: np.full(size, 1.5e308)})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", ["a", None, [1, 2], 1j, 10**400, float("nan")])
+def test_settings_that_are_no_numbers_are_refused(value: Any) -> None:
+    with pytest.raises(InputError, match="step must be a positive time in s, not"):
+        Plant(planar_2r(), value)
+    with pytest.raises(InputError, match="substeps must be a whole number from 1"):
+        Plant(planar_2r(), substeps=value)
+
+
 def test_auto_takes_the_core_where_it_can() -> None:
     robot = planar_2r()
     assert Plant(robot).engine == "core"

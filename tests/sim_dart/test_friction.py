@@ -249,7 +249,7 @@ def test_dart_gives_the_same(seed: int) -> None:
     for _ in range(500):
         for plant in (core, dart):
             plant.step(np.full(4, 1.0))
-        np.testing.assert_allclose(core.q, dart.q, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(core.q, dart.q, rtol=0, atol=1e-9)
         slid, held = slid + np.sum(core.qd != 0.0), held + np.sum(core.qd == 0.0)
     assert slid
     assert held

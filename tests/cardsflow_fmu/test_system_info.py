@@ -1,0 +1,91 @@
+"""What is told of systems of FMUs: their make-up, and what computes in them."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robots import PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment, build
+from cardsflow_fmu.cli import main
+from cardsflow_fmu.run_engines import system_engines
+from cardsflow_fmu.system_info import describe_system, system_info
+from cardsflow_fmu.system_run import simulate_system
+
+SHORT = {"run.duration": 0.01}
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("system")
+    build(Experiment.load(PLANAR_2R, SHORT), folder)
+    return folder / "system.ssp"
+
+
+def test_a_system_lists_its_participants(system: Path) -> None:
+    info = system_info(system)
+    assert info["name"] == "planar_2r"
+    assert (info["step"], info["stop_time"]) == (0.001, 0.01)
+    assert info["variants"] == ["hardware"]
+    plant = next(c for c in info["components"] if c["name"] == "plant")
+    assert plant["inputs"][0] == "f.cable_1"
+    assert "q.joint_1" in plant["outputs"]
+    assert {"from": "controller.f.cable_2", "to": "plant.f.cable_2"} in info["connections"]
+    text = describe_system(info)
+    assert text.startswith("planar_2r: a system of 3 FMUs, step 0.001 s, until 0.01 s\n")
+    assert "variants: hardware" in text
+
+
+def test_the_command_tells_of_systems(
+    system: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["info", str(system)]) == 0
+    assert "resources/controller.fmu" in capsys.readouterr().out
+    assert main(["info", str(system), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == system_info(system)
+    broken = tmp_path / "broken.ssp"
+    broken.write_bytes(system.read_bytes()[:3000])
+    assert main(["info", str(broken)]) == 2
+    assert main(["info", str(tmp_path / "none.ssp")]) == 2
+    error = capsys.readouterr().err
+    assert "broken.ssp: is no .ssp" in error
+    assert "none.ssp: cannot be read" in error
+
+
+def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:
+    path = tmp_path / "empty.ssp"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", "<nothing")
+    with pytest.raises(InputError, match=r"empty\.ssp/SystemStructure\.ssd"):
+        system_info(path)
+
+
+@pytest.mark.parametrize(
+    ("settings", "native", "engines"),
+    [
+        ({}, False, ("core", "core")),
+        ({"plant.engine": "dart"}, False, ("dart", "core")),
+        ({"controller.engine": "dart"}, False, ("core", "dart")),
+        ({}, True, ("native", "native")),
+    ],
+)
+def test_the_summary_of_a_system_tells_what_computes(
+    settings: dict[str, Any], native: bool, engines: tuple[str, str], tmp_path: Path
+) -> None:
+    build(Experiment.load(PLANAR_2R, SHORT | settings), tmp_path, native=native)
+    summary = simulate_system(tmp_path / "system.ssp").summary
+    assert summary["engine"] == dict(zip(("plant", "controller"), engines, strict=True))
+    assert summary["master"] == "Python, over FMUs"
+
+
+def test_an_fmu_of_others_goes_by_its_name(system: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.fmu"
+    other.write_bytes(b"no FMU at all")
+    hardware = system.parent / "hardware.fmu"
+    files = {"plant": hardware, "controller": other, "reference": other}
+    assert system_engines(files) == {"plant": "hardware", "controller": "other.fmu"}
