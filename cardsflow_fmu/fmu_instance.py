@@ -15,6 +15,7 @@ from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 
 from .fmu_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
 from .fmu_signals import Row, Signal, read_signals
+from .interruption import interruptible
 from .units import Unit
 
 _TOLD = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
@@ -35,6 +36,7 @@ class FmuInstance:
         InputError: The file is no FMU that can be used.
         SimulationError: The FMU refuses to start; the message is its own.
         UnknownNameError: There is no variable for a start value.
+        KeyboardInterrupt: Ctrl-C or SIGTERM came while it started.
     """
 
     def __init__(
@@ -71,7 +73,7 @@ class FmuInstance:
             raise InputError(f"cannot be loaded: {reason}", file=file) from None
         try:
             self._bind(self._calls)
-            self._initialize(self._calls, self._started(signals, start_values or {}))
+            self._start(self._calls, self._started(signals, start_values or {}))
         except BaseException:
             self.close()
             raise
@@ -118,6 +120,21 @@ class FmuInstance:
                 for name, value in zip(signal.names, start, strict=True):
                     self.inputs[self.input_names.index(name)] = value
         return rows
+
+    def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
+        """Initialize it; Ctrl-C waits for that, as hardware takes its time to answer.
+
+        Raises:
+            KeyboardInterrupt: It was pressed meanwhile.
+        """
+        with interruptible() as interrupted:
+            try:
+                self._initialize(calls, rows)
+            except SimulationError:
+                if not interrupted:
+                    raise
+        if interrupted:
+            raise KeyboardInterrupt
 
     def _initialize(self, calls: FmuCalls, rows: list[Row]) -> None:
         for row in rows:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError
 
 from .experiment import ApproachSettings, Experiment, StartSettings
+from .hardware.errors import HardwareError
 from .hardware.opening import environment, measured_start
 from .hardware.pacing import Pacer, real_time_priority, timeliness, without_collections
 from .hardware.settings import HardwareSettings
@@ -95,13 +96,30 @@ class Pace:
     ) -> None:
         self._conditions.close()
 
+    def judged(self, recording: Recording) -> Recording:
+        """The recording; of a run that was over before its hardware was missed, with that failure.
+
+        Who has had no state for longer than the device's watchdog cannot know whether it was heard.
+
+        Args:
+            recording: What the master recorded.
+        """
+        hardware = self._hardware
+        if recording.failure is not None or hardware is None or not hardware.is_paced:
+            return recording
+        silence = _columns(recording).get("age", np.zeros(1))[-1]
+        if silence <= hardware.watchdog:
+            return recording
+        what = f"the hardware was lost at the end: the newest state is {silence:.3g} s old"
+        return replace(recording, failure=HardwareError(what))
+
     def report(self, recording: Recording) -> dict[str, Any]:
         """What the summary says of it: nothing where neither clock nor hardware took part.
 
         Args:
             recording: What the master recorded.
         """
-        columns = dict(zip(recording.names, recording.rows.T, strict=True))
+        columns = _columns(recording)
         report: dict[str, Any] = {}
         if self._scheduling is not None:
             lateness = np.array(recording.lateness)
@@ -118,6 +136,10 @@ class Pace:
                 **_exchanges(columns),
             }
         return report
+
+
+def _columns(recording: Recording) -> dict[str, FloatArray]:
+    return dict(zip(recording.names, recording.rows.T, strict=True))
 
 
 def _exchanges(columns: dict[str, FloatArray]) -> dict[str, Any]:

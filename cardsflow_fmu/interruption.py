@@ -1,4 +1,7 @@
-"""Ctrl-C and SIGTERM between two steps instead of in the middle of one."""
+"""Ctrl-C and SIGTERM between two steps instead of in the middle of one.
+
+A terminal that is closed sends SIGHUP, which is taken as they are, unless `nohup` has it ignored.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ def interruptible() -> Iterator[list[int]]:
 @contextmanager
 def terminable() -> Iterator[None]:
     """SIGTERM raises KeyboardInterrupt, as Ctrl-C does."""
-    with _handling(signal.default_int_handler, [signal.SIGTERM]):
+    with _handling(signal.default_int_handler, _ENDS[1:]):
         yield
 
 
@@ -43,18 +46,21 @@ def ignoring_interrupts() -> Iterator[None]:
         yield
 
 
-_BOTH = (signal.SIGINT, signal.SIGTERM)
+_HANG_UP = getattr(signal, "SIGHUP", None)  # Windows has none
+_ENDS = [signal.SIGINT, signal.SIGTERM, *([_HANG_UP] if _HANG_UP else [])]
+"""What asks a program to end."""
 
 
 @contextmanager
-def _handling(handler: Any, numbers: Sequence[signal.Signals] = _BOTH) -> Iterator[None]:
-    """Another handler for Ctrl-C and SIGTERM, in the main thread, which alone may set one."""
+def _handling(handler: Any, numbers: Sequence[signal.Signals] = _ENDS) -> Iterator[None]:
+    """Another handler for what asks to end, in the main thread, which alone may set one."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = [signal.signal(number, handler) for number in numbers]
+    heard = [n for n in numbers if n != _HANG_UP or signal.getsignal(n) is not signal.SIG_IGN]
+    before = [signal.signal(number, handler) for number in heard]
     try:
         yield
     finally:
-        for number, previous in zip(numbers, before, strict=True):
+        for number, previous in zip(heard, before, strict=True):
             signal.signal(number, previous)

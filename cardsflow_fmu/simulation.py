@@ -315,7 +315,7 @@ def _simulate(
             journal.begin(master.names, _units(nothing), master.count, summary)
         with pace:
             begin = time.perf_counter()
-            recording = master.run(progress, pace.pacer, watch, journal)
+            recording = pace.judged(master.run(progress, pace.pacer, watch, journal))
             speed = Speed(time.perf_counter() - begin, begin - started)
     result = Result(
         recording.names,

@@ -153,7 +153,7 @@ def _simulate(
                 journal.begin(master.names, units, master.count, summary)
             with Pace(step, realtime, hardware) as pace:
                 begin = time.perf_counter()
-                recording = master.run(progress, pace.pacer, journal=journal)
+                recording = pace.judged(master.run(progress, pace.pacer, journal=journal))
                 speed = Speed(time.perf_counter() - begin, begin - started)
     summary = about(recording, speed) | pace.report(recording)
     times = recording.times_of_ticks()

@@ -28,7 +28,8 @@ def read_file(file: Path, largest: int) -> bytes:
         if not stat.S_ISREG(info.st_mode):
             raise InputError("is not a regular file", file=file)
         if info.st_size > largest:
-            raise InputError(f"is larger than {largest >> 20} MiB", file=file)
+            most = f"{largest >> 20} MiB" if largest >> 20 else f"{largest} bytes"
+            raise InputError(f"is larger than {most}", file=file)
         with file.open("rb") as stream:
             return stream.read(largest)
     except (OSError, ValueError) as error:

@@ -209,9 +209,10 @@ class HardwareSession:
             what = f"no answer within {self._settings.timeout:g} s, in lock step"
             raise HardwareError(f"the hardware is lost: {what}")
         if self._missed_in_a_row > self._settings.max_missed:
+            newest = f"the newest is {came.age:.3g} s old" if came.seq else "none came at all"
             raise HardwareError(
-                f"the hardware is lost: no state in {self._missed_in_a_row} exchanges, the newest "
-                f"is {came.age:.3g} s old; hardware.max_missed is {self._settings.max_missed}"
+                f"the hardware is lost: no state in {self._missed_in_a_row} exchanges, {newest}; "
+                f"hardware.max_missed is {self._settings.max_missed}"
             )
 
     def _ramp_down(self) -> None:

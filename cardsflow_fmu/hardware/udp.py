@@ -17,6 +17,7 @@ from .framed_link import FramedLink
 from .waiting import Waiter
 
 _FORM = "an address by UDP is udp://HOST:PORT, such as udp://127.0.0.1:5005"
+_EVERYBODY = "255.255.255.255"
 _MOST_SELECTED = 1024
 """`select` takes file descriptors below this."""
 
@@ -112,7 +113,7 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
     """Family and address of a host.
 
     Raises:
-        HardwareError: It is not known.
+        HardwareError: It is not known, or stands for many machines.
     """
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
@@ -120,12 +121,20 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
         why = getattr(error, "strerror", None) or error
         raise HardwareError(f"no host {host!r}, in {uri}: {why}") from error
     family, _, _, _, address = found[0]
+    number = _without_zone(str(address[0]))
+    if number == _EVERYBODY or ipaddress.ip_address(number).is_multicast:
+        raise HardwareError(f"{uri} is no address of one machine: a run has two sides")
     return family, address
 
 
 def is_loopback(host: str) -> bool:
     """Whether an address is one that other machines cannot reach."""
     try:
-        return ipaddress.ip_address(host.partition("%")[0]).is_loopback
+        return ipaddress.ip_address(_without_zone(host)).is_loopback
     except ValueError:
         return False
+
+
+def _without_zone(host: str) -> str:
+    """An IPv6 address without the network card that it is to be reached by."""
+    return host.partition("%")[0]

@@ -21,7 +21,9 @@ def main(library: str, version: str, resources: str, links: str) -> NoReturn:
         resources: Folder of the FMU's resources.
         links: What the library finds the host by.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the host's to handle
+    for name in ("SIGINT", "SIGHUP"):  # Ctrl-C, or a closed terminal, is the host's to handle
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     if sys.stderr is not None:
         faulthandler.enable()
     runtime = ctypes.CDLL(library)

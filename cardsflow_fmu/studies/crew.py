@@ -134,7 +134,7 @@ def process_crew(jobs: int) -> Iterator[ProcessCrew]:
 
 def _begin_worker(watched: Connection) -> None:
     """In a new process: leave Ctrl-C to the parent, and end with it."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
     threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
 
 

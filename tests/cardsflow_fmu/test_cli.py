@@ -27,6 +27,7 @@ from small_studies import KP, write_study
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli import _parser, main
 from cardsflow_fmu.cli_parts import EXIT_CODES
+from cardsflow_fmu.interruption import interruptible, terminable
 
 SHORT = ["--set", "run.duration=0.05"]
 CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli"]
@@ -278,7 +279,7 @@ def interrupted(
     return process.returncode
 
 
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
     words = ["run", str(PLANAR_2R), "--direct", "-o", str(out), "--set", "run.duration=600"]
@@ -289,7 +290,7 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
     assert len(result.rows) > 0
 
 
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
     assert many != KP
@@ -297,6 +298,18 @@ def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: sign
     out = tmp_path / "out"
     words = ["study", str(study), "-j", "1", "-o", str(out)]
     assert interrupted(words, out, "runs/*.json", sign) == 130
+
+
+def test_what_nohup_has_ignored_stays_ignored() -> None:
+    """A run goes on when its terminal is closed, if that was asked for."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with interruptible() as interrupted, terminable():
+            signal.raise_signal(signal.SIGHUP)
+        assert not interrupted
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 # Progress

@@ -306,6 +306,19 @@ def test_a_patient_run_learns_that_the_device_has_gone_to_its_safe_state(
     assert world.device.counters["runs"] == 2
 
 
+def test_a_patient_run_that_ends_without_its_hardware_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It has its last row, but nobody knows whether the device heard it."""
+    experiment = load(max_missed=1000)
+    world_of(monkeypatch, experiment, Faults(outages=((0.3, 10.0),)))
+    with pytest.raises(RunError, match=r"lost at the end: the newest state is 0\.0[45]") as error:
+        simulate(experiment, through="direct")
+    assert error.value.result.summary["status"] == "incomplete"
+    world_of(monkeypatch, experiment, Faults(outages=((0.34, 10.0),)))
+    assert simulate(experiment, through="direct").complete  # so short a gap feeds the watchdog yet
+
+
 def test_a_device_that_has_restarted_needs_a_new_run(
     monkeypatch: pytest.MonkeyPatch, key_file: dict[str, str]
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -499,10 +500,38 @@ def wait_for(what: Callable[[], bool], longest: float = 20.0) -> float:
     return time.monotonic() - begin
 
 
+@pytest.mark.parametrize("host", ["in-process", "worker"])
+@pytest.mark.parametrize("times", [1, 2])
+def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> None:
+    """It is told as any Ctrl-C is, and leaves nothing behind."""
+    out = tmp_path / "out"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.settimeout(60.0)
+        uri = f"udp://127.0.0.1:{silent.getsockname()[1]}"
+        command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R)]
+        command += ["--hardware", uri, "-o", str(out)]
+        with subprocess.Popen(
+            command,
+            env=os.environ | {"CARDSFLOW_FMU_HOST": host},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as process:
+            silent.recv(1000)
+            for _ in range(times):
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.1)
+            _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (130, "cardsflow: interrupted\n")
+    assert not out.exists()
+
+
 @pytest.mark.parametrize(
     ("host", "signal_"),
     [
         ("in-process", signal.SIGINT),
+        ("in-process", signal.SIGHUP),
         ("in-process", signal.SIGKILL),
         ("worker", signal.SIGTERM),
         ("worker", signal.SIGKILL),
