@@ -10,6 +10,8 @@
 
 #include "dual_newton.h"
 
+#include "../../sim_dart/csrc/real_functions.h"
+
 #include <stdint.h>
 
 /* Where a search meets a bound, and by how much the curvature along the search changes there. */
