@@ -9,7 +9,7 @@
 #include <string.h>
 
 static const real TOLERANCE = PRECISE(1e-6, 1e-4); /* of a torque, relative to 1 + the largest */
-static const real SOFTNESS = PRECISE(1e-8, 1e-5);  /* relative to the size of the rows */
+static const real SOFTNESS[2] = {PRECISE(1e-8, 1e-6), PRECISE(1e-6, 1e-4)}; /* relative to the rows' size */
 
 static void fill(const computed_torque *s, dual_newton *program)
 {
@@ -52,8 +52,12 @@ static int solve_soft(computed_torque *s, const real *tau, real allowed)
         size += dot(n, column, column);
         weights += program->H_diagonal[i];
     }
-    for (size_t j = 0; j < n; j++) program->softness[j] = larger(SOFTNESS * size / weights, LEAST_SOFTNESS);
-    const int status = torque_program(program, s->memory + m + s->rows);
+    int status = DUAL_NEWTON_NOT_CONVERGED;
+    for (int attempt = 0; attempt < 2 && status != DUAL_NEWTON_SOLVED; attempt++) {
+        const real softness = larger(SOFTNESS[attempt] * size / weights, LEAST_SOFTNESS);
+        for (size_t j = 0; j < n; j++) program->softness[j] = softness;
+        status = torque_program(program, s->memory + m + s->rows);
+    }
     if (status != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_FAILED;
     return take(s, tau, program->x) <= allowed ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_SOFT;
 }

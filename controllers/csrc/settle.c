@@ -5,11 +5,10 @@
 #include <math.h>
 #include <string.h>
 
-static const real TOLERANCE = PRECISE(1e-13, 1e-4);      /* of a row, relative to its terms */
 static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative to the largest row's terms */
 static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: refining further gains nothing */
-static const real NEAR = PRECISE(1e-10, 1e-4);           /* of a bound, relative to the terms of x */
-static const real DUAL_TOLERANCE = PRECISE(1e-12, 5e-4); /* of a variable, relative to its terms */
+static const real NEAR = PRECISE(1e-10, 1e-5);           /* of a bound, relative to the terms of x */
+static const real DUAL_TOLERANCE = PRECISE(1e-12, 1e-6); /* of a variable, relative to its terms */
 enum { MOST_REFINEMENTS = 8 };
 
 /* Does the full step stay, but for rounding errors, within the piece that it was made for? */
@@ -92,7 +91,7 @@ static real dual_violation(const dual_newton *s, const real *lam)
 
 /* Is the iterate itself the optimum already? Then what is left in a step is rounding error, which may be
    large in directions that no variable sees.                                                          */
-static int is_optimal(dual_newton *s)
+static int is_optimal(dual_newton *s, real tolerance)
 {
     real largest = 0, rest = 0;
     for (size_t i = 0; i < s->n; i++) largest = larger(largest, fabs(s->sx[i]));
@@ -102,35 +101,35 @@ static int is_optimal(dual_newton *s)
     }
     if (rest > NEAR * largest) return 0; /* saves the accurate comparison */
     dual_rest(s, s->sx, s->lam, s->rest, s->size);
-    return relative_rest(s) <= TOLERANCE;
+    return relative_rest(s) <= tolerance;
 }
 
 /* Residuals of end_x with the better of two vectors of multipliers, left in end_lam; 1 if they are small.
    Multipliers are not unique where bounds leave too few variables: then those of the step fit.        */
-static int is_verified(dual_newton *s, real rest)
+static int is_verified(dual_newton *s, real rest, real tolerance)
 {
-    if (rest > TOLERANCE) return 0;
+    if (rest > tolerance) return 0;
     s->residuals[0] = rest;
     s->residuals[1] = dual_violation(s, s->end_lam);
-    if (s->residuals[1] <= TOLERANCE) return 1;
+    if (s->residuals[1] <= tolerance && s->residuals[1] <= DUAL_TOLERANCE) return 1;
     for (size_t j = 0; j < s->m; j++) s->end_lam[j] = s->lam[j] + s->d[j];
     s->residuals[1] = dual_violation(s, s->end_lam);
     return s->residuals[1] <= DUAL_TOLERANCE;
 }
 
-int settle(dual_newton *s)
+int settle(dual_newton *s, real tolerance)
 {
     const int is_left = !stays(s);
-    if (is_left && !is_optimal(s)) return 0;
+    if (is_left && !is_optimal(s, tolerance)) return 0;
     if (is_left) memset(s->d, 0, s->m * sizeof(real));
-    if (!is_verified(s, refine(s))) {
+    if (!is_verified(s, refine(s), tolerance)) {
         /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so
            may be all where the equations are ill-conditioned: the iterate itself may be better.       */
-        if (!is_left && !is_optimal(s)) return 0;
+        if (!is_left && !is_optimal(s, tolerance)) return 0;
         memcpy(s->end_x, s->sx, s->n * sizeof(real));
         memcpy(s->end_lam, s->lam, s->m * sizeof(real));
         dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
-        if (!is_verified(s, relative_rest(s))) return 0;
+        if (!is_verified(s, relative_rest(s), tolerance)) return 0;
     }
     memcpy(s->lam, s->end_lam, s->m * sizeof(real));
     memcpy(s->sx, s->end_x, s->n * sizeof(real));

@@ -11,14 +11,17 @@ enum { FAST_STEPS = 24, APPROACHES = 5, APPROACH_STEPS = 18, SLOW_STEPS = 6, STE
    their bounds: there a step is long, and the search finds how long it may be.                        */
 static const real RIDGE = PRECISE(1e-13, 2e-7);
 
+/* Of a row, relative to its terms; and where the way to it was a long one. */
+static const real TOLERANCE = PRECISE(1e-13, 1e-5), LOOSE_TOLERANCE = PRECISE(1e-13, 1e-4);
+
 /* The ridge of the first approach, and how it shrinks. */
 static const real FIRST_RIDGE = 1e-2, RIDGE_RATIO = PRECISE(1e-2, 1e-1);
 
 /* Of a step with a large ridge, relative to the gradient. */
 static const real NEAR_ENOUGH = PRECISE(1e-6, 1e-3);
 
-/* The ridge of Newton's steps after an approach. With few digits none suits all problems: a small one is
-   lost where rows nearly depend on each other, a large one slows the others down. So each round has another. */
+/* The ridge of Newton's steps after an approach. With few digits none suits all problems: a small one is lost
+   where rows nearly depend on each other, a large one slows the others. So each round has another.     */
 static real ridge_after(real approach)
 {
     (void)approach;
@@ -57,12 +60,12 @@ static void newton_direction(dual_newton *s, real ridge)
     s->steps++;
 }
 
-static int newton(dual_newton *s, int most_steps, real ridge)
+static int newton(dual_newton *s, int most_steps, real ridge, real tolerance)
 {
     for (int step = 0; step < most_steps; step++) {
         memcpy(s->centre, s->lam, s->m * sizeof(real));
         newton_direction(s, ridge);
-        if (settle(s)) return DUAL_NEWTON_SOLVED;
+        if (settle(s, tolerance)) return DUAL_NEWTON_SOLVED;
         if (is_infeasible(s, step_to_peak(s, ridge))) return DUAL_NEWTON_INFEASIBLE;
     }
     return DUAL_NEWTON_NOT_CONVERGED;
@@ -91,13 +94,13 @@ static void approach(dual_newton *s, real ridge)
 static int iterate(dual_newton *s)
 {
     dual_evaluate(s);
-    int status = newton(s, FAST_STEPS, RIDGE);
+    int status = newton(s, FAST_STEPS, RIDGE, TOLERANCE);
     if (status == DUAL_NEWTON_NOT_CONVERGED) memset(s->lam, 0, s->m * sizeof(real));
     real ridge = FIRST_RIDGE;
     for (int k = 0; k < APPROACHES && status == DUAL_NEWTON_NOT_CONVERGED; k++, ridge *= RIDGE_RATIO) {
         dual_evaluate(s);
         approach(s, ridge);
-        status = newton(s, SLOW_STEPS, ridge_after(ridge));
+        status = newton(s, SLOW_STEPS, ridge_after(ridge), LOOSE_TOLERANCE);
     }
     return status;
 }

@@ -10,6 +10,8 @@
 
 #include "dual_newton.h"
 
+#include "../../sim_dart/csrc/real_functions.h"
+
 #include <stdint.h>
 
 /* Where a search meets a bound, and by how much the curvature along the search changes there. */
@@ -86,8 +88,9 @@ void factor_solve(const dual_newton *s, const real *r, real *d);
    if it is beyond every bend.                                                                         */
 real search_peak(dual_newton *s, real ridge, int *is_far);
 
-/* settle.c: 1 if the bounds that the step began with are those of the optimum; then sx and lam are it. */
-int settle(dual_newton *s);
+/* settle.c: 1 if the bounds that the step began with are those of the optimum; then sx and lam are it, and
+   no row is off by more than the tolerance, relative to its terms.                                    */
+int settle(dual_newton *s, real tolerance);
 
 /* certificate.c: 1 if y, cleared in soft rows, proves that no x fulfils the hard rows. */
 int certificate_holds(const dual_newton *s, real *y);

@@ -9,6 +9,11 @@
  *         -o build/controller -lm
  *     build/controller 127.0.0.1 5005 realtime < build/reference.f64 > run.csv
  *
+ * For a processor whose floating point unit knows single precision only, with the law compiled so, write
+ * robot.h by `make_controller.py --single` and add what compiles for single precision:
+ *
+ *     gcc -DCARDSFLOW_FLOAT -fsingle-precision-constant ...
+ *
  * Nothing is allocated. What a microcontroller exchanges is the clock, the socket and the source of chance. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -209,20 +214,16 @@ static int is_near(void)
 /* What went wrong; NULL for nothing. Forces that somebody still follows fall slowly in the end. */
 static const char *drive(void)
 {
-    static const double unloaded[COORDINATES] = {0};
     double reference[3 * ROWS];
-    size_t length;
     long tick = 0;
     const char *wrong = NULL;
     for (int missed = 0; !ended && !wrong && next_reference(reference); tick++) {
         const double t = (double)tick * STEP;
         pace(t);
-        if (control_loop_tick(loop, STEP, state, state + COORDINATES, reference, unloaded) >
-            COMPUTED_TORQUE_SOFT) {
+        if (tick_law(STEP, state, reference, forces) > COMPUTED_TORQUE_SOFT) {
             wrong = "no forces are found";
             break;
         }
-        memcpy(forces, control_loop_array(loop, "acting", &length), sizeof forces);
         show(t);
         missed = exchange(t) ? 0 : missed + 1;
         if (missed > most_missed())

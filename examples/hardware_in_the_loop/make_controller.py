@@ -1,9 +1,10 @@
 """Writes what controller.c needs of an experiment: robot.h, and the reference of every tick.
 
-    python make_controller.py ../planar_2r build [--set KEY=VALUE ...]
+    python make_controller.py ../planar_2r build [--single] [--set KEY=VALUE ...]
 
 robot.h has robot, settings and signature as constant data; reference.f64 has position, velocity and
-acceleration of every tick, as doubles.
+acceleration of every tick, as doubles. With --single the law computes in single precision, for a
+microcontroller whose floating point unit knows no other.
 """
 
 from __future__ import annotations
@@ -59,11 +60,12 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
     }
 
 
-def header(experiment: Experiment, arrays: Mapping[str, ArrayLike]) -> str:
+def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool) -> str:
     """The text of robot.h."""
     robot, blob = experiment.robot, compile_blob(experiment.robot)
+    own = compile_blob(robot, single=True) if single else blob
     rows = [] if experiment.controller.space == "joint" else task_rows(robot)
-    n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(blob, "<u8")
+    n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(own, "<u8")
     robot_size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
     high, low = halves(hardware_signature(robot, experiment.hardware))
     flat = {name: np.ravel(np.asarray(values, float)) for name, values in arrays.items()}
@@ -77,12 +79,12 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike]) -> str:
         f"enum {{ LOOP_MEMORY = {whole_words(laws().control_loop_size(n, m, len(rows)))} }};",
         f"static const uint64_t BLOB[] = {{{', '.join(f'{word}u' for word in words)}}};",
         f"static const double SIGNATURE_HIGH = {high:.0f}, SIGNATURE_LOW = {low:.0f};",
-        f"static const double STEP = {float(experiment.run.step).hex()};",
-        array("START", experiment.start.q),
-        array("F_MIN", [muscle.f_min for muscle in robot.muscles]),
+        f"static const double STEP = {float(experiment.run.step).hex()}L;",  # stays a double
+        array("START", experiment.start.q, "double"),
+        array("F_MIN", [muscle.f_min for muscle in robot.muscles], "double"),
         array("TASK_ROWS", [*rows, 0.0]),
         *(array(identifier(name), values) for name, values in flat.items()),
-        "static const struct { const char *name; const double *values; size_t count; }",
+        "static const struct { const char *name; const real *values; size_t count; }",
         "SETTINGS[] = {",
         *(f'{{"{name}", {identifier(name)}, {len(values)}}},' for name, values in flat.items()),
         "};",
@@ -100,10 +102,10 @@ def identifier(name: str) -> str:
     return name.replace(".", "_").upper()
 
 
-def array(name: str, values: ArrayLike) -> str:
+def array(name: str, values: ArrayLike, kind: str = "real") -> str:
     """A constant array, as hexadecimal floats, so that no digit is lost."""
     texts = [number(float(value)) for value in np.ravel(np.asarray(values, float))]
-    return f"static const double {name}[] = {{{', '.join(texts)}}};"
+    return f"static const {kind} {name}[] = {{{', '.join(texts)}}};"
 
 
 def number(value: float) -> str:
@@ -111,12 +113,13 @@ def number(value: float) -> str:
     return value.hex() if np.isfinite(value) else "-HUGE_VAL" if value < 0 else "HUGE_VAL"
 
 
-def write_controller(experiment: Experiment, folder: Path) -> None:
+def write_controller(experiment: Experiment, folder: Path, *, single: bool = False) -> None:
     """Write robot.h and reference.f64.
 
     Args:
         experiment: The experiment; it ticks once a communication step.
         folder: Where to; made if need be.
+        single: For a law that is compiled for single precision.
 
     Raises:
         InputError: It is nothing for controller.c.
@@ -133,7 +136,7 @@ def write_controller(experiment: Experiment, folder: Path) -> None:
     reference = make_reference(experiment)
     ticks = [reference.evaluate(k * experiment.run.step)[:3] for k in range(experiment.run.steps)]
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "robot.h").write_text(header(experiment, law_settings(experiment)))
+    (folder / "robot.h").write_text(header(experiment, law_settings(experiment), single))
     (folder / "reference.f64").write_bytes(np.array(ticks).astype("<f8").tobytes())
 
 
@@ -145,8 +148,10 @@ def main() -> None:
     parser.add_argument("experiment", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--single", action="store_true", help="for a law of single precision")
     options = parser.parse_args()
-    write_controller(Experiment.load(options.experiment, settings_of(options.set)), options.folder)
+    experiment = Experiment.load(options.experiment, settings_of(options.set))
+    write_controller(experiment, options.folder, single=options.single)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 /* The computed-torque law of controllers/csrc on the robot of sim_dart/csrc, in static memory; robot.h is
- * written by make_controller.py. */
+ * written by make_controller.py. It computes in single precision if compiled so: see sim_dart/csrc/real.h. */
 #ifndef ROBOT_LAW_H
 #define ROBOT_LAW_H
 
@@ -14,27 +14,27 @@ static core *robot;
 static control_loop *loop;
 static uint64_t robot_memory[ROBOT_MEMORY / 8], loop_memory[LOOP_MEMORY / 8];
 
-static double *part(const char *name)
+static real *part(const char *name)
 {
     size_t length;
     return core_array(robot, name, &length);
 }
 
-static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
+static void terms(void *self, const real *q, const real *qd, real *M, real *h, real *L)
 {
-    const double *damping = core_coordinates(robot, "damping");
+    const real *damping = core_coordinates(robot, "damping");
     (void)self;
     core_move(robot, q);
     core_mass_matrix(robot);
     core_bias(robot, qd);
-    memcpy(M, part("mass_matrix"), COORDINATES * COORDINATES * sizeof(double));
-    memcpy(L, part("jacobian"), MUSCLES * COORDINATES * sizeof(double));
+    memcpy(M, part("mass_matrix"), COORDINATES * COORDINATES * sizeof(real));
+    memcpy(L, part("jacobian"), MUSCLES * COORDINATES * sizeof(real));
     for (size_t j = 0; j < COORDINATES; j++)
         h[j] = part("coriolis")[j] + damping[j] * qd[j];
 }
 
-static void tasks(void *self, const double *q, const double *qd, const double *position, double *error,
-                  double *J, double *bias)
+static void tasks(void *self, const real *q, const real *qd, const real *position, real *error,
+                  real *J, real *bias)
 {
     (void)self;
     core_move(robot, q);
@@ -45,12 +45,12 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
         error[i] = position[i] - part("task_values")[row];
         bias[i] = part("task_bias")[row];
         memcpy(J + i * COORDINATES, part("task_jacobian") + row * COORDINATES,
-               COORDINATES * sizeof(double));
+               COORDINATES * sizeof(real));
     }
 }
 
 /* law.<name> or loop.<name> */
-static double *setting(const char *name)
+static real *setting(const char *name)
 {
     size_t length;
     return name[1] == 'a' ? computed_torque_array(control_loop_law(loop), name + 4, &length)
@@ -68,9 +68,27 @@ static int open_law(void)
     if (!robot || !loop)
         return 0;
     for (size_t i = 0; i < sizeof SETTINGS / sizeof *SETTINGS; i++)
-        memcpy(setting(SETTINGS[i].name), SETTINGS[i].values, SETTINGS[i].count * sizeof(double));
+        memcpy(setting(SETTINGS[i].name), SETTINGS[i].values, SETTINGS[i].count * sizeof(real));
     control_loop_reset(loop);
     return 1;
+}
+
+/* q and qd, and the reference, to forces, all of double precision as frames have them; an enum
+ * computed_torque_status. */
+static int tick_law(double period, const double *state, const double *reference, double *forces)
+{
+    static const real unloaded[COORDINATES] = {0};
+    real at[2 * COORDINATES], wanted[3 * (TASKS ? TASKS : COORDINATES)];
+    size_t length;
+    for (size_t j = 0; j < sizeof at / sizeof *at; j++)
+        at[j] = (real)state[j];
+    for (size_t j = 0; j < sizeof wanted / sizeof *wanted; j++)
+        wanted[j] = (real)reference[j];
+    const int status = control_loop_tick(loop, (real)period, at, at + COORDINATES, wanted, unloaded);
+    const real *acting = control_loop_array(loop, "acting", &length);
+    for (size_t i = 0; i < length; i++)
+        forces[i] = (double)acting[i];
+    return status;
 }
 
 #endif

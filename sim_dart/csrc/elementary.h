@@ -6,7 +6,7 @@
 #ifndef CARDSFLOW_ELEMENTARY_H
 #define CARDSFLOW_ELEMENTARY_H
 
-#include "real.h"
+#include "real_functions.h"
 
 void sine_cosine(real x, real *sine, real *cosine);
 real sine(real x);

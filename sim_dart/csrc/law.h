@@ -6,6 +6,7 @@
 #define CARDSFLOW_LAW_H
 
 #include "core.h"
+#include "real_functions.h"
 
 /* The parameters of every law, in order; the names are those of addin_sdfusion/robot/tension_laws.py. */
 #define ELASTIC_CABLE_PARAMETERS(P) P(stiffness) P(damping) P(longest_rest_length)

@@ -22,14 +22,6 @@ typedef int32_t whole_number;
 
 typedef char literals_must_be_of_single_precision[sizeof 1.0 == sizeof(real) ? 1 : -1];
 
-#undef fabs
-#undef sqrt
-#define fabs(x) fabsf(x)
-#define sqrt(x) sqrtf(x)
-#define fmod(x, y) fmodf(x, y)
-#define ceil(x) ceilf(x)
-#define round(x) roundf(x)
-
 #else
 
 typedef int64_t whole_number;

@@ -4,6 +4,7 @@
 
 #include "core.h"
 #include "layout.h"
+#include "real_functions.h"
 
 /* ARRAY(name, number of doubles) in the working memory behind the handle.
    A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import re
+import shutil
 import signal
 import subprocess
 import threading
@@ -33,6 +34,7 @@ STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-
 LIBRARIES = [ROOT / "sim_dart/csrc", ROOT / "controllers/csrc"]
 SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE", *(f"-I{file}" for file in LIBRARIES)]
+SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant"]
 SHORT = {"run.duration": 0.1}
 KEY = b"a pre-shared key of some length"
 TIMEOUT = 30
@@ -138,6 +140,35 @@ def rows(text: str) -> np.ndarray:
 
 def test_is_short() -> None:
     assert len((FOLDER / "controller.c").read_text().splitlines()) < 300
+
+
+@pytest.mark.parametrize(
+    ("folder", "settings"),
+    [(PLANAR_2R, SHORT), (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25})],
+)
+def test_a_law_of_single_precision_does_nearly_the_same(
+    folder: Path, settings: dict[str, Any], tmp_path: Path
+) -> None:
+    """To 1e-6 rad, and to 1e-4 of the largest force."""
+    if shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+    made = Experiment.load(folder, settings)
+    make_controller.write_controller(made, tmp_path, single=True)
+    sources = [str(file) for library in LIBRARIES for file in sorted(library.glob("*.c"))]
+    program = tmp_path / "controller"
+    command = ["gcc", *STRICT, *COMMON, *SINGLE, f"-I{tmp_path}", str(FOLDER / "controller.c")]
+    command += ["-Wno-conversion", "-Wno-shadow", *sources, "-o", str(program), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    with served(made) as (_, port):
+        done = driven(program, port, "lockstep")
+        assert (done.returncode, done.stderr) == (0, "")
+    expected, found = simulate(made, through="direct"), rows(done.stdout)
+    n, ticks = len(made.robot.coordinates), made.run.steps
+    q = np.array([expected[f"q.{c.name}"] for c in made.robot.coordinates])[:, :ticks]
+    f = np.array([expected[f"f.{muscle.name}"] for muscle in made.robot.muscles])[:, :ticks]
+    np.testing.assert_allclose(found[:, 1 : 1 + n].T, q, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[:, 1 + n :].T, f, rtol=0, atol=1e-4 * f.max())
 
 
 @pytest.mark.parametrize("with_key", [False, True])

@@ -106,7 +106,7 @@ def test_what_has_a_solution_is_solved(kind: str, single: Solver, double: Solver
     print(f"{np.median(off):.0e} in the median, {np.quantile(off, 0.99):.0e} for 99 %")
     assert max(rows) < 1.01 * ROWS
     assert np.median(off) < 1e-6
-    assert np.quantile(off, 0.99) < 1e-3
+    assert np.quantile(off, 0.99) < 1e-4
 
 
 def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: Solver) -> None:
@@ -125,7 +125,7 @@ def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: S
     )
     print(f"terms, {found[NOT_CONVERGED]} undecided")
     assert set(found) <= {INFEASIBLE, SOLVED, NOT_CONVERGED}
-    assert found[INFEASIBLE] > 0.8 * COUNT
+    assert found[INFEASIBLE] > 0.9 * COUNT
     assert found[NOT_CONVERGED] < UNDECIDED * COUNT
 
 
@@ -141,4 +141,5 @@ def test_soft_problems_are_always_solved(softness: float, single: Solver, double
         off.append(np.abs(answer.x - true.x).max() / np.abs(true.x).max().clip(1e-9))
     print(f"\nx off by {np.median(off):.0e} in the median, {max(off):.0e} at most")
     assert np.median(off) < 1e-6
-    assert max(off) < 2e-2
+    assert np.quantile(off, 0.99) < 1e-5
+    assert max(off) < 5e-2

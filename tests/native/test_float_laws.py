@@ -1,0 +1,82 @@
+"""The law in joint space in single precision, where forces fit and where none do."""
+
+from __future__ import annotations
+
+import ctypes
+from collections import Counter
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from precision import Handle, Precision, room
+
+SOLVED, SOFT = 0, 1
+COUNT = 1500
+F_MIN, F_MAX = 5.0, 200.0
+FloatArray = NDArray[np.float64]
+
+
+class Torque:
+    """A torque that is wanted of a random robot; about half of them ask for too much."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self.n = int(rng.integers(1, 6))
+        self.m = self.n + int(rng.integers(1, 8))
+        parts = rng.normal(size=(self.n, self.n)) * 10.0 ** rng.uniform(-0.5, 0.0, self.n)
+        self.M = parts @ parts.T + 0.03 * np.eye(self.n)
+        self.L = rng.normal(size=(self.m, self.n)) * 0.05
+        self.h = rng.normal(size=self.n)
+        self.acceleration = rng.normal(size=self.n) * 10.0 ** rng.uniform(0.0, 2.0)
+
+    def solve(self, precision: Precision) -> tuple[int, FloatArray]:
+        """Status and forces."""
+        memory = room(precision.call("computed_torque_size", self.n, self.m, 0))
+        opened = precision.call("computed_torque_open", self.n, self.m, 0, memory)
+        law = Handle(precision, "computed_torque", opened)
+        values = {"M": self.M, "h": self.h, "L": self.L, "acceleration": self.acceleration}
+        for name, array in values.items():
+            law.array(name)[:] = array.ravel()
+        for name, number in {"f_min": F_MIN, "f_max": F_MAX, "H_f": 1.0}.items():
+            law.array(name)[:] = number
+        law.call("reset")
+        status = law.call("solve")
+        return status, law.array("forces").astype(float)
+
+    def error(self, forces: FloatArray) -> float:
+        """Of the acceleration that comes of the forces, in [rad/s²]."""
+        torque = self.M @ self.acceleration + self.h + self.L.T @ forces
+        return float(np.linalg.norm(np.linalg.solve(self.M, torque)))
+
+
+@pytest.fixture(scope="module")
+def precisions(tmp_path_factory: pytest.TempPathFactory) -> tuple[Precision, Precision]:
+    """Single and double."""
+    both = [Precision(tmp_path_factory.mktemp(str(single)), single) for single in (True, False)]
+    for precision in both:
+        for name in ("computed_torque_open", "computed_torque_array"):
+            getattr(precision.library, name).restype = ctypes.c_void_p
+    return both[0], both[1]
+
+
+def test_both_precisions_agree(precisions: tuple[Precision, Precision]) -> None:
+    """On whether forces fit and on which; where none do, their accelerations err alike.
+
+    Where the mass matrix is ill-conditioned, forces that err alike may be quite others.
+    """
+    found: Counter[tuple[int, int]] = Counter()
+    off, excess = [], []
+    for seed in range(COUNT):
+        torque = Torque(seed)
+        (status, forces), (true_status, true) = map(torque.solve, precisions)
+        found[status, true_status] += 1
+        if true_status == SOLVED:
+            off.append(np.abs(forces - true).max() / F_MAX)
+        else:
+            excess.append(torque.error(forces) / torque.error(true) - 1.0)
+    print(f"\n{found[0, 0]} fit, forces off by {max(off):.0e} of the largest;", end=" ")
+    print(f"{found[1, 1]} do not, errors larger by {np.quantile(excess, 0.99):.0e} for 99 %")
+    assert set(found) == {(SOLVED, SOLVED), (SOFT, SOFT)}
+    assert max(off) < 1e-5
+    assert np.quantile(excess, 0.95) < 1e-3
+    assert np.quantile(excess, 0.99) < 0.1
