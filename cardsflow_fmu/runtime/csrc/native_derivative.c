@@ -1,32 +1,46 @@
 /* Directional derivatives of a native plant, exact: over a step of the preferred length, of the outputs at
- * its end by inputs, positions and velocities at its beginning; at the start, of the outputs there by the
- * start state. */
-#include "../../../sim_dart/csrc/tangent.h"
+ * its end by inputs, positions, velocities and states of muscles at its beginning; at the start, of the
+ * outputs there by commands and the start state. */
+#include "../../../sim_dart/csrc/along.h"
 #include "native_plant.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A direction: of the inputs, and of the state, which moves along with the steps. */
+/* A direction: of all that a step begins with; later, of all that it ends with. */
 struct change {
-    double *forces, *loads, *q, *qd;
-    double *begin; /* 2 n: the state to come back to */
-    double *memory;
+    double largest; /* seed: the directions are multiples of it */
+    double *commands, *loads, *q, *qd, *states, *lengths, *tasks, *tensions;
 };
+
+/* The handle stays open for further questions. */
+static core_along *open_along(const struct native_model *native)
+{
+    struct plant *plant = native->own;
+    const struct native_file *file = &native->file;
+    const int32_t loads = (int32_t)native->robot.p;
+    if (!plant->along) {
+        const size_t plain = core_size(file->blob, file->blob_size, NULL, 0);
+        plant->along = malloc(core_along_size(file->blob, plain, loads));
+    }
+    return plant->along ? core_along_open(file->blob, loads, plant->along) : NULL;
+}
 
 static int open_change(struct change *change, const struct native_robot *robot)
 {
-    const size_t n = robot->n, count = robot->m + 3 * robot->p + 4 * n;
-    double *at = calloc(count + core_tangent_size(robot->core) + 1, sizeof *at);
+    const size_t sizes[] = {robot->m, 3 * robot->p, robot->n, robot->n,
+                            robot->s, robot->m,     3 * robot->tasks, robot->m};
+    double **const parts[] = {&change->commands, &change->loads,   &change->q,     &change->qd,
+                              &change->states,   &change->lengths, &change->tasks, &change->tensions};
+    size_t count = 1;
+    for (size_t i = 0; i < 8; i++)
+        count += sizes[i];
+    double *at = calloc(count, sizeof *at);
     if (!at)
         return 1;
-    change->forces = at;
-    change->loads = change->forces + robot->m;
-    change->q = change->loads + 3 * robot->p;
-    change->qd = change->q + n;
-    change->begin = change->qd + n;
-    change->memory = at + count;
+    for (size_t i = 0; i < 8; at += sizes[i++])
+        *parts[i] = at;
     return 0;
 }
 
@@ -37,7 +51,7 @@ static size_t place_in(const double *value, const double *row, size_t count)
 }
 
 /* Adds a seed to the direction. Nonzero where there is no derivative by that value. */
-static int add_seed(const struct native_model *native, struct change *change, const double *value,
+static int add_seed(const struct native_model *native, const struct change *change, const double *value,
                     double seed, int is_at_start)
 {
     const struct plant *plant = native->own;
@@ -46,13 +60,15 @@ static int add_seed(const struct native_model *native, struct change *change, co
     const double *q = is_at_start ? plant->q_start : plant->q, *qd = q + n;
     size_t at;
     if ((at = place_in(value, plant->commands, plant->c)) < plant->c)
-        change->forces[(size_t)plant->commanded[at]] += seed;
+        change->commands[(size_t)plant->commanded[at]] += seed;
     else if ((at = place_in(value, plant->loads, p)) < p)
         change->loads[at] += seed;
     else if ((at = place_in(value, q, n)) < n)
         change->q[at] += seed;
     else if ((at = place_in(value, qd, n)) < n)
         change->qd[at] += seed;
+    else if (!is_at_start && (at = place_in(value, plant->states, plant->s)) < plant->s)
+        change->states[(size_t)plant->order[at]] += seed;
     else
         return !(is_at_start && value >= plant->step); /* of which nothing at the start depends */
     return 0;
@@ -62,9 +78,13 @@ static int add_seeds(struct model *model, struct change *change, const struct de
 {
     const struct native_model *native = model->backend;
     const int is_at_start = native->clock[1] == 0;
+    change->largest = 0;
+    for (size_t i = 0; i < request->known_count; i++)
+        change->largest = fmax(change->largest, fabs(request->seeds[i]));
     for (size_t i = 0; i < request->known_count; i++) {
         const uint32_t known = request->knowns[i];
-        if (add_seed(native, change, native->values + known, request->seeds[i], is_at_start)) {
+        const double seed = change->largest > 0 ? request->seeds[i] / change->largest : 0;
+        if (add_seed(native, change, native->values + known, seed, is_at_start)) {
             text_set(&model->error, "there is no derivative with respect to %s %s",
                      native->ports->ports[known].name, is_at_start ? "at the start" : "over a step");
             return 1;
@@ -73,44 +93,52 @@ static int add_seeds(struct model *model, struct change *change, const struct de
     return 0;
 }
 
-static int go_along(struct model *model, struct change *change)
+static void begin(const struct native_model *native, core_along *along, const struct change *change)
+{
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    for (size_t i = 0; i < plant->c; i++)
+        plant->told[(size_t)plant->commanded[i]] = plant->commands[i];
+    core_along_set(along, "commands", plant->told, change->commands);
+    core_along_set(along, "q", robot->q, change->q);
+    core_along_set(along, "qd", robot->qd, change->qd);
+    core_along_set(along, "law_states", robot->states, change->states);
+    for (size_t i = 0; i < robot->p; i++)
+        core_along_load(along, (int32_t)i, (int32_t)robot->points[i], plant->loads + 3 * i,
+                        change->loads + 3 * i);
+}
+
+/* 0, or nonzero where the step leads nowhere. */
+static int go_along(struct model *model, core_along *along)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
-    const struct native_robot *robot = &native->robot;
-    const core_tangent direction = {
-        .forces = plant->told,
-        .forces_change = change->forces,
-        .loads = (int32_t)robot->p,
-        .load_tasks = robot->points,
-        .load = plant->loads,
-        .load_change = change->loads,
-        .q_change = change->q,
-        .qd_change = change->qd,
-        .memory = change->memory,
-    };
     const double h = plant->step[0] / plant->substeps;
+    if (core_along_move(along))
+        return 1;
+    if (native->clock[1] == 0)
+        return core_along_start(along) || core_along_drive(along);
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
     if (!steps)
         return 1;
     for (double i = 0; i < (double)steps * plant->substeps; i++)
-        if (core_step_along(robot->core, &direction, h)) {
-            text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
+        if (core_along_step(along, h, 1))
             return 1;
-        }
-    return 0;
+    return core_along_drive(along);
 }
 
-static double product(const double *row, const struct change *change, size_t n)
+static void end(core_along *along, const struct change *change)
 {
-    double sum = 0;
-    for (size_t j = 0; j < n; j++)
-        sum += row[j] * change->q[j];
-    return sum;
+    core_along_changes(along, "q", change->q);
+    core_along_changes(along, "qd", change->qd);
+    core_along_changes(along, "law_states", change->states);
+    core_along_changes(along, "lengths", change->lengths);
+    core_along_changes(along, "task_values", change->tasks);
+    core_along_changes(along, "tensions", change->tensions);
 }
 
-/* The change of an output, the robot being where it counts; NaN if it is none of these. */
+/* The change of an output; NaN if it is none of these. */
 static double answer(const struct native_model *native, const struct change *change, const double *value)
 {
     const struct plant *plant = native->own;
@@ -122,9 +150,13 @@ static double answer(const struct native_model *native, const struct change *cha
     if ((at = place_in(value, plant->qd, n)) < n)
         return change->qd[at];
     if ((at = place_in(value, plant->lengths, robot->m)) < robot->m)
-        return product(robot->jacobian + at * n, change, n);
+        return change->lengths[at];
     if ((at = place_in(value, plant->tasks, robot->k)) < robot->k)
-        return product(robot->task_jacobian + (size_t)robot->rows[at] * n, change, n);
+        return change->tasks[(size_t)robot->rows[at]];
+    if ((at = place_in(value, plant->tensions, plant->t)) < plant->t)
+        return change->tensions[(size_t)plant->modelled[at]];
+    if ((at = place_in(value, plant->states, plant->s)) < plant->s)
+        return change->states[(size_t)plant->order[at]];
     return NAN;
 }
 
@@ -132,36 +164,39 @@ static int answer_all(struct model *model, const struct change *change, const st
 {
     const struct native_model *native = model->backend;
     for (size_t i = 0; i < request->unknown_count; i++) {
-        request->answers[i] = answer(native, change, native->values + request->unknowns[i]);
-        if (isnan(request->answers[i])) {
-            text_set(&model->error, "there is no derivative of %s", native->ports->ports[request->unknowns[i]].name);
+        const uint32_t unknown = request->unknowns[i];
+        request->answers[i] = change->largest * answer(native, change, native->values + unknown);
+        if (!isfinite(request->answers[i])) {
+            text_set(&model->error, "there is no derivative of %s", native->ports->ports[unknown].name);
             return 1;
         }
     }
     return 0;
 }
 
+static int derive(struct model *model, const struct derivative *request, core_along *along,
+                  struct change *change)
+{
+    if (add_seeds(model, change, request))
+        return 1;
+    begin(model->backend, along, change);
+    text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
+    if (go_along(model, along))
+        return 1;
+    end(along, change);
+    return answer_all(model, change, request);
+}
+
 int native_plant_derivative(struct model *model, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
-    const struct native_robot *robot = &native->robot;
-    const size_t size = robot->n * sizeof(double);
     struct change change;
-    if (open_change(&change, robot)) {
+    core_along *along = open_along(native);
+    if (!along || open_change(&change, &native->robot)) {
         text_set(&model->error, "there is no memory for a derivative");
         return 1;
     }
-    memcpy(change.begin, robot->q, size);
-    memcpy(change.begin + robot->n, robot->qd, size);
-    for (size_t i = 0; i < plant->c; i++)
-        plant->told[(size_t)plant->commanded[i]] = plant->commands[i];
-    int failed = add_seeds(model, &change, request) || (native->clock[1] != 0 && go_along(model, &change));
-    core_task_jacobian(robot->core);
-    failed = failed || answer_all(model, &change, request);
-    memcpy(robot->q, change.begin, size);
-    memcpy(robot->qd, change.begin + robot->n, size);
-    core_move(robot->core, robot->q);
-    free(change.forces);
+    const int failed = derive(model, request, along, &change);
+    free(change.commands);
     return failed;
 }

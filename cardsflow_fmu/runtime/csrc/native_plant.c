@@ -9,8 +9,6 @@
  * then the indices. */
 #include "native_plant.h"
 
-#include "../../../sim_dart/csrc/tangent.h"
-
 #include <stdlib.h>
 #include <string.h>
 
@@ -190,20 +188,12 @@ static void close_plant(struct model *model)
 {
     struct native_model *native = model->backend;
     free(((struct plant *)native->own)->told);
+    free(((struct plant *)native->own)->along);
     free(native->own);
     native_close(native);
 }
 
 static const struct model_functions FUNCTIONS = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
-    .close = close_plant,
-};
-
-static const struct model_functions WITH_DERIVATIVES = {
     .initialize = initialize,
     .step = step,
     .reset = native_reset,
@@ -264,6 +254,6 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
     native->own = plant;
     plant->told = told;
     place_values(plant, native);
-    model->functions = core_tangent_size(robot->core) ? &WITH_DERIVATIVES : &FUNCTIONS;
+    model->functions = &FUNCTIONS;
     return 0;
 }

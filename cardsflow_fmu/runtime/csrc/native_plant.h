@@ -12,9 +12,10 @@ struct plant {
     const double *commanded, *modelled, *order;
     double *told; /* m: the command of every muscle; of passive ones 0 */
     double *commands, *loads, *q, *qd, *lengths, *tasks, *tensions, *states, *q_start, *qd_start, *step;
+    void *along; /* memory of derivatives, from the first question on */
 };
 
-/* See model_functions.derivative: for robots whose muscles are ideal cables along straight segments. */
+/* See model_functions.derivative. */
 int native_plant_derivative(struct model *model, const struct derivative *request);
 
 #endif
