@@ -6,8 +6,8 @@
 #include "../along.h"
 #include "../state.h"
 
-/* 2^-664, about 1e-200: its square is nothing. */
-static const double SMALL = 0x1p-664, PER_SMALL = 0x1p664;
+/* e of number.h */
+static const double SMALL = 0x1p-332, PER_SMALL = 0x1p332;
 
 struct core_along {
     core *core;
