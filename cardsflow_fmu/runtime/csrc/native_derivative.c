@@ -14,17 +14,16 @@ struct change {
     double *commands, *loads, *q, *qd, *states, *lengths, *tasks, *tensions;
 };
 
-/* The handle stays open for further questions. */
+/* Where the plant is; in memory that stays for further questions. */
 static core_along *open_along(const struct native_model *native)
 {
     struct plant *plant = native->own;
-    const struct native_file *file = &native->file;
-    const int32_t loads = (int32_t)native->robot.p;
-    if (!plant->along) {
-        const size_t plain = core_size(file->blob, file->blob_size, NULL, 0);
-        plant->along = malloc(core_along_size(file->blob, plain, loads));
-    }
-    return plant->along ? core_along_open(file->blob, loads, plant->along) : NULL;
+    const struct native_robot *robot = &native->robot;
+    const int32_t loads = (int32_t)robot->p;
+    const size_t size = core_along_size(robot->core, loads);
+    if (!plant->along)
+        plant->along = malloc(size + 1);
+    return size && plant->along ? core_along_open(robot->core, loads, plant->along) : NULL;
 }
 
 static int open_change(struct change *change, const struct native_robot *robot)
@@ -99,10 +98,10 @@ static void begin(const struct native_model *native, core_along *along, const st
     const struct native_robot *robot = &native->robot;
     for (size_t i = 0; i < plant->c; i++)
         plant->told[(size_t)plant->commanded[i]] = plant->commands[i];
-    core_along_set(along, "commands", plant->told, change->commands);
-    core_along_set(along, "q", robot->q, change->q);
-    core_along_set(along, "qd", robot->qd, change->qd);
-    core_along_set(along, "law_states", robot->states, change->states);
+    core_along_set(along, ALONG_COMMANDS, plant->told, change->commands);
+    core_along_set(along, ALONG_Q, robot->q, change->q);
+    core_along_set(along, ALONG_QD, robot->qd, change->qd);
+    core_along_set(along, ALONG_STATES, robot->states, change->states);
     for (size_t i = 0; i < robot->p; i++)
         core_along_load(along, (int32_t)i, (int32_t)robot->points[i], plant->loads + 3 * i,
                         change->loads + 3 * i);
@@ -130,12 +129,12 @@ static int go_along(struct model *model, core_along *along)
 
 static void end(core_along *along, const struct change *change)
 {
-    core_along_changes(along, "q", change->q);
-    core_along_changes(along, "qd", change->qd);
-    core_along_changes(along, "law_states", change->states);
-    core_along_changes(along, "lengths", change->lengths);
-    core_along_changes(along, "task_values", change->tasks);
-    core_along_changes(along, "tensions", change->tensions);
+    core_along_changes(along, ALONG_Q, change->q);
+    core_along_changes(along, ALONG_QD, change->qd);
+    core_along_changes(along, ALONG_STATES, change->states);
+    core_along_changes(along, ALONG_LENGTHS, change->lengths);
+    core_along_changes(along, ALONG_TASKS, change->tasks);
+    core_along_changes(along, ALONG_TENSIONS, change->tensions);
 }
 
 /* The change of an output; NaN if it is none of these. */
@@ -193,7 +192,9 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
     struct change change;
     core_along *along = open_along(native);
     if (!along || open_change(&change, &native->robot)) {
-        text_set(&model->error, "there is no memory for a derivative");
+        text_set(&model->error, core_along_size(native->robot.core, 0)
+                                    ? "there is no memory for a derivative"
+                                    : "this library was compiled without complex numbers: it has no derivatives");
         return 1;
     }
     const int failed = derive(model, request, along, &change);

@@ -45,7 +45,7 @@ real along_arc_tangent(real y, real x)
 static double arc_sine_slope(double x)
 {
     const double square = (1 - x) * (1 + x);
-    return square > 0 ? value_of(1 / sqrt(square)) : 0;
+    return square > 0 ? 1 / value_of(sqrt(square)) : 0;
 }
 
 real along_arc_sine(real x)

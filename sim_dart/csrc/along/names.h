@@ -1,9 +1,18 @@
-/* What the core is called when it is compiled for numbers that carry a derivative along; every file here
-   includes this before one of the core's.                                                              */
+/* Compiling the core for numbers that carry a derivative along: how, and what its functions are called
+   then. Every file here that does begins with this, and ends with end.h.                               */
 #ifndef CARDSFLOW_ALONG_NAMES_H
 #define CARDSFLOW_ALONG_NAMES_H
 
 #define CARDSFLOW_ALONG
+
+/* Products and quotients of the schoolbook: here are no infinities to be careful of. And small code: the
+   processor is busy with the arithmetic.                                                               */
+#if defined(__clang__)
+#pragma STDC CX_LIMITED_RANGE ON
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#elif defined(__GNUC__)
+#pragma GCC optimize("cx-limited-range", "Os")
+#endif
 
 /* The quick arc tangent's polynomials are for plain numbers. */
 #define CARDSFLOW_ARC_H
@@ -26,12 +35,9 @@
 #define bezier_is_sound along_bezier_is_sound
 #define bezier_prepare along_bezier_prepare
 #define bezier_value along_bezier_value
-#define blob_open along_blob_open
 #define bracketed_root along_bracketed_root
 #define core_accelerate along_core_accelerate
 #define core_advance along_core_advance
-#define core_array along_core_array
-#define core_coordinates along_core_coordinates
 #define core_count_turns along_core_count_turns
 #define core_curve along_core_curve
 #define core_drive along_core_drive
@@ -39,13 +45,11 @@
 #define core_law_rates along_core_law_rates
 #define core_move along_core_move
 #define core_move_checked along_core_move_checked
-#define core_open along_core_open
 #define core_pull along_core_pull
 #define core_push along_core_push
+#define core_runge_kutta along_core_runge_kutta
 #define core_rates along_core_rates
 #define core_reach along_core_reach
-#define core_runge_kutta along_core_runge_kutta
-#define core_size along_core_size
 #define core_start along_core_start
 #define core_step along_core_step
 #define core_task_bias along_core_task_bias

@@ -9,13 +9,6 @@
 
 #include <math.h>
 
-/* The schoolbook's products and quotients: there are no infinities here to be careful of. */
-#if defined(__clang__)
-#pragma STDC CX_LIMITED_RANGE ON
-#elif defined(__GNUC__)
-#pragma GCC optimize("cx-limited-range")
-#endif
-
 #define IS_ALONG 1
 
 typedef double _Complex real;
