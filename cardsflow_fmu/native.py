@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart import compile_blob
-from sim_dart.path_fields import ordered_wraps, pulley_muscles
 from sim_dart.tasks import point_rows, task_rows
 
 from .experiment import ControllerSettings, Experiment, TaskSettings
@@ -57,13 +56,7 @@ def native_model(experiment: Experiment, model: str) -> NativeModel:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
-    straight = model == "plant" and not _bent_or_modelled(experiment.plant_robot)
-    return NativeModel(_native_file(experiment, model), straight)
-
-
-def _bent_or_modelled(robot: Robot) -> bool:
-    """Whether a cable is more than straight and ideal: of such a step has no derivatives in C."""
-    return bool(modelled_muscles(robot) or ordered_wraps(robot) or pulley_muscles(robot))
+    return NativeModel(_native_file(experiment, model), has_derivatives=model == "plant")
 
 
 def _native_file(experiment: Experiment, model: str) -> bytes:
