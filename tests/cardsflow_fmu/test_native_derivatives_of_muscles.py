@@ -142,12 +142,18 @@ def derivatives(robot: Robot, folder: Path, q: FloatArray, commands: FloatArray)
         return np.array([slave.derivative([k], np.ones(1)) for k in knowns]).T
 
 
-def over(
-    surface: WrapSurface, begin: tuple[float, ...], end: tuple[float, ...], side: int
-) -> Robot:
+Vector = tuple[float, float, float]
+
+
+def over(surface: WrapSurface, begin: Vector, end: Vector, side: Literal[0, 1]) -> Robot:
     """A muscle from the world to a carriage, over one surface."""
-    ends = (ViaPoint(WORLD, begin), ViaPoint(FAR, end))  # type: ignore[arg-type]
-    return carriage([Muscle("m", ends, wraps=(Wrap("ring", 0, side),))], [surface])  # type: ignore[arg-type]
+    ends = (ViaPoint(WORLD, begin), ViaPoint(FAR, end))
+    return carriage([Muscle("m", ends, wraps=(Wrap("ring", 0, side),))], [surface])
+
+
+def straight(begin: Vector, end: Vector) -> Robot:
+    """The same, over none."""
+    return carriage([Muscle("m", (ViaPoint(WORLD, begin), ViaPoint(FAR, end)))], [])
 
 
 BALL = WrapSurface("ring", WORLD, "sphere", 0.25, Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
@@ -166,12 +172,7 @@ KINKS: dict[str, tuple[Robot, FloatArray]] = {
     "just touching": (over(ROLL, (-0.5, 0.25, 0.0), (0.5, 0.25, 0.0), 0), TIGHT),
     "an end on the surface": (over(ROLL, (-0.25, 0.0, 0.0), (0.5, 0.0, 0.1), 1), TIGHT),
     "an end in the centre": (over(BALL, (0.0, 0.0, 0.0), (0.5, 0.0, 0.1), 1), TIGHT),
-    "no length": (
-        carriage(
-            [Muscle("m", (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.0, 0.0, 0.0))))], []
-        ),
-        TIGHT,
-    ),
+    "no length": (straight((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), TIGHT),
     "at its limit": (
         stopped(over(BALL, (-0.5, 0.1, 0.0), (0.5, 0.1, 0.0), 0), 0.0),
         np.zeros(1),

@@ -2,9 +2,9 @@
 
    Each is refused with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
    were refused. The sanitizers that this is compiled with end it at anything else.                      */
+#include "along.h"
 #include "core.h"
 #include "mutate.h"
-#include "tangent.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -38,13 +38,29 @@ static void use_laws(core *c, const double *qd, const double *u)
     core_advance(c, u, 1e-3);
 }
 
-/* A step with its derivative, from wherever the core is. */
-static void go_along(core *c, const double *f, double *dq, double *dqd)
+/* Steps with their derivatives, from wherever the core is. */
+static void go_along(core *c, const double *f, const double *load, const double *dq, const double *dqd)
 {
-    const size_t size = core_tangent_size(c);
-    double *memory = size && size < (size_t)1 << 24 ? malloc(size * sizeof *memory) : NULL;
-    const core_tangent direction = {f, f, 0, NULL, NULL, NULL, dq, dqd, memory};
-    if (memory) core_step_along(c, &direction, 1e-3);
+    size_t n, m;
+    const size_t size = core_along_size(c, 1);
+    void *memory = size < (size_t)1 << 24 ? malloc(size) : NULL;
+    const double *q = array(c, "q", &n), *qd = array(c, "qd", &n);
+    double *changes = array(c, "lengths", &m);
+    if (!memory) return;
+    core_along *a = core_along_open(c, 1, memory);
+    size_t tasks;
+    array(c, "task_values", &tasks);
+    if (tasks) core_along_load(a, 0, (int32_t)(tasks / 3 - 1), load, load);
+    core_along_set(a, ALONG_Q, q, dq);
+    core_along_set(a, ALONG_QD, qd, dqd);
+    core_along_set(a, ALONG_COMMANDS, f, f);
+    if (!core_along_move(a)) {
+        core_along_start(a);
+        core_along_step(a, 1e-3, 2);
+        core_along_runge_kutta(a, 1e-3, 1);
+        core_along_drive(a);
+        core_along_changes(a, ALONG_LENGTHS, changes);
+    }
     free(memory);
 }
 
@@ -78,7 +94,7 @@ static void use(core *c, uint64_t *state)
     core_accelerate(c, qd, qd, q);
     core_trace(c);
     use_laws(c, qd, f);
-    go_along(c, f, q, qd);
+    go_along(c, f, points, q, qd);
     free(q), free(qd), free(f), free(points), free(wrenches);
 }
 
