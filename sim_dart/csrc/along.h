@@ -16,12 +16,11 @@
 
 typedef struct core_along core_along;
 
-/* Bytes of memory for a robot of which that many points are pushed; 0 where the compiler had no complex
-   numbers.                                                                                             */
+/* Bytes of memory for a robot of which that many points are pushed. */
 size_t core_along_size(const core *plain, int32_t pushes);
 
 /* A handle in `memory`, 8-byte aligned, where the plain one is, with nothing that changes yet. The blob must
-   outlive it.                                                                                          */
+   outlive it, the plain handle need not.                                                               */
 core_along *core_along_open(const core *plain, int32_t pushes, void *memory);
 
 /* What a step begins with, and the muscles' commands during it; then what else there is at its end. */

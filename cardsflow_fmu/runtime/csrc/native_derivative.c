@@ -14,16 +14,15 @@ struct change {
     double *commands, *loads, *q, *qd, *states, *lengths, *tasks, *tensions;
 };
 
-/* Where the plant is; in memory that stays for further questions. */
+/* It stays open for further questions. */
 static core_along *open_along(const struct native_model *native)
 {
     struct plant *plant = native->own;
     const struct native_robot *robot = &native->robot;
     const int32_t loads = (int32_t)robot->p;
-    const size_t size = core_along_size(robot->core, loads);
-    if (!plant->along)
-        plant->along = malloc(size + 1);
-    return size && plant->along ? core_along_open(robot->core, loads, plant->along) : NULL;
+    if (!plant->along && (plant->along = malloc(core_along_size(robot->core, loads))))
+        core_along_open(robot->core, loads, plant->along);
+    return plant->along;
 }
 
 static int open_change(struct change *change, const struct native_robot *robot)
@@ -107,24 +106,29 @@ static void begin(const struct native_model *native, core_along *along, const st
                         change->loads + 3 * i);
 }
 
-/* 0, or nonzero where the step leads nowhere. */
+static int refuse_step(struct model *model)
+{
+    text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
+    return 1;
+}
+
 static int go_along(struct model *model, core_along *along)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     const double h = plant->step[0] / plant->substeps;
     if (core_along_move(along))
-        return 1;
+        return refuse_step(model);
     if (native->clock[1] == 0)
-        return core_along_start(along) || core_along_drive(along);
+        return core_along_start(along) || (plant->t && core_along_drive(along)) ? refuse_step(model) : 0;
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
     if (!steps)
         return 1;
     for (double i = 0; i < (double)steps * plant->substeps; i++)
         if (core_along_step(along, h, 1))
-            return 1;
-    return core_along_drive(along);
+            return refuse_step(model);
+    return plant->t && core_along_drive(along) ? refuse_step(model) : 0;
 }
 
 static void end(core_along *along, const struct change *change)
@@ -179,7 +183,6 @@ static int derive(struct model *model, const struct derivative *request, core_al
     if (add_seeds(model, change, request))
         return 1;
     begin(model->backend, along, change);
-    text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
     if (go_along(model, along))
         return 1;
     end(along, change);
@@ -192,9 +195,7 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
     struct change change;
     core_along *along = open_along(native);
     if (!along || open_change(&change, &native->robot)) {
-        text_set(&model->error, core_along_size(native->robot.core, 0)
-                                    ? "there is no memory for a derivative"
-                                    : "this library was compiled without complex numbers: it has no derivatives");
+        text_set(&model->error, "there is no memory for a derivative");
         return 1;
     }
     const int failed = derive(model, request, along, &change);

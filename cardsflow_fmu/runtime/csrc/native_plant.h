@@ -12,7 +12,7 @@ struct plant {
     const double *commanded, *modelled, *order;
     double *told; /* m: the command of every muscle; of passive ones 0 */
     double *commands, *loads, *q, *qd, *lengths, *tasks, *tensions, *states, *q_start, *qd_start, *step;
-    void *along; /* memory of derivatives, from the first question on */
+    struct core_along *along; /* from the first question for a derivative on */
 };
 
 /* See model_functions.derivative. */
