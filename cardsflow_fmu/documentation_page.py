@@ -54,15 +54,24 @@ def _notes(fmu: FmuDescription) -> list[str]:
         "Directional derivatives are of the outputs behind a step of the preferred length, with "
         "respect to inputs and tunable parameters at its beginning, and to positions and "
         "velocities of a plant; in initialization mode of the outputs at the start, with respect "
-        "to inputs and parameters. They are central differences, each known changed by at most "
-        "1e-6 (1 + |value|)."
+        "to inputs and parameters. "
+        + (
+            "They are central differences, each known changed by at most 1e-6 (1 + |value|)."
+            if fmu.needs_tool
+            else "They are exact, and with respect to states of muscles, too."
+        )
         if fmu.has_derivatives
         else "There are no directional derivatives."
     )
-    return [
-        f"Made by CARDSFlow {__version__}. The model is Python: the FMU needs an interpreter with "
+    model = (
+        "The model is Python: the FMU needs an interpreter with "
         f"the package cardsflow {__version__}, which is the importer's own, or one that a worker "
-        "process is started with.",
+        "process is started with."
+        if fmu.needs_tool
+        else "The model is compiled: the FMU needs no other program."
+    )
+    return [
+        f"Made by CARDSFlow {__version__}. {model}",
         "All values are in SI units. Outputs change with steps alone, not with inputs.",
         multiple,
         derivatives,

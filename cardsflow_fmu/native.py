@@ -61,21 +61,7 @@ def native_model(experiment: Experiment, model: str) -> NativeModel:
     Raises:
         InputError: The experiment has something that the C core cannot do.
     """
-    has_derivatives = model == "plant" and _is_differentiable(experiment)
-    return NativeModel(_native_file(experiment, model), has_derivatives)
-
-
-def _is_differentiable(experiment: Experiment) -> bool:
-    """Whether a plant in C has derivatives: of Euler's steps, by what every robot has."""
-    plant, robot = experiment.plant, experiment.plant_robot
-    is_plain = plant.integrator == "euler" and not (plant.energy or plant.wrenches)
-    is_smooth = not any(coordinate.friction for coordinate in robot.coordinates)
-    return is_plain and is_smooth and not _bent_or_modelled(robot)
-
-
-def _bent_or_modelled(robot: Robot) -> bool:
-    """Whether a cable is more than straight and ideal: of such a step has no derivatives in C."""
-    return bool(modelled_muscles(robot) or ordered_wraps(robot) or pulley_muscles(robot))
+    return NativeModel(_native_file(experiment, model), has_derivatives=model == "plant")
 
 
 def _native_file(experiment: Experiment, model: str) -> bytes:

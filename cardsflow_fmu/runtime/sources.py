@@ -20,7 +20,7 @@ FLAGS = ("-std=c99", "-O3", *_NUMBERS, "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra")
 
 RUNTIME = "cardsflow_fmu/runtime/csrc"
-CORE = ("sim_dart/csrc", "controllers/csrc")
+CORE = ("sim_dart/csrc", "sim_dart/csrc/along", "controllers/csrc")
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
 _PYTHON: tuple[str, ...] = ("bell_", "channel", "environment", "interpreters", "process_")

@@ -133,7 +133,8 @@ real bezier_value(const real *curve, int pieces, real x, real *slope)
     int i = 0;
     for (int k = 1; k < pieces; k++) i += value_of(x) >= value_of(curve[3 * k]);
     const real *start = curve + 3 * i, *piece = last + 3 + BEZIER_PIECE * i;
-    const real t = parameter(piece, start[3] - start[0], x - start[0]);
+    real t = parameter(piece, start[3] - start[0], x - start[0]);
+    if (IS_ALONG) t -= (quintic(piece + X, t) - (x - start[0])) / quintic_rate(piece + X, t); /* settles */
     if (slope) *slope = quintic_rate(piece + Y, t) / quintic_rate(piece + X, t);
     return start[1] + quintic(piece + Y, t);
 }

@@ -5,6 +5,14 @@
 
 #define MOST_STEPS 100
 
+/* Newton's rule once more, after which what a number carries along has converged, too. */
+static real settled(root_function *g, const void *data, real z)
+{
+    real slope;
+    const real value = g(data, z, &slope);
+    return slope == 0 ? z : z - value / slope;
+}
+
 real bracketed_root(root_function *g, const void *data, real low, real high, real guess,
                     real enough)
 {
@@ -26,7 +34,10 @@ real bracketed_root(root_function *g, const void *data, real low, real high, rea
         const real step = value / slope;
         const int is_inside = value_of(z - step) >= value_of(low) && value_of(z - step) <= value_of(high);
         const int is_slow = !(value_of(fabs(step)) <= value_of(last / 2)) || !is_inside;
-        if (value_of(fabs(step)) <= value_of(enough)) return smaller(larger(z - step, low), high);
+        if (value_of(fabs(step)) <= value_of(enough)) {
+            z = smaller(larger(z - step, low), high);
+            return IS_ALONG ? settled(g, data, z) : z;
+        }
         const real next = is_slow ? (low + high) / 2 : z - step;
         last = fabs(next - z);
         if (next == z) return z;

@@ -168,13 +168,18 @@ static int linearise(const cable *c, real (*planes)[2][3], real H[UNKNOWNS][UNKN
     return 1;
 }
 
+static void shift(cable *c, const real *step, real (*planes)[2][3])
+{
+    for (int i = 1; i < c->count; i++)
+        for (int k = 0; k < 3; k++)
+            c->points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
+}
+
 /* Go on by a step if that is shorter, or as short with directions that agree better. */
 static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
 {
     cable next = *c;
-    for (int i = 1; i < c->count; i++)
-        for (int k = 0; k < 3; k++)
-            next.points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
+    shift(&next, step, planes);
     evaluate(&next);
     const int is_shorter = value_of(next.length) < value_of(c->length * (1 - ROUNDING));
     const int is_as_short = value_of(next.length) <= value_of(c->length * (1 + ROUNDING));
@@ -212,6 +217,20 @@ static void tighten(cable *c)
         if (value_of(now) < NO_BETTER && k > 4 && value_of(now) >= value_of(0.5 * was))
             return; /* as good as rounding lets it be */
         pull_tight(c);
+    }
+}
+
+/* What the points carry along is not sought with them: Newton's steps of that alone. Each leaves the share
+   1e-7 of its error, as the second derivatives are differences.                                        */
+static void settle(cable *c)
+{
+    for (int round = 0; round < 3; round++) {
+        real H[UNKNOWNS][UNKNOWNS], step[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3];
+        const int n = 2 * (c->count - 1);
+        if (!linearise(c, planes, H, step) || !eliminate(H, step, n)) return;
+        for (int i = 0; i < n; i++) step[i] -= value_of(step[i]);
+        shift(c, step, planes);
+        evaluate(c);
     }
 }
 
@@ -278,6 +297,7 @@ real sequence_solve(const sequence_part *parts, int count, real (*points)[3], co
         tighten(&c);
         if (!combination || value_of(c.length) < value_of(best.length)) best = c;
     }
+    if (IS_ALONG) settle(&best);
     memcpy(points, best.points, (size_t)(count + 1) * sizeof *points);
     memcpy(contacts, best.contacts, (size_t)count * sizeof *contacts);
     return best.length;

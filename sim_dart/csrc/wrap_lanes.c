@@ -12,6 +12,7 @@
 #include "wrap_lanes.h"
 
 #include "arc.h"
+#include "elementary.h"
 
 #include <math.h>
 

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import fmpy
 import numpy as np
 import pytest
 from every_joint import every_joint
-from fmpy import fmi2
 from fmu_host import refused
-from numpy.typing import NDArray
+from native_slopes import PLAIN, STEP, Options, Slave, gamma_of, slave_at, started, stretched
 from random_trees import random_tree
 from robots import EXAMPLES, random_robot
 
@@ -29,114 +24,15 @@ from sim_dart import CoreDynamics, compile_blob
 
 pytestmark = pytest.mark.native
 
-FloatArray = NDArray[np.float64]
-STEP = 1e-3
-EIGHTH = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-"""Weights of the central difference of eighth order."""
 
-Gamma = Callable[[FloatArray], FloatArray]
-
-
-def stretched(gamma: Gamma, at: FloatArray, direction: FloatArray, size: float) -> FloatArray:
-    """Slope of gamma along a direction, with an error of order size**8; angles may come round."""
-    slope = np.zeros_like(gamma(at))
-    for k, weight in EIGHTH.items():
-        change = gamma(at + k * size * direction) - gamma(at - k * size * direction)
-        slope += weight * (change - 2 * np.pi * np.round(change / (2 * np.pi)))
-    return slope / size
-
-
-class Slave:
-    """A native plant through FMI 2.0, as functions of arrays."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        fmpy.extract(str(file), str(folder))
-        description = fmpy.read_model_description(str(folder))
-        assert description.coSimulation.providesDirectionalDerivative
-        self.slave = fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier="plant",
-            instanceName="plant",
-        )
-        self.slave.instantiate()
-        self.slave.setupExperiment(startTime=0.0)
-        self.names = [v.name for v in description.modelVariables]
-        self.of = {
-            kind: [v.valueReference for v in description.modelVariables if v.causality == kind]
-            for kind in ("input", "output", "parameter")
-        }
-        self.time = 0.0
-
-    def references(self, *prefixes: str) -> list[int]:
-        """Of the variables whose names begin so, a dot behind; they stand in that order."""
-        return [k for k, name in enumerate(self.names) if name.split(".")[0] in prefixes]
-
-    def step(self, steps: int = 1) -> FloatArray:
-        self.slave.doStep(self.time, steps * STEP)
-        self.time += steps * STEP
-        return np.array(self.slave.getReal(self.of["output"]))
-
-    def derivative(self, knowns: list[int], seeds: FloatArray) -> FloatArray:
-        outputs = self.of["output"]
-        return np.array(self.slave.getDirectionalDerivative(outputs, knowns, list(seeds)))
-
-
-def plant_file(robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, substeps: int) -> Path:
-    """A native plant of any robot that starts anywhere."""
-    contents = _encode(
-        "plant", compile_blob(robot), [*_robot_settings(robot), *_plant_settings(robot, substeps)]
-    )
-    return write_fmu(
-        folder / "plant.fmu",
-        model_class=PlantModel,
-        model_name="plant",
-        ports=plant_ports(robot, q.tolist(), qd.tolist(), STEP),
-        resources={},
-        step=STEP,
-        native=NativeModel(contents, True),
-    )
-
-
-@contextmanager
-def started(
-    robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, substeps: int = 1
-) -> Iterator[Slave]:
-    slave = Slave(plant_file(robot, folder, q, qd, substeps), folder / "unpacked")
-    slave.slave.enterInitializationMode()
-    slave.slave.exitInitializationMode()
-    yield slave
-    slave.slave.terminate()
-    slave.slave.freeInstance()
-
-
-def gamma_of(slave: Slave, knowns: list[int]) -> Gamma:
-    """Outputs behind a step from the start as a function of inputs and start state."""
-    start = [slave.names.index(_start_of(slave.names[k])) for k in knowns]
-
-    def gamma(values: FloatArray) -> FloatArray:
-        slave.slave.reset()
-        slave.slave.setupExperiment(startTime=0.0)
-        slave.slave.setReal(start, list(values))
-        slave.slave.enterInitializationMode()
-        slave.slave.exitInitializationMode()
-        slave.time = 0.0
-        return slave.step()
-
-    return gamma
-
-
-def _start_of(name: str) -> str:
-    head, _, tail = name.partition(".")
-    return f"{head}_start.{tail}" if head in ("q", "qd") else name
-
-
-def check(robot: Robot, folder: Path, seed: int, substeps: int = 1, size: float = 2e-3) -> None:
+def check(
+    robot: Robot, folder: Path, seed: int, options: Options = PLAIN, size: float = 2e-3
+) -> None:
     """All knowns at once, along random directions, to 1e-9 of the largest."""
     rng = np.random.default_rng(seed)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = rng.uniform(-1, 1, n), rng.uniform(-2, 2, n)
-    with started(robot, folder, q, qd, substeps) as slave:
+    with started(robot, folder, q, qd, options) as slave:
         inputs = slave.of["input"]
         knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
         forces = np.concatenate([rng.uniform(5, 50, m), rng.uniform(-9, 9, len(inputs) - m)])
@@ -166,7 +62,28 @@ def test_every_joint(tmp_path: Path) -> None:
 
 
 def test_substeps(tmp_path: Path) -> None:
-    check(random_robot(5), tmp_path, 5, substeps=3)
+    check(random_robot(5), tmp_path, 5, Options(substeps=3))
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+def test_rules_wrenches_and_books(integrator: str, tmp_path: Path) -> None:
+    """Energies, work and momenta by forces, wrenches and where a step begins."""
+    robot = random_robot(5)
+    pushed = robot.links[-1].name, robot.links[1].name
+    check(robot, tmp_path, 5, Options(2, integrator, energy=True, wrenches=pushed))
+
+
+def test_friction(tmp_path: Path) -> None:
+    """Of joints that slide, and of one that it holds."""
+    robot = random_robot(5)
+    grips = [1e6, *[0.5] * len(robot.coordinates)]
+    joints = tuple(
+        replace(
+            joint, coordinates=tuple(replace(c, friction=grips.pop(0)) for c in joint.coordinates)
+        )
+        for joint in robot.joints
+    )
+    check(replace(robot, joints=joints), tmp_path, 5, size=2e-4)
 
 
 def test_springs_and_damping(tmp_path: Path) -> None:
@@ -206,15 +123,6 @@ def test_a_joint_at_its_limit(tmp_path: Path) -> None:
             found = slave_at(slave, inputs, at).derivative(knowns, direction)
             scale = np.abs(expected).max()
             np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-9 * max(scale, 1))
-
-
-def slave_at(slave: Slave, inputs: list[int], at: FloatArray) -> Slave:
-    slave.slave.reset()
-    slave.slave.setupExperiment(startTime=0.0)
-    slave.slave.enterInitializationMode()
-    slave.slave.exitInitializationMode()
-    slave.slave.setReal(inputs, list(at[: len(inputs)]))
-    return slave
 
 
 @pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
@@ -276,14 +184,6 @@ def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
     assert (rows[0] == rows[1]).all()
 
 
-def test_wraps_and_laws_say_that_they_have_none(tmp_path: Path) -> None:
-    settings: dict[str, Any] = {"plant.energy": False}
-    experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", settings)
-    for file in build(experiment, tmp_path, native=True).values():
-        description = fmpy.read_model_description(str(file))
-        assert not description.coSimulation.providesDirectionalDerivative
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees(seed: int, tmp_path: Path) -> None:
     """Joints of several degrees of freedom, and free bases."""
@@ -317,8 +217,8 @@ def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 
 
-def test_an_output_without_derivative_is_refused(tmp_path: Path) -> None:
-    """A file that calls a tension an output of ideal cables: nothing is read beyond its tasks."""
+def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
+    """A file that calls it an output: it is the force, while that is not negative."""
     robot = random_robot(1)
     n = len(robot.coordinates)
     ports = plant_ports(robot, [0.0] * n, [0.0] * n, STEP)
@@ -340,6 +240,9 @@ def test_an_output_without_derivative_is_refused(tmp_path: Path) -> None:
     slave.slave.enterInitializationMode()
     slave.slave.exitInitializationMode()
     (tension,) = slave.references("t")
-    refused(lambda: slave.slave.getDirectionalDerivative([tension], [0], [1.0]))
+    slave.slave.setReal([0, 1], [5.0, -5.0])
+    assert slave.slave.getDirectionalDerivative([tension], [0, 1], [3.0, 1.0]) == [3.0]
+    slave.slave.setReal([0], [-5.0])
+    assert slave.slave.getDirectionalDerivative([tension], [0], [1.0]) == [0.0]
     slave.slave.terminate()
     slave.slave.freeInstance()

@@ -2,9 +2,9 @@
 
    Each is refused with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
    were refused. The sanitizers that this is compiled with end it at anything else.                      */
+#include "along.h"
 #include "core.h"
 #include "mutate.h"
-#include "tangent.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -38,14 +38,33 @@ static void use_laws(core *c, const real *qd, const real *u)
     core_advance(c, u, 1e-3);
 }
 
-/* A step with its derivative, from wherever the core is. */
-static void go_along(core *c, const real *f, real *dq, real *dqd)
+/* Steps with their derivatives, from wherever the core is and with what pushes it: only with doubles. */
+static void go_along(core *c, const real *f, const real *wrenches, const real *dq, const real *dqd)
 {
-    const size_t size = core_tangent_size(c);
-    real *memory = size && size < (size_t)1 << 24 ? malloc(size * sizeof *memory) : NULL;
-    const core_tangent direction = {f, f, 0, NULL, NULL, NULL, dq, dqd, memory};
-    if (memory) core_step_along(c, &direction, 1e-3);
+#if !defined(CARDSFLOW_FLOAT)
+    size_t n, m;
+    const size_t size = core_along_size(c);
+    void *memory = size < (size_t)1 << 24 ? malloc(size) : NULL;
+    const double *q = array(c, "q", &n), *qd = array(c, "qd", &n);
+    double *changes = array(c, "lengths", &m);
+    if (!memory) return;
+    core_along *a = core_along_open(c, memory);
+    core_along_set(a, ALONG_Q, q, dq);
+    core_along_set(a, ALONG_QD, qd, dqd);
+    core_along_set(a, ALONG_COMMANDS, f, f);
+    core_along_set(a, ALONG_PUSHES, wrenches, wrenches);
+    if (!core_along_move(a)) {
+        core_along_start(a);
+        core_along_step(a, 1e-3, 2);
+        core_along_runge_kutta(a, 1e-3, 1);
+        core_along_drive(a);
+        core_along_energies(a);
+        core_along_changes(a, ALONG_LENGTHS, changes);
+    }
     free(memory);
+#else
+    (void)c, (void)f, (void)wrenches, (void)dq, (void)dqd;
+#endif
 }
 
 static void use(core *c, uint64_t *state)
@@ -66,6 +85,7 @@ static void use(core *c, uint64_t *state)
         memcpy(own_qd, qd, n * sizeof(real));
         if (core_push(c, 2, frames, points, wrenches)) exit(3);
         core_runge_kutta(c, f, qd, 1e-3, 3);
+        go_along(c, f, wrenches, q, qd);
         core_push(c, 0, frames, points, wrenches);
         core_energies(c, qd);
     }
@@ -79,7 +99,6 @@ static void use(core *c, uint64_t *state)
     core_accelerate(c, qd, qd, q);
     core_trace(c);
     use_laws(c, qd, f);
-    go_along(c, f, q, qd);
     free(q), free(qd), free(f), free(points), free(wrenches);
 }
 

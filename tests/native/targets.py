@@ -18,6 +18,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = [ROOT / "sim_dart/csrc", ROOT / "controllers/csrc"]
+ALONG = ROOT / "sim_dart/csrc/along"
+"""The core for derivatives, which only FMUs carry."""
 FLAGS = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE"]
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 TIMEOUT = 900  # in [s]: ziglang makes a platform's C library first

@@ -2,9 +2,6 @@
  * tensions, states of muscles and books of energy out. */
 #include "native_plant.h"
 
-#include "../../../sim_dart/csrc/tangent.h"
-
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -139,8 +136,7 @@ static int refuse_step(struct model *model, int bad)
     return 1;
 }
 
-/* Loads and wrenches to where the core's step looks for them. Nonzero where one is not finite. */
-static int push(struct model *model)
+int native_plant_tell(struct model *model)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -154,6 +150,7 @@ static int push(struct model *model)
     for (size_t i = 0; i < p; i++)
         memcpy(plant->pushes + 6 * i, plant->loads + 3 * i, 3 * sizeof(double)); /* and no moment */
     memcpy(plant->pushes + 6 * p, plant->wrenches, 6 * plant->k * sizeof(double));
+    told(plant);
     return 0;
 }
 
@@ -174,9 +171,8 @@ static int step(struct model *model)
     struct plant *plant = native->own;
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
-    if (!steps || push(model))
+    if (!steps || native_plant_tell(model))
         return 1;
-    told(plant);
     for (size_t i = 0; i < steps; i++) {
         const int bad = advance(&native->robot, plant);
         if (bad)
@@ -218,23 +214,9 @@ static const struct model_functions FUNCTIONS = {
     .reset = native_reset,
     .get_state = get_state,
     .set_state = set_state,
-    .close = close_plant,
-};
-
-static const struct model_functions WITH_DERIVATIVES = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
     .derivative = native_plant_derivative,
     .close = close_plant,
 };
-
-static int has_derivatives(const struct plant *plant, const struct native_robot *robot)
-{
-    return plant->rule == core_step && !plant->k && !plant->books && core_tangent_size(robot->core);
-}
 
 int native_plant_open(struct model *model, struct native_model *native, struct text *error)
 {
@@ -247,6 +229,6 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
         return 1;
     }
     native->own = plant;
-    model->functions = has_derivatives(plant, &native->robot) ? &WITH_DERIVATIVES : &FUNCTIONS;
+    model->functions = &FUNCTIONS;
     return 0;
 }

@@ -28,6 +28,7 @@ struct plant {
     double *pushes;  /* 6 a point: see core_push */
     double *commands, *loads, *wrenches, *q, *qd, *lengths, *tasks, *tensions, *states, *energies;
     double *q_start, *qd_start, *step;
+    struct core_along *along; /* from the first question for a derivative on */
 };
 
 /* Takes the settings off the file's and finds room for what they ask for; nonzero with a message. */
@@ -39,8 +40,11 @@ int native_plant_place(struct plant *plant, const struct native_model *native, s
 /* Frees it. */
 void native_plant_free(struct plant *plant);
 
-/* See model_functions.derivative: for robots whose muscles are ideal cables along straight segments, stepped
- * by Euler's rule, without wrenches and books. */
+/* Commands, loads and wrenches to where the core's step looks for them: `told` and `pushes`. Nonzero with a
+ * message where a load or wrench is not finite. */
+int native_plant_tell(struct model *model);
+
+/* See model_functions.derivative. */
 int native_plant_derivative(struct model *model, const struct derivative *request);
 
 #endif

@@ -121,5 +121,6 @@ void native_plant_free(struct plant *plant)
     free(plant->told);
     free(plant->frames);
     free(plant->pushes);
+    free(plant->along);
     free(plant);
 }

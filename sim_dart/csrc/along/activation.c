@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../activation.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../bezier.c"
+
+#include "end.h"

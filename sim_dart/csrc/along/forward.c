@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../forward.c"
+
+#include "end.h"

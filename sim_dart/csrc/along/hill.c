@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../hill.c"
+
+#include "end.h"

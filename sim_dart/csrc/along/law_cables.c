@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_cables.c"
+
+#include "end.h"

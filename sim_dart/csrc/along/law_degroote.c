@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_degroote.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_ligament.c"
+
+#include "end.h"

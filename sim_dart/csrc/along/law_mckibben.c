@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_mckibben.c"
+
+#include "end.h"

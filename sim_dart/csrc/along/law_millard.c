@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_millard.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_motor.c"
+
+#include "end.h"

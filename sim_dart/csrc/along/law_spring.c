@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_spring.c"
+
+#include "end.h"

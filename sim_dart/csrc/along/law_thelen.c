@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../law_thelen.c"
+
+#include "end.h"

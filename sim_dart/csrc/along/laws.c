@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../laws.c"
+
+#include "end.h"

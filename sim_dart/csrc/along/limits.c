@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../limits.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../motion.c"
+
+#include "end.h"

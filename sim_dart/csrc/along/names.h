@@ -1,13 +1,23 @@
-/* What the core is called when it is compiled for numbers that carry a derivative along; every file here
-   includes this before one of the core's.                                                              */
+/* Compiling the core for numbers that carry a derivative along: how, and what its functions are called
+   then. Every file here that does begins with this, and ends with end.h.                               */
 #ifndef CARDSFLOW_ALONG_NAMES_H
 #define CARDSFLOW_ALONG_NAMES_H
 
 #define CARDSFLOW_ALONG
 
+/* Products and quotients of the schoolbook: here are no infinities to be careful of. And small code: the
+   processor is busy with the arithmetic.                                                               */
+#if defined(__clang__)
+#pragma STDC CX_LIMITED_RANGE ON
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#elif defined(__GNUC__)
+#pragma GCC optimize("cx-limited-range", "Os")
+#endif
+
 /* The quick arc tangent's polynomials are for plain numbers. */
 #define CARDSFLOW_ARC_H
 #define quick_arc_tangent arc_tangent
+#define upper_arc_tangent arc_tangent
 
 #define LAW_DE_GROOTE along_LAW_DE_GROOTE
 #define LAW_ELASTIC_CABLE along_LAW_ELASTIC_CABLE
@@ -26,26 +36,22 @@
 #define bezier_is_sound along_bezier_is_sound
 #define bezier_prepare along_bezier_prepare
 #define bezier_value along_bezier_value
-#define blob_open along_blob_open
 #define bracketed_root along_bracketed_root
 #define core_accelerate along_core_accelerate
 #define core_advance along_core_advance
-#define core_array along_core_array
-#define core_coordinates along_core_coordinates
 #define core_count_turns along_core_count_turns
 #define core_curve along_core_curve
 #define core_drive along_core_drive
+#define core_energies along_core_energies
 #define core_invert along_core_invert
 #define core_law_rates along_core_law_rates
 #define core_move along_core_move
 #define core_move_checked along_core_move_checked
-#define core_open along_core_open
 #define core_pull along_core_pull
 #define core_push along_core_push
+#define core_runge_kutta along_core_runge_kutta
 #define core_rates along_core_rates
 #define core_reach along_core_reach
-#define core_runge_kutta along_core_runge_kutta
-#define core_size along_core_size
 #define core_start along_core_start
 #define core_step along_core_step
 #define core_task_bias along_core_task_bias
@@ -61,6 +67,7 @@
 #define exponential along_exponential
 #define exponential_less_one along_exponential_less_one
 #define exponential_of_four along_exponential_of_four
+#define friction_keep along_friction_keep
 #define hill_advance along_hill_advance
 #define hill_curve_by_name along_hill_curve_by_name
 #define hill_elastic_tension along_hill_elastic_tension
@@ -72,7 +79,10 @@
 #define hyperbolic_tangent along_hyperbolic_tangent
 #define laws_check along_laws_check
 #define laws_prepare along_laws_prepare
+#define limits_apply along_limits_apply
 #define limits_keep along_limits_keep
+#define limits_respond along_limits_respond
+#define limits_solve along_limits_solve
 #define logarithm along_logarithm
 #define muscles_are_sound along_muscles_are_sound
 #define muscles_pull along_muscles_pull
@@ -91,6 +101,8 @@
 #define wrap_inside_over along_wrap_inside_over
 #define wrap_inside_pull along_wrap_inside_pull
 #define wrap_is_clear along_wrap_is_clear
+#define wrap_lanes_fill along_wrap_lanes_fill
+#define wrap_lanes_prepare along_wrap_lanes_prepare
 #define wrap_over along_wrap_over
 #define wrap_pull along_wrap_pull
 

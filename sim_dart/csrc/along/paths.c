@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../paths.c"
+
+#include "end.h"

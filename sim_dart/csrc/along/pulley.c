@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../pulley.c"
+
+#include "end.h"

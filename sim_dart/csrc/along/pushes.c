@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../pushes.c"
+
+#include "end.h"

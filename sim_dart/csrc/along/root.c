@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../root.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../runge_kutta.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../sequence.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../step.c"
+
+#include "end.h"

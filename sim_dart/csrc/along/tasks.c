@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../tasks.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../tree.c"
+
+#include "end.h"

@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../wrap.c"
+
+#include "end.h"

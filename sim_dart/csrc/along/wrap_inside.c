@@ -1,3 +1,5 @@
 #include "names.h"
 
 #include "../wrap_inside.c"
+
+#include "end.h"

@@ -1,0 +1,5 @@
+#include "names.h"
+
+#include "../books.c"
+
+#include "end.h"

@@ -1,3 +1,0 @@
-#include "names.h"
-
-#include "../core.c"

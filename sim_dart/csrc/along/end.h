@@ -1,0 +1,4 @@
+/* The other end of names.h. */
+#if defined(__clang__)
+#pragma clang attribute pop
+#endif

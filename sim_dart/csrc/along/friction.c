@@ -1,0 +1,5 @@
+#include "names.h"
+
+#include "../friction.c"
+
+#include "end.h"

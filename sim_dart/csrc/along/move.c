@@ -1,0 +1,5 @@
+#include "names.h"
+
+#include "../move.c"
+
+#include "end.h"

@@ -1,0 +1,5 @@
+#include "names.h"
+
+#include "../wrap_lanes.c"
+
+#include "end.h"

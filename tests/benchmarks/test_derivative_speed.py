@@ -1,0 +1,74 @@
+"""What a derivative costs: `pytest tests/benchmarks/test_derivative_speed.py -s`.
+
+One direction over a communication step, of all outputs, against that step, both through FMI 2.0. A
+call for a derivative goes to where the plant is first, as nothing there has been followed along the
+direction: of a step without substeps that is a large share.
+"""
+
+from __future__ import annotations
+
+from ctypes import c_double, c_uint
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+from fmpy import fmi2
+from interleaved import interleaved, record
+from robots import EXAMPLES
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation import build
+
+LIMITS = [(1, 7.0), (20, 4.0)]
+"""How many times a step a derivative may cost, for that many substeps."""
+EXAMPLE_ROBOTS = ["planar_2r", "roboy_left_arm", "pneumatic_elbow", "hill_arm"]
+
+
+@pytest.mark.parametrize(("substeps", "limit"), LIMITS)
+@pytest.mark.parametrize("example", EXAMPLE_ROBOTS)
+def test_a_direction(example: str, substeps: int, limit: float, tmp_path: Path) -> None:
+    settings: dict[str, Any] = {"plant.energy": False, "plant.substeps": substeps}
+    experiment = Experiment.load(EXAMPLES / example, settings)
+    file = build(experiment, tmp_path / "out", native=True)["plant"]
+    fmpy.extract(str(file), str(tmp_path / "fmu"))
+    description = fmpy.read_model_description(str(tmp_path / "fmu"))
+    step = float(description.defaultExperiment.stepSize)
+    slave = fmi2.FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=str(tmp_path / "fmu"),
+        modelIdentifier="plant",
+        instanceName="plant",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    variables = description.modelVariables
+    outputs = [v.valueReference for v in variables if v.causality == "output"]
+    inputs = [v.valueReference for v in variables if v.causality == "input"]
+    unknowns, knowns = (c_uint * len(outputs))(*outputs), (c_uint * len(inputs))(*inputs)
+    seeds, answers = (c_double * len(inputs))(*[1.0] * len(inputs)), (c_double * len(outputs))()
+    time = [0.0]
+
+    def ours() -> None:
+        slave.fmi2GetDirectionalDerivative(
+            slave.component, unknowns, len(outputs), knowns, len(inputs), seeds, answers
+        )
+
+    def plain() -> None:
+        slave.fmi2DoStep(slave.component, time[0], step, 1)
+        time[0] += step
+
+    def nothing() -> None:
+        slave.fmi2GetReal(slave.component, unknowns, 0, answers)
+
+    times = interleaved({"step": plain, "derivative": ours, "call": nothing}, calls=20, rounds=60)
+    ratio = (times["derivative"] - times["call"]) / (times["step"] - times["call"])
+    record(
+        f"derivative, {example}, {substeps} substeps",
+        step_ratio=ratio,
+        step_us=(times["step"] - times["call"]) * 1e6,
+        derivative_us=(times["derivative"] - times["call"]) * 1e6,
+    )
+    assert ratio <= limit

@@ -1,0 +1,224 @@
+"""Slopes of native plants: asked for through FMI 2.0, and by differences of high order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import fmpy
+import numpy as np
+from fmpy import fmi2
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Robot
+from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.muscle_ports import driven_muscles, ideal_muscles, state_order
+from cardsflow_fmu.native import NativeModel, _encode, _plant_settings, _robot_settings
+from cardsflow_fmu.ports import plant_ports
+from sim_dart import compile_blob
+
+FloatArray = NDArray[np.float64]
+STEP = 1e-3
+EIGHTH = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+"""Weights of the central difference of eighth order."""
+
+Gamma = Callable[[FloatArray], FloatArray]
+
+
+def stretched(gamma: Gamma, at: FloatArray, direction: FloatArray, size: float) -> FloatArray:
+    """Slope of gamma along a direction, with an error of order size**8; angles may come round."""
+    slope = np.zeros_like(gamma(at))
+    for k, weight in EIGHTH.items():
+        change = gamma(at + k * size * direction) - gamma(at - k * size * direction)
+        slope += weight * (change - 2 * np.pi * np.round(change / (2 * np.pi)))
+    return slope / size
+
+
+class Slave:
+    """A native plant through FMI 2.0, as functions of arrays."""
+
+    def __init__(self, file: Path, folder: Path) -> None:
+        fmpy.extract(str(file), str(folder))
+        description = fmpy.read_model_description(str(folder))
+        assert description.coSimulation.providesDirectionalDerivative
+        self.slave = fmi2.FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier="plant",
+            instanceName="plant",
+        )
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        self.names = [v.name for v in description.modelVariables]
+        self.of = {
+            kind: [v.valueReference for v in description.modelVariables if v.causality == kind]
+            for kind in ("input", "output", "parameter")
+        }
+        self.time = 0.0
+
+    def references(self, *prefixes: str) -> list[int]:
+        """Of the variables whose names begin so, a dot behind; they stand in that order."""
+        return [k for k, name in enumerate(self.names) if name.split(".")[0] in prefixes]
+
+    def step(self, steps: int = 1) -> FloatArray:
+        self.slave.doStep(self.time, steps * STEP)
+        self.time += steps * STEP
+        return np.array(self.slave.getReal(self.of["output"]))
+
+    def derivative(self, knowns: list[int], seeds: FloatArray) -> FloatArray:
+        outputs = self.of["output"]
+        return np.array(self.slave.getDirectionalDerivative(outputs, knowns, list(seeds)))
+
+
+class Options(NamedTuple):
+    """How a plant steps, and what more it has."""
+
+    substeps: int = 1
+    integrator: str = "euler"
+    energy: bool = False
+    wrenches: tuple[str, ...] = ()
+
+
+PLAIN = Options()
+
+
+def plant_file(
+    robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, options: Options = PLAIN
+) -> Path:
+    """A native plant of any robot that starts anywhere."""
+    own = _plant_settings(robot, *options)
+    contents = _encode("plant", compile_blob(robot), [*_robot_settings(robot), *own])
+    more = {"energy": options.energy, "wrenches": options.wrenches}
+    return write_fmu(
+        folder / "plant.fmu",
+        model_class=PlantModel,
+        model_name="plant",
+        ports=plant_ports(robot, q.tolist(), qd.tolist(), STEP, **more),  # type: ignore[arg-type]
+        resources={},
+        step=STEP,
+        native=NativeModel(contents, True),
+    )
+
+
+@contextmanager
+def started(
+    robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, options: Options = PLAIN
+) -> Iterator[Slave]:
+    slave = Slave(plant_file(robot, folder, q, qd, options), folder / "unpacked")
+    slave.slave.enterInitializationMode()
+    slave.slave.exitInitializationMode()
+    yield slave
+    slave.slave.terminate()
+    slave.slave.freeInstance()
+
+
+def gamma_of(slave: Slave, knowns: list[int]) -> Gamma:
+    """Outputs behind a step from the start as a function of inputs and start state."""
+    start = [slave.names.index(_start_of(slave.names[k])) for k in knowns]
+
+    def gamma(values: FloatArray) -> FloatArray:
+        slave.slave.reset()
+        slave.slave.setupExperiment(startTime=0.0)
+        slave.slave.setReal(start, list(values))
+        slave.slave.enterInitializationMode()
+        slave.slave.exitInitializationMode()
+        slave.time = 0.0
+        return slave.step()
+
+    return gamma
+
+
+def _start_of(name: str) -> str:
+    head, _, tail = name.partition(".")
+    return f"{head}_start.{tail}" if head in ("q", "qd") else name
+
+
+def slave_at(slave: Slave, inputs: list[int], at: FloatArray) -> Slave:
+    slave.slave.reset()
+    slave.slave.setupExperiment(startTime=0.0)
+    slave.slave.enterInitializationMode()
+    slave.slave.exitInitializationMode()
+    slave.slave.setReal(inputs, list(at[: len(inputs)]))
+    return slave
+
+
+def settle(slave: Slave, values: FloatArray, starts: list[int]) -> None:
+    """Into initialization mode with these inputs and start values."""
+    slave.slave.reset()
+    slave.slave.setupExperiment(startTime=0.0)
+    slave.slave.setReal(starts, list(values))
+    slave.slave.enterInitializationMode()
+    slave.time = 0.0
+
+
+def check(
+    robot: Robot,
+    folder: Path,
+    q: FloatArray,
+    qd: FloatArray,
+    commands: FloatArray,
+    *,
+    seed: int = 0,
+    substeps: int = 1,
+    size: float = 2e-4,
+    tolerance: float = 1e-8,
+) -> None:
+    """Derivatives at the start, and behind a step from there, along random directions.
+
+    States of muscles begin where inputs and start values put them: so a step's derivatives are
+    those by all that it begins with, along what the start's say. Judged where differences of two
+    sizes agree, by the largest change of its kind; that is nearly everywhere.
+    """
+    rng = np.random.default_rng(seed)
+    n, states = len(robot.coordinates), len(state_order(robot))
+    with started(robot, folder, q, qd, Options(substeps)) as slave:
+        inputs, outputs = slave.of["input"], slave.of["output"]
+        starts = [*inputs, *slave.references("q_start"), *slave.references("qd_start")]
+        begins = [*inputs, *outputs[: 2 * n], *outputs[len(outputs) - states :]]
+        loads = rng.uniform(-9, 9, len(inputs) - commands.size)
+        at = np.concatenate([commands, loads, q, qd])
+        spread = np.concatenate([np.abs(commands) + 1e-2, np.ones(at.size - commands.size)])
+
+        def gamma(values: FloatArray) -> FloatArray:
+            settle(slave, values, starts)
+            slave.slave.exitInitializationMode()
+            first = np.array(slave.slave.getReal(outputs))
+            return np.concatenate([first, slave.step()])
+
+        judged = []
+        for _ in range(3):
+            direction = rng.uniform(-1, 1, at.size) * spread
+            settle(slave, at, starts)
+            first = slave.derivative(starts, direction)
+            slave.slave.exitInitializationMode()
+            ahead = [direction[: len(inputs)], first[: 2 * n], first[first.size - states :]]
+            found = np.concatenate([first, slave.derivative(begins, np.concatenate(ahead))])
+            assert np.isfinite(found).all()
+            expected, again = (stretched(gamma, at, direction, size / k) for k in (1, 2))
+            scale = scales(robot, np.abs(expected))
+            sure = np.abs(expected - again) <= tolerance * scale
+            judged.append(sure)
+            assert (np.abs(found - again) <= 3 * tolerance * scale)[sure].all()
+        assert np.mean(judged) > 0.95
+
+
+def scales(robot: Robot, changes: FloatArray) -> FloatArray:
+    """The largest change of each kind of output, at its place; twice."""
+    n, m, states = len(robot.coordinates), len(robot.muscles), len(state_order(robot))
+    half = changes.size // 2
+    kinds = [n, 2 * n, 2 * n + m]
+    if states:
+        kinds.append(half - states)
+    largest = []
+    for one in np.split(changes, 2):
+        for kind in np.split(one, kinds):
+            largest.append(np.full(kind.size, max(kind.max(initial=0.0), 1e-9)))
+    return np.concatenate(largest)
+
+
+def commanded(robot: Robot) -> int:
+    """How many muscles take commands."""
+    return len(ideal_muscles(robot)) + len(driven_muscles(robot))

@@ -1,0 +1,198 @@
+"""Directional derivatives of native plants whose muscles bend, and of those with tension laws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import fmpy
+import numpy as np
+import pytest
+from muscle_bench import SOUND
+from native_slopes import FloatArray, check, commanded, started
+from random_trees import random_tree
+from robots import EXAMPLES, random_robot
+from wrapped import FAR, carriage, sequences, single_wraps, wrapped_tree
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    Joint,
+    Muscle,
+    Pose,
+    Robot,
+    ViaPoint,
+    Wrap,
+    WrapSurface,
+)
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation import build
+from sim_dart import CoreDynamics
+
+pytestmark = pytest.mark.native
+
+PULL = 5e3
+"""In [N]: large, so that how moment arms turn with q is much of what happens."""
+
+
+def inside(robot: Robot) -> Robot:
+    """The same muscles, each inside its surfaces."""
+    turned = [
+        replace(m, wraps=tuple(replace(w, side=0, turns=0, inside=True) for w in m.wraps))
+        for m in robot.muscles
+    ]
+    return robot.with_muscles(turned)
+
+
+PATHS: dict[str, Any] = {
+    "either side": lambda rng: single_wraps(rng, 8, sides=(-1, 0, 1)),
+    "turns": lambda rng: single_wraps(rng, 8, sides=(-1, 0, 1), turns=(1, 2)),
+    "ends of cylinders": lambda rng: single_wraps(rng, 8, lengths=(0.2, 0.4)),
+    "inside": lambda rng: inside(single_wraps(rng, 8)),
+    "two surfaces": lambda rng: sequences(rng, 4, 2),
+    "three surfaces, chosen sides": lambda rng: sequences(rng, 4, 3, sides=(-1, 0, 1)),
+    "four surfaces": lambda rng: sequences(rng, 3, 4),
+    "inside three": lambda rng: inside(sequences(rng, 4, 3)),
+    "pulley": lambda rng: sequences(rng, 4, 0, pulley=True),
+    "pulley and surface": lambda rng: sequences(rng, 4, 1, pulley=True),
+    "pulley and two surfaces": lambda rng: sequences(rng, 4, 2, pulley=True),
+    "a tree": lambda rng: wrapped_tree(random_tree(3, 0.1), 3),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_paths(name: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(sorted(PATHS).index(name))
+    robot: Robot = PATHS[name](rng)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, qd = rng.uniform(-0.2, 0.2, n), rng.uniform(-0.3, 0.3, n)
+    check(robot, tmp_path, q, qd, rng.uniform(0.1, 1, m) * PULL, size=1e-5)
+
+
+def with_law(robot: Robot, kind: str, extra: dict[str, float]) -> Robot:
+    """Every muscle with a law, as long as it is at q = 0."""
+    lengths = CoreDynamics(robot).muscle_lengths(np.zeros(len(robot.coordinates)))
+    muscles = []
+    for muscle, length in zip(robot.muscles, map(float, lengths), strict=True):
+        hill = {"optimal_fibre_length": 0.3 * length, "tendon_slack_length": 0.7 * length}
+        parameters = SOUND[kind] | extra | (hill if kind.startswith("hill") else {})
+        muscles.append(replace(muscle, model=CableModel(kind, tuple(parameters.items()))))  # type: ignore[arg-type]
+    return robot.with_muscles(muscles)
+
+
+LAWS = [(kind, {}) for kind in SOUND] + [
+    (kind, {"elastic_tendon": 1.0}) for kind in SOUND if kind.startswith("hill")
+]
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(("kind", "extra"), LAWS)
+def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> None:
+    """Tensions and states as outputs, states as what a step begins with."""
+    rng = np.random.default_rng(seed)
+    robot = with_law(random_robot(seed), kind, extra)
+    n = len(robot.coordinates)
+    q, qd = rng.uniform(-0.1, 0.1, n), rng.uniform(-0.1, 0.1, n)
+    commands = rng.uniform(0.2, 0.8, commanded(robot))
+    check(robot, tmp_path, q, qd, commands, substeps=2, size=8e-6, tolerance=1e-7)
+
+
+def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
+    """All together: a joint runs into its stop within the step."""
+    rng = np.random.default_rng(5)
+    robot = wrapped_tree(random_robot(5), 5)
+    robot = with_law(robot, "hill_millard2012", {"elastic_tendon": 1.0})
+    n = len(robot.coordinates)
+    q, qd = rng.uniform(-0.1, 0.1, n), rng.uniform(-0.1, 0.1, n)
+    qd[0] = 3.0
+    robot = stopped(robot, float(q[0]) + 1e-3)
+    check(
+        robot, tmp_path, q, qd, rng.uniform(0.2, 0.8, commanded(robot)), size=8e-6, tolerance=1e-7
+    )
+
+
+def stopped(robot: Robot, upper: float) -> Robot:
+    """With a limit to its first coordinate."""
+    first, *others = robot.joints
+    (stop,) = first.coordinates
+    joint: Joint = replace(first, coordinates=(replace(stop, upper=upper),))
+    return replace(robot, joints=(joint, *others))
+
+
+@pytest.mark.parametrize("example", ["pneumatic_elbow", "hill_arm"])
+def test_examples_say_that_they_have_them(example: str, tmp_path: Path) -> None:
+    experiment = Experiment.load(EXAMPLES / example, {"plant.energy": False})
+    files = build(experiment, tmp_path, native=True)
+    for name, file in files.items():
+        description = fmpy.read_model_description(str(file))
+        has = description.coSimulation.providesDirectionalDerivative
+        assert has == (name == "plant")
+
+
+# ------------------------------------------------------------------------------------------- kinks
+
+
+def derivatives(robot: Robot, folder: Path, q: FloatArray, commands: FloatArray) -> FloatArray:
+    """Of all outputs behind a step by everything it begins with, one column each."""
+    with started(robot, folder, q, np.zeros(q.size)) as slave:
+        inputs = slave.of["input"]
+        slave.slave.setReal(inputs[: commands.size], list(commands))
+        knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
+        return np.array([slave.derivative([k], np.ones(1)) for k in knowns]).T
+
+
+Vector = tuple[float, float, float]
+
+
+def over(surface: WrapSurface, begin: Vector, end: Vector, side: Literal[0, 1]) -> Robot:
+    """A muscle from the world to a carriage, over one surface."""
+    ends = (ViaPoint(WORLD, begin), ViaPoint(FAR, end))
+    return carriage([Muscle("m", ends, wraps=(Wrap("ring", 0, side),))], [surface])
+
+
+def straight(begin: Vector, end: Vector) -> Robot:
+    """The same, over none."""
+    return carriage([Muscle("m", (ViaPoint(WORLD, begin), ViaPoint(FAR, end)))], [])
+
+
+BALL = WrapSurface("ring", WORLD, "sphere", 0.25, Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+ROLL = replace(BALL, shape="cylinder")
+TIGHT = np.array([100.0])
+KINKS: dict[str, tuple[Robot, FloatArray]] = {
+    "no force": (over(BALL, (-0.5, 0.1, 0.0), (0.5, 0.1, 0.0), 0), np.zeros(1)),
+    "sphere, ends in line with its centre": (
+        over(BALL, (-0.5, 0.0, 0.0), (0.5, 0.0, 0.0), 0),
+        TIGHT,
+    ),
+    "cylinder, ends in line with its axis": (
+        over(ROLL, (-0.5, 0.0, 0.0), (0.5, 0.0, 0.0), 0),
+        TIGHT,
+    ),
+    "just touching": (over(ROLL, (-0.5, 0.25, 0.0), (0.5, 0.25, 0.0), 0), TIGHT),
+    "an end on the surface": (over(ROLL, (-0.25, 0.0, 0.0), (0.5, 0.0, 0.1), 1), TIGHT),
+    "an end in the centre": (over(BALL, (0.0, 0.0, 0.0), (0.5, 0.0, 0.1), 1), TIGHT),
+    "no length": (straight((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), TIGHT),
+    "at its limit": (
+        stopped(over(BALL, (-0.5, 0.1, 0.0), (0.5, 0.1, 0.0), 0), 0.0),
+        np.zeros(1),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", KINKS)
+def test_kinks(name: str, tmp_path: Path) -> None:
+    """They have numbers, and what does not hang on the kink is right: gravity acts on all alike."""
+    robot, commands = KINKS[name]
+    matrix = derivatives(robot, tmp_path, np.zeros(3), commands)
+    assert np.isfinite(matrix).all()
+    assert np.abs(matrix).max() < 1e3
+
+
+def test_the_side_of_a_kink(tmp_path: Path) -> None:
+    """A cable without force is slack: nothing changes by its force, nor what others do."""
+    robot, commands = KINKS["no force"]
+    matrix = derivatives(robot, tmp_path, np.zeros(3), commands)
+    assert not matrix[:6, 0].any()
+    np.testing.assert_array_equal(matrix[:3, -6:-3], np.eye(3))
+    np.testing.assert_array_equal(matrix[3:6, -3:], np.eye(3))
