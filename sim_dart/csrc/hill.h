@@ -64,6 +64,20 @@ real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, r
 real activation_rate(const real *k, real a, real u);
 real activation_after(const real *k, real a, real u, real h);
 
+/* The same of many muscles, a lane each: what every one waits for overlaps, or is one vector instruction. */
+#define ACTIVATIONS 16
+typedef struct {
+    int count;
+    const real *k[ACTIVATIONS];
+    real *state[ACTIVATIONS];
+    real a[ACTIVATIONS], u[ACTIVATIONS], rise[ACTIVATIONS], fall[ACTIVATIONS], smoothing[ACTIVATIONS];
+    real decay[ACTIVATIONS], step[ACTIVATIONS];
+} activations;
+
+/* Have *a go on by h, by the next `finish` at the latest. */
+void activations_add(activations *s, const real *k, real *a, real u, real h);
+void activations_finish(activations *s, real h);
+
 static inline real hill_activation(const real *k, real a)
 {
     return clamped(a, k[HILL_LEAST_ACTIVATION], 1);
@@ -120,7 +134,7 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
     {                                                                                                  \
         .parameters = parameter_count, .constants = constant_count, .driven = 1, .refusal = refusal,   \
         .prepare = prepare, .tension = tension, .states = hill_states, .rates = rates, .start = start, \
-        .advance = advance, .curve = curve                                                             \
+        .advance = advance, .curve = curve, .is_hill = 1                                               \
     }
 
 #endif

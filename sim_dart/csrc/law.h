@@ -94,6 +94,7 @@ typedef struct {
     int parameters, constants;
     int driven; /* has a command */
     int pushes; /* its tension may be negative */
+    int is_hill; /* its constants and states are those of hill.h */
     /* What is wrong with finite parameters p, or NULL; NULL if nothing can be. */
     const char *(*refusal)(const real *p);
     void (*prepare)(const real *p, real *k);

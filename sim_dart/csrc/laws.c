@@ -1,5 +1,6 @@
 /* The tension laws of a robot: the calls that a step makes. */
 #include "elementary.h"
+#include "hill.h"
 #include "law.h"
 #include "state.h"
 
@@ -163,9 +164,15 @@ int core_advance(core *c, const real *u, real h)
     const int bad = bad_command(c, u);
     if (bad) return bad;
     muscle_law at;
-    for EACH_MUSCLE (c, &at)
-        if (at.states)
+    activations active;
+    active.count = 0;
+    for EACH_MUSCLE (c, &at) {
+        if (at.law->is_hill && at.states == 1) /* its activation, nothing else */
+            activations_add(&active, at.k, at.x, command(&at, u), h);
+        else if (at.states)
             at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
+    }
+    activations_finish(&active, h);
     return 0;
 }
 
