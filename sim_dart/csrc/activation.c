@@ -128,7 +128,6 @@ static void step_all(activations *s)
 /* One step, or two halves of it; where that is too long, by itself. */
 void activations_finish(activations *s, real h)
 {
-    if (!s->count) return;
     int is_any_halved = 0;
     find_decays(s, h);
     for (int i = 0; i < s->count; i++) {
