@@ -106,35 +106,77 @@ static inline real improved(const real *k, real x, real t)
     return t - off * (1 + off * (half_bend * per));
 }
 
-/* t where x(t) is x, from a cubic through the ends of its cell: one step is all that most need. */
-static inline real parameter(const real *piece, real width, real x)
+/* Where x lies on a curve: its piece, which begins at a knot, x from there, and about the parameter. */
+typedef struct {
+    const real *knot, *piece;
+    real x, t;
+} place;
+
+/* The parameter is that of a cubic through the ends of its cell. 0 if x is beyond all pieces. */
+static inline int find(const real *curve, int pieces, real x, place *at)
 {
-    const real cells = x * piece[CELLS];
-    const int cell = value_of(cells) < BEZIER_CELLS ? (int)cells : BEZIER_CELLS - 1;
-    const real *at = piece + TABLE + 2 * cell, z = cells - cell, grown = at[2] - at[0];
-    const real over = grown - at[1], twist = at[3] - grown - over;
-    real was = at[0] + z * (at[1] + z * ((over - twist) + z * twist));
-    for (int i = 0; i < 3; i++) {
-        const real t = improved(piece + X, x, was);
+    const real *last = curve + 3 * pieces;
+    if (!(value_of(x) > value_of(curve[0]) && value_of(x) < value_of(last[0]))) return 0;
+    int i = 0;
+    for (int k = 1; k < pieces; k++) i += value_of(x) >= value_of(curve[3 * k]);
+    at->knot = curve + 3 * i, at->piece = last + 3 + BEZIER_PIECE * i, at->x = x - at->knot[0];
+    const real cells = at->x * at->piece[CELLS];
+    const int cell = value_of(cells) < BEZIER_CELLS ? (int)value_of(cells) : BEZIER_CELLS - 1;
+    const real *end = at->piece + TABLE + 2 * cell, z = cells - cell, grown = end[2] - end[0];
+    const real over = grown - end[1], twist = end[3] - grown - over;
+    at->t = end[0] + z * (end[1] + z * ((over - twist) + z * twist));
+    return 1;
+}
+
+/* From the first step, which took the parameter from `was` to at->t, and is all that most need. */
+static inline real search(const place *at, real was)
+{
+    real t = at->t;
+    for (int i = 0; i < 2; i++) {
         if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
-        was = t;
+        was = t, t = improved(at->piece + X, at->x, was);
     }
-    return searched(piece + X, width, x);
+    if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
+    return searched(at->piece + X, at->knot[3] - at->knot[0], at->x);
+}
+
+/* As search; with what the parameter carries along, which comes to rest one step later than its value. */
+static inline real parameter(const place *at, real was)
+{
+    const real t = search(at, was), *k = at->piece + X;
+    return IS_ALONG ? t - (quintic(k, t) - at->x) / quintic_rate(k, t) : t;
+}
+
+static real beyond(const real *curve, int pieces, real x, real *slope)
+{
+    const real *last = curve + 3 * pieces, *knot = value_of(x) <= value_of(curve[0]) ? curve : last;
+    if (slope) *slope = knot[2];
+    return knot[2] == 0 ? knot[1] : knot[1] + knot[2] * (x - knot[0]);
 }
 
 real bezier_value(const real *curve, int pieces, real x, real *slope)
 {
-    const real *last = curve + 3 * pieces;
-    if (value_of(x) <= value_of(curve[0]) || value_of(x) >= value_of(last[0])) {
-        const real *knot = value_of(x) <= value_of(curve[0]) ? curve : last;
-        if (slope) *slope = knot[2];
-        return knot[2] == 0 ? knot[1] : knot[1] + knot[2] * (x - knot[0]);
+    place at;
+    if (!find(curve, pieces, x, &at)) return beyond(curve, pieces, x, slope);
+    const real was = at.t;
+    at.t = improved(at.piece + X, at.x, was);
+    const real t = parameter(&at, was);
+    if (slope) *slope = quintic_rate(at.piece + Y, t) / quintic_rate(at.piece + X, t);
+    return at.knot[1] + quintic(at.piece + Y, t);
+}
+
+void bezier_values(const bezier_point *of, real y[BEZIER_POINTS])
+{
+    place at[BEZIER_POINTS];
+    real was[BEZIER_POINTS] = {0};
+    int is_within[BEZIER_POINTS];
+    for (int i = 0; i < BEZIER_POINTS; i++) {
+        is_within[i] = find(of[i].curve, of[i].pieces, of[i].x, at + i);
+        if (is_within[i]) was[i] = at[i].t;
     }
-    int i = 0;
-    for (int k = 1; k < pieces; k++) i += value_of(x) >= value_of(curve[3 * k]);
-    const real *start = curve + 3 * i, *piece = last + 3 + BEZIER_PIECE * i;
-    real t = parameter(piece, start[3] - start[0], x - start[0]);
-    if (IS_ALONG) t -= (quintic(piece + X, t) - (x - start[0])) / quintic_rate(piece + X, t); /* settles */
-    if (slope) *slope = quintic_rate(piece + Y, t) / quintic_rate(piece + X, t);
-    return start[1] + quintic(piece + Y, t);
+    for (int i = 0; i < BEZIER_POINTS; i++)
+        if (is_within[i]) at[i].t = improved(at[i].piece + X, at[i].x, was[i]);
+    for (int i = 0; i < BEZIER_POINTS; i++)
+        y[i] = is_within[i] ? at[i].knot[1] + quintic(at[i].piece + Y, parameter(at + i, was[i]))
+                            : beyond(of[i].curve, of[i].pieces, of[i].x, NULL);
 }

@@ -28,4 +28,13 @@ int bezier_is_sound(const real *curve, int pieces);
 /* y(x) and, unless `slope` is NULL, dy/dx. */
 real bezier_value(const real *curve, int pieces, real x, real *slope);
 
+/* y(x) of some curves, which overlap in time; the same bits. */
+#define BEZIER_POINTS 3
+typedef struct {
+    const real *curve;
+    int pieces;
+    real x;
+} bezier_point;
+void bezier_values(const bezier_point *of, real y[BEZIER_POINTS]);
+
 #endif

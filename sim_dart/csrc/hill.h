@@ -42,8 +42,8 @@ typedef struct {
     hill_curve *active, *velocity, *passive, *tendon;
     /* By activation, what the largest contraction velocity is multiplied with; NULL for 1. */
     real (*speed)(real a);
-    /* The active and the passive curve at once, where that is quicker; NULL where it is not. */
-    real (*lengths)(const real *k, real x, real *passive);
+    /* fL(z) fV(w), and fPE(z), at once, where that is quicker; NULL where it is not. */
+    real (*product)(const real *k, real z, real w, real *passive);
 } hill_curves;
 
 /* Fibres stay longer than `shortest` optimal lengths, and their angle below `steepest`. */
@@ -64,16 +64,31 @@ real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, r
 real activation_rate(const real *k, real a, real u);
 real activation_after(const real *k, real a, real u, real h);
 
+/* The same of many muscles, a lane each: what every one waits for overlaps, or is one vector instruction. */
+#define ACTIVATIONS 16
+typedef struct {
+    int count;
+    const real *k[ACTIVATIONS];
+    real *state[ACTIVATIONS];
+    real a[ACTIVATIONS], u[ACTIVATIONS], rise[ACTIVATIONS], fall[ACTIVATIONS], smoothing[ACTIVATIONS];
+    real decay[ACTIVATIONS], step[ACTIVATIONS];
+} activations;
+
+/* Have *a go on by h, by the next `finish` at the latest. */
+void activations_add(activations *s, const real *k, real *a, real u, real h);
+void activations_finish(activations *s, real h);
+
 static inline real hill_activation(const real *k, real a)
 {
     return clamped(a, k[HILL_LEAST_ACTIVATION], 1);
 }
 
-static inline real hill_lengths(const hill_curves *f, const real *k, real z, real *passive)
+/* fL(z) fV(w), and fPE(z) */
+static inline real hill_product(const hill_curves *f, const real *k, real z, real w, real *passive)
 {
-    if (f->lengths) return f->lengths(k, z, passive);
+    if (f->product) return f->product(k, z, w, passive);
     *passive = f->passive(k, z, NULL);
-    return f->active(k, z, NULL);
+    return f->active(k, z, NULL) * f->velocity(k, w, NULL);
 }
 
 /* Here, so that it is compiled together with the curves: it is what most muscles ask for in each step. */
@@ -85,9 +100,9 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
     const real fibre = sqrt(along * along + k[HILL_HEIGHT2]), cosine = along / fibre;
     const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
     const real w = v * cosine * k[HILL_PER_SPEED], speed = f->speed ? f->speed(a) : 1;
-    const real velocity = f->velocity(k, clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST), NULL);
+    const real scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
     real passive;
-    const real active = a * hill_lengths(f, k, z, &passive) * velocity;
+    const real active = a * hill_product(f, k, z, scaled, &passive);
     return k[HILL_FORCE] * (active + passive + k[HILL_DAMPING] * w) * cosine;
 }
 
@@ -116,11 +131,11 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
         return hill_curve_by_name(&CURVES, k, name, x, slope);                                         \
     }
 
-#define HILL_LAW(parameter_count, constant_count)                                                      \
+#define HILL_LAW(parameter_count, constant_count, shared)                                              \
     {                                                                                                  \
         .parameters = parameter_count, .constants = constant_count, .driven = 1, .refusal = refusal,   \
         .prepare = prepare, .tension = tension, .states = hill_states, .rates = rates, .start = start, \
-        .advance = advance, .curve = curve                                                             \
+        .advance = advance, .curve = curve, .is_hill = 1, .shared_from = shared                        \
     }
 
 #endif

@@ -8,6 +8,8 @@
 #include "core.h"
 #include "real_functions.h"
 
+#include <stddef.h>
+
 /* The parameters of every law, in order; the names are those of addin_sdfusion/robot/tension_laws.py. */
 #define ELASTIC_CABLE_PARAMETERS(P) P(stiffness) P(damping) P(longest_rest_length)
 #define SPRING_PARAMETERS(P) P(K) P(l0)
@@ -81,8 +83,9 @@
 enum { LAWS(LAW_KIND) LAW_KINDS };
 #undef LAW_KIND
 
-/* Smallest and largest command; how many states there are, set by laws_prepare; the law's own. */
-enum law_constant { LAW_LOW = 0, LAW_HIGH, LAW_STATES, LAW_OWN };
+/* Smallest and largest command; how many states there are, and how far off the constants k are that this
+   muscle shares with others (see shared_from): both set by laws_prepare; the law's own.                 */
+enum law_constant { LAW_LOW = 0, LAW_HIGH, LAW_STATES, LAW_SHARED, LAW_OWN };
 
 #define MOST_LAW_STATES 3
 /* Nothing real pulls harder, in [N]: keeps a state that runs away a number. */
@@ -93,8 +96,12 @@ enum law_constant { LAW_LOW = 0, LAW_HIGH, LAW_STATES, LAW_OWN };
 
 typedef struct {
     int parameters, constants;
+    /* Muscles in a row that agree in all parameters from this one on look at one of them for what it makes
+       of these (law_shared), which so stays at hand; 0 if there is nothing of the kind.                 */
+    int shared_from;
     int driven; /* has a command */
     int pushes; /* its tension may be negative */
+    int is_hill; /* its constants and states are those of hill.h */
     /* What is wrong with finite parameters p, or NULL; NULL if nothing can be. */
     const char *(*refusal)(const real *p);
     void (*prepare)(const real *p, real *k);
@@ -112,6 +119,11 @@ typedef struct {
 #define DECLARE_LAW(kind, law, parameters) extern const tension_law LAW_##law;
 LAWS(DECLARE_LAW)
 #undef DECLARE_LAW
+
+static inline const real *law_shared(const real *k)
+{
+    return k + (ptrdiff_t)value_of(k[LAW_SHARED]);
+}
 
 static inline real clamped(real x, real low, real high)
 {

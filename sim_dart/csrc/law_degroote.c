@@ -67,8 +67,8 @@ static real passive(const real *k, real x, real *slope)
     return (y - k[PASSIVE_FOOT]) * k[PASSIVE_SCALE];
 }
 
-/* The active and the passive curve: four exponentials at once. */
-static real lengths(const real *k, real x, real *passive)
+/* Four exponentials at once. */
+static real product(const real *k, real x, real w, real *passive)
 {
     const real z = scaled(k, x);
     real exponents[BELLS + 1], y[BELLS + 1];
@@ -76,7 +76,7 @@ static real lengths(const real *k, real x, real *passive)
     exponents[BELLS] = k[PASSIVE_RATE] * (x - 1);
     exponential_of_four(exponents, y);
     *passive = (y[BELLS] - k[PASSIVE_FOOT]) * k[PASSIVE_SCALE];
-    return BELL[0][0] * y[0] + BELL[1][0] * y[1] + BELL[2][0] * y[2];
+    return (BELL[0][0] * y[0] + BELL[1][0] * y[1] + BELL[2][0] * y[2]) * velocity(k, w, NULL);
 }
 
 static real tendon(const real *k, real x, real *slope)
@@ -86,7 +86,7 @@ static real tendon(const real *k, real x, real *slope)
     return y - 0.2;
 }
 
-static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, lengths};
+static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, product};
 HILL_FUNCTIONS(CURVES)
 
 static const char *refusal(const real *p)
@@ -111,4 +111,4 @@ static void prepare(const real *p, real *k)
     k[TENDON_RATE] = logarithm((1 + 0.2) / 0.2) / p[AT_tendon_strain];
 }
 
-const tension_law LAW_DE_GROOTE = HILL_LAW(PARAMETERS, CONSTANTS);
+const tension_law LAW_DE_GROOTE = HILL_LAW(PARAMETERS, CONSTANTS, 0);

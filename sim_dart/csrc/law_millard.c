@@ -150,22 +150,22 @@ static const char *refusal(const real *p)
 
 static real active(const real *k, real x, real *slope)
 {
-    return bezier_value(k + ACTIVE, ACTIVE_PIECES, x, slope);
+    return bezier_value(law_shared(k) + ACTIVE, ACTIVE_PIECES, x, slope);
 }
 
 static real velocity(const real *k, real x, real *slope)
 {
-    return bezier_value(k + VELOCITY, VELOCITY_PIECES, x, slope);
+    return bezier_value(law_shared(k) + VELOCITY, VELOCITY_PIECES, x, slope);
 }
 
 static real passive(const real *k, real x, real *slope)
 {
-    return bezier_value(k + PASSIVE, PASSIVE_PIECES, x, slope);
+    return bezier_value(law_shared(k) + PASSIVE, PASSIVE_PIECES, x, slope);
 }
 
 static real tendon(const real *k, real x, real *slope)
 {
-    return bezier_value(k + TENDON, TENDON_PIECES, x, slope);
+    return bezier_value(law_shared(k) + TENDON, TENDON_PIECES, x, slope);
 }
 
 static void prepare(const real *p, real *k)
@@ -176,7 +176,20 @@ static void prepare(const real *p, real *k)
     prepare_curves(p, k);
 }
 
-static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, NULL};
+static real product(const real *k, real z, real w, real *passive)
+{
+    const real *shared = law_shared(k);
+    const bezier_point of[BEZIER_POINTS] = {{shared + ACTIVE, ACTIVE_PIECES, z},
+                                            {shared + VELOCITY, VELOCITY_PIECES, w},
+                                            {shared + PASSIVE, PASSIVE_PIECES, z}};
+    real y[BEZIER_POINTS];
+    bezier_values(of, y);
+    *passive = y[2];
+    return y[0] * y[1];
+}
+
+static const hill_curves CURVES = {active, velocity, passive, tendon, NULL, product};
 HILL_FUNCTIONS(CURVES)
 
-const tension_law LAW_MILLARD = HILL_LAW(PARAMETERS, CONSTANTS);
+/* All that curves depend on begins with whether the tendon is elastic. */
+const tension_law LAW_MILLARD = HILL_LAW(PARAMETERS, CONSTANTS, AT_elastic_tendon);

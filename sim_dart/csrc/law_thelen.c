@@ -116,4 +116,4 @@ static void prepare(const real *p, real *k)
 static const hill_curves CURVES = {active, velocity, passive, tendon, speed, NULL};
 HILL_FUNCTIONS(CURVES)
 
-const tension_law LAW_THELEN = HILL_LAW(PARAMETERS, CONSTANTS);
+const tension_law LAW_THELEN = HILL_LAW(PARAMETERS, CONSTANTS, 0);

@@ -1,5 +1,6 @@
 /* The tension laws of a robot: the calls that a step makes. */
 #include "elementary.h"
+#include "hill.h"
 #include "law.h"
 #include "state.h"
 
@@ -58,7 +59,7 @@ static int found_muscle(const core *c, muscle_law *at)
 
 static int first_muscle(const core *c, muscle_law *at)
 {
-    at->m = 0, at->p = c->blob.law_parameter;
+    at->m = at->states = 0, at->p = c->blob.law_parameter;
     at->k = c->law_constants, at->x = c->law_states, at->xd = c->law_rates;
     return found_muscle(c, at);
 }
@@ -72,12 +73,25 @@ static int next_muscle(const core *c, muscle_law *at)
 
 #define EACH_MUSCLE(c, at) (int more = first_muscle(c, at); more; more = next_muscle(c, at))
 
+/* Let a muscle look at what the one before it looks at, if that is the same. */
+static void share(const muscle_law *before, muscle_law *at)
+{
+    if (!at->law->shared_from || before->law != at->law) return;
+    for (int i = at->law->shared_from; i < at->law->parameters; i++)
+        if (before->p[i] != at->p[i]) return;
+    const ptrdiff_t away = law_shared(before->k) - at->k;
+    at->k[LAW_SHARED] = (real)away;
+    if (law_shared(at->k) - at->k != away) at->k[LAW_SHARED] = 0; /* too far for a small number */
+}
+
 void laws_prepare(core *c)
 {
-    muscle_law at;
+    muscle_law at, before = {0};
     for EACH_MUSCLE (c, &at) {
         at.law->prepare(at.p, at.k);
         at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
+        share(&before, &at);
+        before = at;
     }
 }
 
@@ -163,9 +177,15 @@ int core_advance(core *c, const real *u, real h)
     const int bad = bad_command(c, u);
     if (bad) return bad;
     muscle_law at;
-    for EACH_MUSCLE (c, &at)
-        if (at.states)
+    activations active;
+    active.count = 0;
+    for EACH_MUSCLE (c, &at) {
+        if (at.law->is_hill && at.states == 1) /* its activation, nothing else */
+            activations_add(&active, at.k, at.x, command(&at, u), h);
+        else if (at.states)
             at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
+    }
+    if (active.count) activations_finish(&active, h);
     return 0;
 }
 

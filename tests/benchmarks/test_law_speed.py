@@ -79,8 +79,8 @@ def test_muscles_of_hills_type(name: str, robot: Robot) -> None:
         "degroote_elastic": kernel(_with_law(robot, "hill_degroote2016", elastic_tendon=1.0)),
         "millard_elastic": kernel(_with_law(robot, "hill_millard2012", elastic_tendon=1.0)),
     }
-    times = interleaved(alternatives, calls=200, rounds=60)
+    times = interleaved(alternatives, calls=20, rounds=400)
     ratios = {key: seconds / times["ideal"] for key, seconds in times.items() if key != "ideal"}
     record(f"muscle kernel with tension laws, {name}", us_ideal=times["ideal"] * 1e6, **ratios)
-    assert ratios["degroote"] <= RIGID
+    assert max(ratios[key] for key in ("degroote", "thelen", "millard")) <= RIGID
     assert max(ratios.values()) <= ELASTIC

@@ -29,6 +29,8 @@
 #define LAW_SPRING along_LAW_SPRING
 #define LAW_THELEN along_LAW_THELEN
 #define activation_after along_activation_after
+#define activations_add along_activations_add
+#define activations_finish along_activations_finish
 #define activation_rate along_activation_rate
 #define arc_cosine along_arc_cosine
 #define arc_sine along_arc_sine
@@ -36,6 +38,7 @@
 #define bezier_is_sound along_bezier_is_sound
 #define bezier_prepare along_bezier_prepare
 #define bezier_value along_bezier_value
+#define bezier_values along_bezier_values
 #define bracketed_root along_bracketed_root
 #define core_accelerate along_core_accelerate
 #define core_advance along_core_advance

@@ -1,0 +1,87 @@
+"""Muscles that share their curves, or activate side by side, do what each does by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from muscle_bench import HILL, SOUND, Bench
+
+pytestmark = pytest.mark.native
+
+Model = tuple[str, Mapping[str, float]]
+
+LENGTH, SPEED = 0.315, -0.05
+STEEP, GENTLE = {"passive_fibre_strain": 0.5}, {"passive_fibre_strain": 0.9}
+
+
+def mixed(rng: np.random.Generator, count: int) -> list[Model]:
+    """Every law, some of them several times in a row, with curves that agree or do not."""
+    others: list[Model] = [(kind, p) for kind, p in SOUND.items() if not kind.startswith("hill")]
+    models = []
+    for _ in range(count):
+        kind = str(rng.choice(["hill_millard2012", "hill_degroote2016", "hill_thelen2003"]))
+        shape = STEEP if rng.random() < 0.5 else GENTLE
+        elastic = {"elastic_tendon": float(rng.random() < 0.2)}
+        own = {
+            "max_isometric_force": float(rng.uniform(100, 2000)),
+            "activation_time_constant": float(10 ** rng.uniform(-3, -1)),
+            "deactivation_time_constant": float(10 ** rng.uniform(-3, -1)),
+        }
+        if kind == "hill_degroote2016":
+            own["activation_smoothing"] = float(rng.choice([0.05, 0.1, 0.5]))
+        models += [(kind, HILL | shape | elastic | own)] * int(rng.integers(1, 4))
+        if rng.random() < 0.1:
+            models.append(others[int(rng.integers(len(others)))])
+    return models
+
+
+def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
+    """Tensions over a few steps, a muscle a column."""
+    bench.move(LENGTH, SPEED)
+    bench.laws.start(commands[0])
+    rows = []
+    for u in commands:
+        rows.append(bench.laws.drive([SPEED], u).copy())
+        bench.laws.advance(u, h)
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("h", [1e-4, 1e-3, 2e-2])
+def test_together_as_alone(h: float) -> None:
+    """To the last bit, in company of any law, at steps with one, two and many parts."""
+    rng = np.random.default_rng(4)
+    models = mixed(rng, 30)
+    commands = rng.uniform(0, 1, (6, len(models)))
+    together = played(Bench(*models), commands, h)
+    for k, model in enumerate(models):
+        alone = played(Bench(model), commands[:, k : k + 1], h)
+        np.testing.assert_array_equal(together[:, k], alone[:, 0])
+
+
+@pytest.mark.parametrize("h", [1e-4, 1e-3, 4e-3, 2e-2])
+def test_side_by_side_as_foreseen_one_by_one(h: float) -> None:
+    """What a step makes of activations is what `reach` has foreseen for each, to the last bit."""
+    rng = np.random.default_rng(5)
+    models = [m for m in mixed(rng, 40) if m[0].startswith("hill")]
+    bench = Bench(*models)
+    bench.move(LENGTH)
+    bench.laws.start(rng.uniform(0, 1, len(models)))
+    start = bench.laws.states.copy()
+    low, high = (array.copy() for array in bench.laws.reach(h))
+    for command, foreseen in ((0.0, low), (1.0, high)):
+        u = np.full(len(models), command)
+        bench.laws.set_states(start)
+        bench.laws.advance(u, h)
+        np.testing.assert_array_equal(bench.laws.drive([0.0], u), foreseen)
+
+
+def test_curves_are_each_muscles_own() -> None:
+    """Of muscles in a row, two share theirs: the passive force at its strain is one for each."""
+    shapes = [STEEP, STEEP, GENTLE, STEEP, STEEP, GENTLE, GENTLE]
+    bench = Bench(*(("hill_millard2012", HILL | shape) for shape in shapes))
+    for k, shape in enumerate(shapes):
+        strained = 1.0 + shape["passive_fibre_strain"]
+        (force,) = bench.laws.curve(f"m{k}", "passive_force_length", [strained])
+        assert force == pytest.approx(1.0, abs=1e-12)
