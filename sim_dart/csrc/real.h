@@ -17,5 +17,12 @@ static inline double value_of(real x)
     return x;
 }
 
+/* What it carries along. */
+static inline double change_of(real x)
+{
+    (void)x;
+    return 0;
+}
+
 #endif
 #endif
