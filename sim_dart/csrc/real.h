@@ -48,5 +48,12 @@ static inline real value_of(real x)
     return x;
 }
 
+/* What it carries along. */
+static inline double change_of(real x)
+{
+    (void)x;
+    return 0;
+}
+
 #endif
 #endif

@@ -21,6 +21,7 @@
 
    Surfaces that overlap have no gap. The point then lies inside one of them, whose circle shrinks to it:
    the cable has a finite length, but not the shortest, and the directions may not agree.                  */
+#include "elementary.h"
 #include "wrap.h"
 
 #include "state.h"
@@ -224,11 +225,15 @@ static void tighten(cable *c)
    1e-7 of its error, as the second derivatives are differences.                                        */
 static void settle(cable *c)
 {
+    real last = INFINITY;
     for (int round = 0; round < 3; round++) {
         real H[UNKNOWNS][UNKNOWNS], step[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3];
         const int n = 2 * (c->count - 1);
         if (!linearise(c, planes, H, step) || !eliminate(H, step, n)) return;
-        for (int i = 0; i < n; i++) step[i] -= value_of(step[i]);
+        real most = 0;
+        for (int i = 0; i < n; i++) most = larger(most, fabs(change_of(step[i]))), step[i] -= value_of(step[i]);
+        if (value_of(most) >= value_of(last)) return; /* as good as rounding lets it be */
+        last = most;
         shift(c, step, planes);
         evaluate(c);
     }

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import fmpy
 import numpy as np
 import pytest
+from fmpy import fmi2, fmi3
 from muscle_bench import SOUND
 from native_slopes import FloatArray, check, commanded, started
 from random_trees import random_tree
@@ -95,7 +96,8 @@ def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> 
     n = len(robot.coordinates)
     q, qd = rng.uniform(-0.1, 0.1, n), rng.uniform(-0.1, 0.1, n)
     commands = rng.uniform(0.2, 0.8, commanded(robot))
-    check(robot, tmp_path, q, qd, commands, substeps=2, size=8e-6, tolerance=1e-7)
+    size = 8e-5 if kind == "series_elastic_motor" else 8e-6  # else rounding shows
+    check(robot, tmp_path, q, qd, commands, substeps=2, size=size, tolerance=1e-8)
 
 
 def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
@@ -108,7 +110,7 @@ def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
     qd[0] = 3.0
     robot = stopped(robot, float(q[0]) + 1e-3)
     check(
-        robot, tmp_path, q, qd, rng.uniform(0.2, 0.8, commanded(robot)), size=8e-6, tolerance=1e-7
+        robot, tmp_path, q, qd, rng.uniform(0.2, 0.8, commanded(robot)), size=8e-6, tolerance=1e-8
     )
 
 
@@ -196,3 +198,37 @@ def test_the_side_of_a_kink(tmp_path: Path) -> None:
     assert not matrix[:6, 0].any()
     np.testing.assert_array_equal(matrix[:3, -6:-3], np.eye(3))
     np.testing.assert_array_equal(matrix[3:6, -3:], np.eye(3))
+
+
+def test_fmi_3_says_the_same(tmp_path: Path) -> None:
+    """Arrays of FMI 3.0 and scalars of FMI 2.0: the same bits."""
+    experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})
+    answers = []
+    for version, kind in (("2.0", fmi2.FMU2Slave), ("3.0", fmi3.FMU3Slave)):
+        file = build(experiment, tmp_path / f"out{version}", native=True, fmi=version)["plant"]  # type: ignore[arg-type]
+        folder = tmp_path / f"fmu{version}"
+        fmpy.extract(str(file), str(folder))
+        description = fmpy.read_model_description(str(folder))
+        slave = kind(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier="plant",
+            instanceName="plant",
+        )
+        slave.instantiate()
+        if version == "2.0":
+            slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        own = [v for v in description.modelVariables if v.name != "time"]
+        outputs = [v for v in own if v.causality == "output"]
+        inputs = [v for v in own if v.causality == "input"]
+        sizes = [sum(int(np.prod(v.shape or 1)) for v in some) for some in (inputs, outputs)]
+        references = [[v.valueReference for v in some] for some in (outputs, inputs)]
+        more = [sizes[1]] if version == "3.0" else []
+        seeds = list(np.linspace(-1, 1, sizes[0]))
+        answers.append(list(slave.getDirectionalDerivative(*references, seeds, *more)))
+        slave.terminate()
+        slave.freeInstance()
+    assert answers[0] == answers[1]
+    assert np.any(answers[0])
