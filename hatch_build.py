@@ -78,21 +78,23 @@ def compiler() -> list[str]:
     sys.exit("no C compiler: install gcc or clang, or `pip install ziglang`")
 
 
-def platform_flags() -> list[str]:
-    """Flags that depend on the system."""
+def platform_flags(is_small: bool) -> list[str]:
+    """Flags that depend on the system; without all that nobody needs who does not debug."""
     if sys.platform == "win32":
         return ["-shared"]
     flags = ["-shared", "-fPIC"]
     if sys.platform == "darwin":
         return flags
-    return [*flags, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
+    small = ["-s", "-fno-asynchronous-unwind-tables", "-ffunction-sections", "-Wl,--gc-sections"]
+    return [*flags, *(small if is_small else []), "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
 
 
 def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
     """Compile one library below `output`; returns its path."""
     sources = [str(ROOT / name) for name in library.sources(ROOT)]
-    flags = [*FLAGS, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra, *library.flags]
-    command = [*compiler(), *flags, *sources, *platform_flags()]
+    flags = [*FLAGS, *library.flags, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra]
+    is_small = library is _SOURCES.NATIVE and not extra
+    command = [*compiler(), *flags, *sources, *platform_flags(is_small)]
     return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
 
 

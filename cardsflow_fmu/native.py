@@ -17,7 +17,6 @@ from addin_sdfusion.robot import InputError, Robot
 from sim_dart import compile_blob
 from sim_dart.blob import standing_energy
 from sim_dart.engine import core_lacks
-from sim_dart.path_fields import ordered_wraps, pulley_muscles
 from sim_dart.pushed_points import pushed_points
 from sim_dart.tasks import point_rows, task_rows
 

@@ -64,7 +64,7 @@ class Library(NamedTuple):
 
     def fingerprint(self, root: Path = ROOT) -> str:
         """Of all that it is made of: a compiled library beside other sources is not theirs."""
-        digest = hashlib.sha256(repr((FLAGS, self.flags)).encode())
+        digest = hashlib.sha256(repr((FLAGS, self.flags, TARGETS)).encode())
         for name in [*self.sources(root), *self.headers(root)]:
             contents = (root / name).read_bytes()
             digest.update(f"{name}\0{len(contents)}\0".encode() + contents)
@@ -75,9 +75,12 @@ _INSIDE = ("-DCARDSFLOW_INSIDE",)
 FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
 """That of FMUs whose model may be one in Python."""
 NATIVE = Library(
-    (RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_native", _INSIDE, _PYTHON + _LOOP
+    (RUNTIME, *CORE),
+    "cardsflow_fmu/runtime/lib/cardsflow_native",
+    (*_INSIDE, "-Os"),
+    _PYTHON + _LOOP,
 )
-"""That of native FMUs: without what starts a Python."""
+"""That of native FMUs: without what starts a Python, and small, for every FMU has it inside."""
 LIBRARIES = (
     Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),
     Library(("controllers/csrc",), "controllers/lib/cardsflow_control"),
@@ -95,8 +98,14 @@ class Target(NamedTuple):
 
 
 # What no exported function needs is left out.
-_LINUX = ("-fPIC", "-D_GNU_SOURCE", "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
-_DARWIN = ("-fPIC", "-Wl,-dead_strip", "-Wl,-install_name,@rpath/cardsflow_fmi.dylib")
+_NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # there are no exceptions
+_LINUX = ("-fPIC", "-D_GNU_SOURCE", *_NO_UNWINDING, "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
+_DARWIN = (
+    "-fPIC",
+    *_NO_UNWINDING,
+    "-Wl,-dead_strip",
+    "-Wl,-install_name,@rpath/cardsflow_fmi.dylib",
+)
 # There code is larger, and system functions come inside: small loops stay loops.
 _WINDOWS = ("-Wl,--gc-sections", "-fno-unroll-loops", "-fno-vectorize", "-fno-slp-vectorize")
 TARGETS = {

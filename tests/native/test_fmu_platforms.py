@@ -173,7 +173,10 @@ def test_others_can_compile_it(
 
 
 def test_prebuilt_libraries_are_small() -> None:
-    """What each adds to an FMU, which is a zip; see hatch_build.py --platforms."""
+    """Those of other platforms, where they have been made; see hatch_build.py --platforms.
+
+    Inside an FMU, which is a zip: for Windows, whose functions save more, others are not.
+    """
     from cardsflow_fmu.runtime.library import prebuilt_libraries
     from cardsflow_fmu.runtime.sources import PREBUILT_PLATFORMS
 
@@ -184,4 +187,5 @@ def test_prebuilt_libraries_are_small() -> None:
     sizes = {name: len(zlib.compress(file.read_bytes())) for name, file in there.items()}
     print(f"\n{sizes}, unpacked {unpacked_sizes}")
     assert all(size < LARGEST for size in sizes.values())
+    assert all(s < LARGEST for name, s in unpacked_sizes.items() if "windows" not in name)
     assert set(sizes) <= set(PREBUILT_PLATFORMS)
