@@ -20,7 +20,7 @@ EXIT_CODES = """exit codes:
   0    it is done
   1    it failed, or has found what it looks for: errors, differences, too weak muscles
   2    the input or the options are wrong; nothing has been done
-  130  interrupted (Ctrl-C, SIGTERM); what a run gave so far is there"""
+  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); what a run gave so far is there"""
 
 
 def add_command(

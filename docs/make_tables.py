@@ -42,7 +42,8 @@ def commands_page() -> str:
         "# Commands",
         "Exit codes: 0 it is done; 1 it failed, or has found what it looks for (errors, "
         "differences, too weak muscles); 2 the input or the options are wrong, and nothing is "
-        "done; 130 interrupted, by Ctrl-C or SIGTERM, and what a run gave so far is there. "
+        "done; 130 interrupted, by Ctrl-C, SIGTERM or SIGHUP (a closed terminal), and what a run "
+        "gave so far is there. "
         "`--debug` shows the trace of an error.",
     ]
     for name, parser in _commands("cardsflow", _parser()):
