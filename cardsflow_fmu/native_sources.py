@@ -16,8 +16,8 @@ The sources of this FMU's binaries, for FMI 2.0 and FMI 3.0 alike. In this folde
     gcc {options} -fPIC -shared -o ../binaries/{folder}/{name}.so \\
         $(find . -name '*.c') -lm
 
-The compiler has to know C99's complex numbers, as GCC and Clang do and Microsoft's does not: with
-them the plant's directional derivatives are computed.
+The plant's directional derivatives are computed with C99's complex numbers. What a compiler without
+them makes, as Microsoft's, refuses to give derivatives.
 
 -ffp-contract=off keeps a compiler from fusing multiplications and additions: with it every
 platform computes the same bits. The functions of FMI keep their plain names, for a shared library.

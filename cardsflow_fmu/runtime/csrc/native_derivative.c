@@ -2,11 +2,14 @@
  * its end by inputs, positions, velocities and states of muscles at its beginning; at the start, of the
  * outputs there by commands and the start state. */
 #include "../../../sim_dart/csrc/along.h"
+#include "../../../sim_dart/csrc/along/support.h"
 #include "native_plant.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#if HAS_ALONG
 
 /* A direction: of all that a step begins with; later, of all that it ends with. */
 struct change {
@@ -225,3 +228,15 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
     free(change.commands);
     return failed;
 }
+
+#else
+
+int native_plant_derivative(struct model *model, const struct derivative *request)
+{
+    (void)request;
+    text_set(&model->error, "there are no derivatives: this FMU was compiled by a compiler that has no complex "
+                            "numbers");
+    return 1;
+}
+
+#endif

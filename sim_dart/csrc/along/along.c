@@ -1,4 +1,6 @@
 /* The calls of along.h: plain numbers in, changes out. */
+#include "support.h"
+#if HAS_ALONG
 #include "names.h"
 
 #include "../along.h"
@@ -158,3 +160,4 @@ int core_along_runge_kutta(core_along *a, double h, int32_t steps)
 }
 
 #include "end.h"
+#endif

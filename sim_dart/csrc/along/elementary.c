@@ -1,4 +1,6 @@
 /* Elementary functions of numbers that carry a derivative along: f(x) + i e f'(x) dx. */
+#include "support.h"
+#if HAS_ALONG
 #include "number.h"
 
 /* Those of plain numbers. */
@@ -84,3 +86,5 @@ real along_hyperbolic_tangent(real x)
     const double y = hyperbolic_tangent(value_of(x));
     return changing(y, (1 - y * y) * change_of(x));
 }
+
+#endif
