@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from every_joint import every_joint
-from fmu_host import refused
-from native_slopes import PLAIN, STEP, Options, Slave, gamma_of, slave_at, started, stretched
+from fmpy import fmi2
+from fmu_host import Host, refused
+from native_slopes import (
+    PLAIN,
+    STEP,
+    Options,
+    Slave,
+    gamma_of,
+    plant_file,
+    slave_at,
+    started,
+    stretched,
+)
 from random_trees import random_tree
 from robots import EXAMPLES, random_robot
 
@@ -246,3 +260,32 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
     assert slave.slave.getDirectionalDerivative([tension], [0], [1.0]) == [0.0]
     slave.slave.terminate()
     slave.slave.freeInstance()
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
+def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
+    """Microsoft's has none: all is there but derivatives, and they are refused with a reason."""
+    robot = random_robot(1)
+    n, folder = len(robot.coordinates), tmp_path / "unpacked"
+    fmpy.extract(str(plant_file(robot, tmp_path, np.zeros(n), np.zeros(n))), str(folder))
+    (library,) = folder.glob("binaries/*/*.so")
+    files = [str(path) for path in (folder / "sources").rglob("*.c")]
+    flags = ["-std=c99", "-DHAS_ALONG=0", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
+    subprocess.run(["gcc", *flags, *files, "-o", str(library), "-lm"], check=True)
+    description = fmpy.read_model_description(str(folder))
+    host = Host(
+        fmi2.FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier="plant",
+            instanceName="plant",
+        )
+    )
+    host.open(events=False)
+    host.start()
+    host.slave.doStep(0.0, STEP)
+    output = next(v.valueReference for v in description.modelVariables if v.causality == "output")
+    refused(lambda: host.slave.getDirectionalDerivative([output], [0], [1.0]))
+    assert "no complex numbers" in host.last
+    host.slave.terminate()
+    host.slave.freeInstance()

@@ -11,9 +11,6 @@ from typing import NamedTuple
 
 import fmpy
 import pytest
-from fmpy import fmi2
-from fmpy.fmi1 import FMICallException
-from fmu_host import Host
 from robots import EXAMPLES
 from targets import TARGETS, TIMEOUT, Target, environment, require
 
@@ -173,33 +170,6 @@ def test_others_can_compile_it(
     twin = fmu if version == "2.0" else unpacked(example, "plant", tmp_path / "twin")
     command = host("gcc -O2", programs)
     assert trajectory(command, own, twin) == trajectory(command, twin.library, twin)
-
-
-def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
-    """Microsoft's has none: all is there but derivatives, and they are refused with a reason."""
-    require(Target(["gcc"]))
-    fmu = unpacked("planar_2r", "plant", tmp_path)
-    files = [str(path) for path in (fmu.folder / "sources").rglob("*.c")]
-    flags = ["-std=c99", "-DHAS_ALONG=0", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
-    compile_(["gcc", *flags, *files, "-o", str(fmu.library), "-lm"], fmu.folder)
-    description = fmpy.read_model_description(str(fmu.folder))
-    references = {v.name: v.valueReference for v in description.modelVariables}
-    plant = Host(
-        fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(fmu.folder),
-            modelIdentifier="plant",
-            instanceName="plant",
-        )
-    )
-    plant.open(events=False)
-    plant.start()
-    plant.slave.doStep(0.0, 1e-3)
-    with pytest.raises(FMICallException):
-        plant.slave.getDirectionalDerivative([references["q.joint_1"]], [0], [1.0])
-    assert "no complex numbers" in plant.last
-    plant.slave.terminate()
-    plant.slave.freeInstance()
 
 
 def test_prebuilt_libraries_are_small() -> None:
