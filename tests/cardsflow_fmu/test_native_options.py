@@ -23,8 +23,6 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native_loop import NativeLoop, run_batch
 from cardsflow_fmu.simulation import build, simulate
 
-pytestmark = pytest.mark.native
-
 PUSH = {
     "plant.wrenches": ["link_1", "link_2"],
     "wiring.plant": {"w.link_2.fx": 0.7, "w.link_2.tz": -0.1, "w.link_1.ty": 0.2},
@@ -107,6 +105,7 @@ def opened(file: Path, folder: Path) -> tuple[fmi2.FMU2Slave, list[int], list[in
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
     """With commands, loads and wrenches at random: outputs of the FMU, and of the plant's model."""
     experiment = experiment_of(case, **{"plant.engine": "core"})
@@ -144,6 +143,7 @@ def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: 
 
 
 @pytest.mark.parametrize("case", ["rk4", "all", "hill rk4"])
+@pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
     """The work that was done goes along."""
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
@@ -164,6 +164,7 @@ def test_the_loop_in_c_gives_the_same_rows(case: str) -> None:
         )
 
 
+@pytest.mark.native
 def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
     experiments = [experiment_of(case) for case in ("all", "hill rk4", "all")]
     for experiment, recording in zip(experiments, run_batch(experiments, threads=2), strict=True):
@@ -219,6 +220,7 @@ def rough_experiment(folder: Path, **more: Any) -> Experiment:
     return Experiment.load(folder, changes | more)
 
 
+@pytest.mark.native
 def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
     """In C, as Python objects on the core, and on DART, which softens its impulses."""
     experiment = rough_experiment(tmp_path / "rough")
@@ -243,6 +245,7 @@ def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["w.tip.fx", "w.link_1.tz"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
+@pytest.mark.native
 def test_a_push_that_is_no_number_is_refused_by_name(
     name: str, value: float, tmp_path: Path
 ) -> None:
@@ -259,6 +262,7 @@ def test_a_push_that_is_no_number_is_refused_by_name(
     assert name in host.last
 
 
+@pytest.mark.native
 def test_a_robot_that_diverges_says_when() -> None:
     push = {"plant.wrenches": ["link_2"], "wiring.plant": {"w.link_2.fx": 1e308}}
     experiment = experiment_of("rk4", **push)
