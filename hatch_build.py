@@ -79,14 +79,14 @@ def compiler() -> list[str]:
 
 
 def platform_flags(is_small: bool) -> list[str]:
-    """Flags that depend on the system; without all that nobody needs who does not debug."""
+    """Flags that depend on the system."""
     if sys.platform == "win32":
         return ["-shared"]
     flags = ["-shared", "-fPIC"]
     if sys.platform == "darwin":
         return flags
-    small = ["-s", "-fno-asynchronous-unwind-tables", "-ffunction-sections", "-Wl,--gc-sections"]
-    return [*flags, *(small if is_small else []), "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
+    small = ["-s", "-fno-asynchronous-unwind-tables", "-Wl,--gc-sections"] if is_small else []
+    return [*flags, *small, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
 
 
 def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
@@ -94,7 +94,8 @@ def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
     sources = [str(ROOT / name) for name in library.sources(ROOT)]
     flags = [*FLAGS, *library.flags, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra]
     is_small = library is _SOURCES.NATIVE and not extra
-    command = [*compiler(), *flags, *sources, *platform_flags(is_small)]
+    small = _SOURCES.SMALL if is_small else ()
+    command = [*compiler(), *flags, *small, *sources, *platform_flags(is_small)]
     return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
 
 

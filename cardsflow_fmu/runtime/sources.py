@@ -64,7 +64,7 @@ class Library(NamedTuple):
 
     def fingerprint(self, root: Path = ROOT) -> str:
         """Of all that it is made of: a compiled library beside other sources is not theirs."""
-        digest = hashlib.sha256(repr((FLAGS, self.flags, TARGETS)).encode())
+        digest = hashlib.sha256(repr((FLAGS, self.flags, SMALL, TARGETS)).encode())
         for name in [*self.sources(root), *self.headers(root)]:
             contents = (root / name).read_bytes()
             digest.update(f"{name}\0{len(contents)}\0".encode() + contents)
@@ -75,12 +75,9 @@ _INSIDE = ("-DCARDSFLOW_INSIDE",)
 FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
 """That of FMUs whose model may be one in Python."""
 NATIVE = Library(
-    (RUNTIME, *CORE),
-    "cardsflow_fmu/runtime/lib/cardsflow_native",
-    (*_INSIDE, "-Os"),
-    _PYTHON + _LOOP,
+    (RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_native", _INSIDE, _PYTHON + _LOOP
 )
-"""That of native FMUs: without what starts a Python, and small, for every FMU has it inside."""
+"""That of native FMUs: without what starts a Python."""
 LIBRARIES = (
     Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),
     Library(("controllers/csrc",), "controllers/lib/cardsflow_control"),
@@ -97,7 +94,8 @@ class Target(NamedTuple):
     flags: tuple[str, ...]
 
 
-# What no exported function needs is left out.
+# Small, for every FMU has it inside; what no exported function needs is left out.
+SMALL = ("-Os", "-ffunction-sections")
 _NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # there are no exceptions
 _LINUX = ("-fPIC", "-D_GNU_SOURCE", *_NO_UNWINDING, "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
 _DARWIN = (
@@ -132,5 +130,5 @@ def cross_command(library: Library, platform: str, file: Path) -> list[str]:
     """
     target = TARGETS[platform]
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]
-    flags = [*FLAGS, *library.flags, "-shared", "-g0", "-s", "-ffunction-sections"]
+    flags = [*FLAGS, *library.flags, *SMALL, "-shared", "-g0", "-s"]
     return [*compiler, *flags, *library.sources(), "-o", str(file.absolute()), *target.flags]

@@ -17,8 +17,6 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation import build
 
-pytestmark = pytest.mark.native
-
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 HILL = {"max_isometric_force": 300.0, "optimal_fibre_length": 0.45, "tendon_slack_length": 0.45}
 MOTOR = {"kind": "series_elastic_motor", "rest_length": 0.3}
@@ -64,6 +62,7 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.native
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""
     experiment = experiment_of(case)
@@ -99,12 +98,14 @@ def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("model", ["plant", "controller"])
 @pytest.mark.parametrize("case", ["hill", "around"])
+@pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> None:
     """Go on, go back, go on; and in another instance from serialised bytes."""
     file = build(experiment_of(case), tmp_path, native=True)[model]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
+@pytest.mark.native
 def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
     folder = tmp_path / "unpacked"
     fmpy.extract(str(build(experiment_of("mixed"), tmp_path, native=True)["plant"]), str(folder))
