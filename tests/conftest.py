@@ -12,6 +12,8 @@ from sim_dart import Plant
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell makes what it runs behind `&` deaf to Ctrl-C, and so all processes of the tests.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the same of what runs behind `nohup`
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ static inline real value_of(real x)
 }
 
 /* What it carries along. */
-static inline double change_of(real x)
+static inline real change_of(real x)
 {
     (void)x;
     return 0;

@@ -231,7 +231,10 @@ static void settle(cable *c)
         const int n = 2 * (c->count - 1);
         if (!linearise(c, planes, H, step) || !eliminate(H, step, n)) return;
         real most = 0;
-        for (int i = 0; i < n; i++) most = larger(most, fabs(change_of(step[i]))), step[i] -= value_of(step[i]);
+        for (int i = 0; i < n; i++) {
+            most = larger(most, fabs(change_of(step[i])));
+            step[i] -= value_of(step[i]);
+        }
         if (value_of(most) >= value_of(last)) return; /* as good as rounding lets it be */
         last = most;
         shift(c, step, planes);

@@ -1,6 +1,6 @@
 """Damaged robot blobs and native FMUs under sanitizers: refused with a reason, or sound.
 
-CARDSFLOW_MUTATIONS says how many of each are tried, 2000 else; as many of robot files are tried
+CARDSFLOW_MUTATIONS says how many of each are tried, 1000 else; as many of robot files are tried
 by test_damaged_robot_files.py.
 
     CARDSFLOW_MUTATIONS=100000 python -m pytest -n 0 -s tests/native/test_fuzz.py
@@ -25,7 +25,7 @@ from cardsflow_fmu.runtime.sources import RUNTIME as RUNTIME_FOLDER
 from cardsflow_fmu.simulation import build
 from sim_dart import compile_blob
 
-MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "2000"))
+MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "1000"))
 BATCH = 5000
 SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
 STRICT = ("-fno-sanitize-recover=all",)
