@@ -99,6 +99,13 @@ def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
     return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
 
 
+def compile_libraries(output: Path, extra: list[str]) -> list[Path]:
+    """Compile all of this platform, on all processors."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        largest_first = reversed(LIBRARIES)
+        return list(pool.map(lambda one: compile_library(one, output, extra), largest_first))
+
+
 def compile_prebuilt(platform: str, output: Path) -> list[Path]:
     """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files.
 
@@ -170,7 +177,7 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         self._aside = None if version == "editable" else tempfile.mkdtemp()
         output = Path(self._aside or ROOT)
         platforms = wanted_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
-        compiled = [compile_library(library, output, []) for library in LIBRARIES]
+        compiled = compile_libraries(output, [])
         compiled += compile_all_prebuilt(platforms, output)
         for built in compiled:
             build_data["force_include"][str(built)] = built.relative_to(output).as_posix()
@@ -193,10 +200,9 @@ def main() -> None:
         "--platforms", default="", help="for native FMUs: all, or x86_64-windows, ...; by ziglang"
     )
     arguments = parser.parse_args()
-    for library in LIBRARIES:
-        print(compile_library(library, arguments.output, SANITIZE if arguments.sanitize else []))
-    for file in compile_all_prebuilt(wanted_platforms(arguments.platforms), arguments.output):
-        print(file)
+    made = compile_libraries(arguments.output, SANITIZE if arguments.sanitize else [])
+    made += compile_all_prebuilt(wanted_platforms(arguments.platforms), arguments.output)
+    print(*made, sep="\n")
 
 
 if __name__ == "__main__":

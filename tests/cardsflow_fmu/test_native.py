@@ -21,8 +21,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.native import NATIVE_FILE, NATIVE_MODELS
 from cardsflow_fmu.simulation import build, simulate
 
-pytestmark = pytest.mark.native
-
 SETTINGS: dict[str, dict[str, object]] = {
     "planar_2r": {"run.duration": 0.6},
     "roboy_left_arm": {"run.duration": 0.3},
@@ -75,6 +73,7 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("model", NATIVE_MODELS)
+@pytest.mark.native
 def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
     """Run on, go back, run on; and the same in another instance, from serialised bytes."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])
@@ -99,6 +98,7 @@ def test_what_the_core_lacks_is_refused_by_name(
 
 
 @pytest.mark.parametrize("model", NATIVE_MODELS)
+@pytest.mark.native
 def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
     """Also with a checksum that fits: no number in it is trusted."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])

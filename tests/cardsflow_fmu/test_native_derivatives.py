@@ -37,8 +37,6 @@ from cardsflow_fmu.ports import Port, plant_ports
 from cardsflow_fmu.simulation import build
 from sim_dart import CoreDynamics, compile_blob
 
-pytestmark = pytest.mark.native
-
 
 def check(
     robot: Robot, folder: Path, seed: int, options: Options = PLAIN, size: float = 2e-3
@@ -72,6 +70,7 @@ def test_random_robots(seed: int, tmp_path: Path) -> None:
     check(random_robot(seed), tmp_path, seed)
 
 
+@pytest.mark.native
 def test_every_joint(tmp_path: Path) -> None:
     check(every_joint(), tmp_path, 4)
 
@@ -81,6 +80,7 @@ def test_substeps(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
+@pytest.mark.native
 def test_rules_wrenches_and_books(integrator: str, tmp_path: Path) -> None:
     """Energies, work and momenta by forces, wrenches and where a step begins."""
     robot = random_robot(5)

@@ -31,8 +31,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation import build
 from sim_dart import CoreDynamics
 
-pytestmark = pytest.mark.native
-
 PULL = 5e3
 """In [N]: large, so that how moment arms turn with q is much of what happens."""
 

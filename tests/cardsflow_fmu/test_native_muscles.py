@@ -62,7 +62,6 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.native
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""
     experiment = experiment_of(case)

@@ -27,7 +27,7 @@ from sim_dart.core import Core
 
 REPLAY = ("replay_hosted.c", "replay_vectors.c")
 REFERENCE = "gcc -O2"
-OTHERS = ["gcc -O3 -march=native", "zig linux64 v3", "zig linux-aarch64, qemu", "zig win64, wine"]
+OTHERS = ["gcc -O3 -march=native", "zig linux-aarch64, qemu", "zig win64, wine"]
 
 TERMS = {
     "lengths": 2e-6,
