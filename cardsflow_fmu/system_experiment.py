@@ -70,7 +70,7 @@ def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
                 files = _carried(system.read(entry)) if entry.file_size <= _MOST_BYTES else {}
                 if files:
                     yield files
-    except (OSError, ValueError, zipfile.BadZipFile, RuntimeError, NotImplementedError):
+    except (OSError, ValueError, zipfile.BadZipFile, RuntimeError):
         return
 
 
