@@ -17,7 +17,7 @@ from .records import Samples, from_plain, to_plain
 from .robot.errors import InputError
 from .robot.files import read_file, write_files
 from .robot.finding import Finding
-from .robot.placement import Vector3
+from .robot.model.pose import Vector3
 from .settings import ExportSettings
 
 FORMAT = 1

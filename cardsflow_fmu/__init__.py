@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any
 from .version import __version__
 
 if TYPE_CHECKING:
-    from .experiment import Experiment as Experiment
-    from .results import Result as Result
-    from .simulation import build as build
-    from .simulation import run as run
-    from .system_run import run_system as run_system
+    from .experiment.experiment import Experiment as Experiment
+    from .results.result import Result as Result
+    from .simulation.run import build as build
+    from .simulation.run import run as run
+    from .ssp.run import run_system as run_system
 
 _HOMES = {
-    "Experiment": "experiment",
-    "build": "simulation",
-    "run": "simulation",
-    "run_system": "system_run",
-    "Result": "results",
+    "Experiment": "experiment.experiment",
+    "build": "simulation.run",
+    "run": "simulation.run",
+    "run_system": "ssp.run",
+    "Result": "results.result",
 }
 
 __all__ = ["Experiment", "Result", "__version__", "build", "run", "run_system"]

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import addin_sdfusion
-from addin_sdfusion.export import Exported, export_robot
+from addin_sdfusion.exporting.export import Exported, export_robot
 from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file, write_files

@@ -8,69 +8,75 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .control_loop import ControlLaw, ControlLoop
 from .dynamics import Dynamics, TaskDynamics
-from .flower import ApproachReference, FlowerReference, Reference, SequenceReference
-from .force_distribution import ForceDistribution, ForceSolution
-from .joint_space import JointSpaceController
-from .operational_solution import OperationalSpaceSolution, Posture
-from .operational_space import OperationalSpaceController
-from .references import JointReference, SplineReference
+from .force_distribution.bounded import ForceDistribution, ForceSolution
+from .laws.control_loop import ControlLaw, ControlLoop
+from .laws.joint_space import JointSpaceController
+from .laws.operational_solution import OperationalSpaceSolution, Posture
+from .laws.operational_space import OperationalSpaceController
+from .references.flower import ApproachReference, FlowerReference, Reference, SequenceReference
+from .references.splines import JointReference, SplineReference
 
 if TYPE_CHECKING:
-    from .cable_length import CableLengthController
-    from .cable_velocity import CableVelocityController
-    from .distributions import METHODS, DistributedForces, distribute, feasible_polygon
-    from .force_position import ForcePositionController
-    from .gains import from_bandwidth, largest_stable_period, lqr, margins, sampling_warning
-    from .inverse_dynamics import (
-        Motion,
-        MotionForces,
-        motion_terms,
-        size_muscles,
+    from .analysis.gains import (
+        from_bandwidth,
+        largest_stable_period,
+        lqr,
+        margins,
+        sampling_warning,
     )
-    from .kinematics import forward_kinematics, inverse_kinematics
-    from .linearise import close_loop, linearise_controller, linearise_loop, linearise_robot
-    from .lyapunov import LyapunovController
-    from .motors import SpringMotors
-    from .nonlinear_systems import to_nlsys
-    from .reactive_qp import ReactiveQPController
-    from .stiffness import Stiffness, task_stiffness
-    from .torque_position import TorquePositionController
-    from .workspace import Workspace, joint_grid
+    from .analysis.inverse_dynamics import Motion, MotionForces, motion_terms, size_muscles
+    from .analysis.kinematics import forward_kinematics, inverse_kinematics
+    from .analysis.linearise import (
+        close_loop,
+        linearise_controller,
+        linearise_loop,
+        linearise_robot,
+    )
+    from .analysis.nonlinear_systems import to_nlsys
+    from .analysis.stiffness import Stiffness, task_stiffness
+    from .analysis.workspace import Workspace, joint_grid
+    from .force_distribution.methods import METHODS, DistributedForces, distribute, feasible_polygon
+    from .laws.cable_length import CableLengthController
+    from .laws.cable_velocity import CableVelocityController
+    from .laws.force_position import ForcePositionController
+    from .laws.lyapunov import LyapunovController
+    from .laws.motors import SpringMotors
+    from .laws.reactive_qp import ReactiveQPController
+    from .laws.torque_position import TorquePositionController
 
 _HOMES = {
-    "CableLengthController": "cable_length",
-    "CableVelocityController": "cable_velocity",
-    "DistributedForces": "distributions",
-    "ForcePositionController": "force_position",
-    "LyapunovController": "lyapunov",
-    "METHODS": "distributions",
-    "Motion": "inverse_dynamics",
-    "MotionForces": "inverse_dynamics",
-    "ReactiveQPController": "reactive_qp",
-    "SpringMotors": "motors",
-    "Stiffness": "stiffness",
-    "TorquePositionController": "torque_position",
-    "Workspace": "workspace",
-    "close_loop": "linearise",
-    "distribute": "distributions",
-    "feasible_polygon": "distributions",
-    "forward_kinematics": "kinematics",
-    "from_bandwidth": "gains",
-    "inverse_kinematics": "kinematics",
-    "joint_grid": "workspace",
-    "largest_stable_period": "gains",
-    "linearise_controller": "linearise",
-    "linearise_loop": "linearise",
-    "linearise_robot": "linearise",
-    "lqr": "gains",
-    "margins": "gains",
-    "motion_terms": "inverse_dynamics",
-    "sampling_warning": "gains",
-    "size_muscles": "inverse_dynamics",
-    "task_stiffness": "stiffness",
-    "to_nlsys": "nonlinear_systems",
+    "CableLengthController": "laws.cable_length",
+    "CableVelocityController": "laws.cable_velocity",
+    "DistributedForces": "force_distribution.methods",
+    "ForcePositionController": "laws.force_position",
+    "LyapunovController": "laws.lyapunov",
+    "METHODS": "force_distribution.methods",
+    "Motion": "analysis.inverse_dynamics",
+    "MotionForces": "analysis.inverse_dynamics",
+    "ReactiveQPController": "laws.reactive_qp",
+    "SpringMotors": "laws.motors",
+    "Stiffness": "analysis.stiffness",
+    "TorquePositionController": "laws.torque_position",
+    "Workspace": "analysis.workspace",
+    "close_loop": "analysis.linearise",
+    "distribute": "force_distribution.methods",
+    "feasible_polygon": "force_distribution.methods",
+    "forward_kinematics": "analysis.kinematics",
+    "from_bandwidth": "analysis.gains",
+    "inverse_kinematics": "analysis.kinematics",
+    "joint_grid": "analysis.workspace",
+    "largest_stable_period": "analysis.gains",
+    "linearise_controller": "analysis.linearise",
+    "linearise_loop": "analysis.linearise",
+    "linearise_robot": "analysis.linearise",
+    "lqr": "analysis.gains",
+    "margins": "analysis.gains",
+    "motion_terms": "analysis.inverse_dynamics",
+    "sampling_warning": "analysis.gains",
+    "size_muscles": "analysis.inverse_dynamics",
+    "task_stiffness": "analysis.stiffness",
+    "to_nlsys": "analysis.nonlinear_systems",
 }
 
 __all__ = [

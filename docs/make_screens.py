@@ -20,7 +20,7 @@ from browser import Page, opened_browser  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from cardsflow_fmu import Experiment, run  # noqa: E402
-from cardsflow_fmu.report import report  # noqa: E402
+from cardsflow_fmu.report.page import report  # noqa: E402
 from cardsflow_fmu.viewer.view import run_act, write_page  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"

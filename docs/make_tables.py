@@ -16,15 +16,15 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from addin_sdfusion.robot.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
-from addin_sdfusion.robot.tension_parameters import Parameter  # noqa: E402
+from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
+from addin_sdfusion.robot.model.tension_parameters import Parameter  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
-from cardsflow_fmu.cli import _parser  # noqa: E402
-from cardsflow_fmu.hardware_ports import hardware_ports  # noqa: E402
+from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
 from cardsflow_fmu.models.reference import ReferenceModel  # noqa: E402
-from cardsflow_fmu.port import Port, identifier  # noqa: E402
+from cardsflow_fmu.signals.hardware import hardware_ports  # noqa: E402
+from cardsflow_fmu.signals.port import Port, identifier  # noqa: E402
 
 MADE = "<!-- Made by docs/make_tables.py of the code: change that, not this. -->"
 

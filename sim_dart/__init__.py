@@ -1,11 +1,11 @@
 """Physics: the plant on DART, dynamics for controllers, and a small C core below both."""
 
-from .blob import compile_blob
-from .core_dynamics import CoreDynamics
-from .dynamics import DartDynamics
-from .muscle_drive import MuscleDrive
-from .muscle_paths import MusclePaths
-from .plant import Plant
+from .core.blob import compile_blob
+from .dynamics.core import CoreDynamics
+from .dynamics.dart import DartDynamics
+from .muscles.inverse_model import MuscleDrive
+from .muscles.paths import MusclePaths
+from .plant.plant import Plant
 from .scene import Scene
 
 __all__ = [

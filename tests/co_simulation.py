@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu_instance import FmuInstance
-from cardsflow_fmu.foreign_fmu import fitting_wiring
-from cardsflow_fmu.master import Master, Recording
-from cardsflow_fmu.ports import load_signals
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.cosim.adapted_fmu import fitting_wiring
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.master import Master, Recording
+from cardsflow_fmu.signals.ports import load_signals
+from cardsflow_fmu.simulation.run import build
 
 
 def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Recording:

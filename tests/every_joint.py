@@ -16,7 +16,7 @@ from addin_sdfusion.robot import (
     Robot,
     ViaPoint,
 )
-from addin_sdfusion.robot.caspr_joints import CASPR_JOINTS
+from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
 
 def every_joint(muscles: int = 4) -> Robot:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import SimulationError
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.link import Hello
-from cardsflow_fmu.hardware.server import DeviceServer, Way
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.device.server import DeviceServer, Way
+from cardsflow_fmu.hardware.links.link import Hello
 
 FloatArray = NDArray[np.float64]
 

@@ -20,9 +20,9 @@ from addin_sdfusion.robot import (
     ViaPoint,
     prismatic,
 )
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core
-from sim_dart.muscle_laws import MuscleLaws
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core
+from sim_dart.muscles.laws import MuscleLaws
 
 FloatArray = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from addin_sdfusion.robot import (
     prismatic,
     revolute,
 )
-from addin_sdfusion.robot.caspr_joints import CASPR_JOINTS
+from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
 FREE = CASPR_JOINTS["SPATIAL_EULER_XYZ"].motions
 

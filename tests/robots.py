@@ -23,9 +23,7 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot import (
-    prismatic as prismatic_,
-)
+from addin_sdfusion.robot import prismatic as prismatic_
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PLANAR_2R = EXAMPLES / "planar_2r"

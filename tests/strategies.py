@@ -29,9 +29,9 @@ from addin_sdfusion.robot import (
     prismatic,
     revolute,
 )
-from addin_sdfusion.robot.caspr_joints import CASPR_JOINTS
-from addin_sdfusion.robot.caspr_words import CASPR_CABLES, CASPR_PULLEYS
-from addin_sdfusion.robot.pose import normalized
+from addin_sdfusion.robot.caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS
+from addin_sdfusion.robot.model.rotations import normalized
+from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
 numbers = st.floats(-10.0, 10.0)
 vectors = st.tuples(numbers, numbers, numbers)

@@ -21,7 +21,7 @@ from lxml import etree
 
 from addin_sdfusion.robot import check, read_robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli import _parser
+from cardsflow_fmu.cli.main import _parser
 
 EXPERIMENT_TABLES = {
     "robot",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from controllers.dual_newton import library
+from controllers.qp.dual_newton import library
 
 FloatArray = NDArray[np.float64]
 SOLVED, SOFT, FAILED, WRONG = range(4)

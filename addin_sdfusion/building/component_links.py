@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from ..robot.chain import Names
-from ..robot.checks.report import error, unknown
 from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import error, unknown
+from ..robot.transforms.joint_chains import Names
 from ..snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot
 
 ROOT_LINK = "base"

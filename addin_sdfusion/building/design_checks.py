@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..muscles.muscle_attributes import POINT, WRAP, read_point, read_wrap
-from ..muscles.muscle_table import MuscleTable
+from ..muscles.attributes import POINT, WRAP, read_point, read_wrap
+from ..muscles.design_table import MuscleTable
 from ..muscles.point_names import parse_point_name
-from ..robot.checks.report import error, warning
 from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
-from ..robot.model import Robot
+from ..robot.finding_builders import error, warning
+from ..robot.model.robot import Robot
 from ..snapshot import ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
 from .links import PREFIX, Links, in_name_order
 from .mass_properties import Part

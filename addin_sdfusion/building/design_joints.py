@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..muscles.point_names import natural_key
-from ..robot.checks.report import unknown, warning
 from ..robot.finding import Finding, Subject
-from ..robot.placement import Vector3
-from ..robot.pose import normalized
+from ..robot.finding_builders import unknown, warning
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import normalized
 from ..snapshot import ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot
 from .joint_checks import doubts, mistakes
 from .links import PREFIX, Links, in_name_order, is_link_group

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..robot.checks.report import error, finite, warning
 from ..robot.finding import Finding, Subject
-from ..robot.pose import dot, subtract
+from ..robot.finding_builders import error, finite, warning
+from ..robot.model.rotations import dot, subtract
 from ..snapshot import JointSnapshot, MotionSnapshot
 from .rigid_motion import joint_motion
 

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..robot.joint import Coordinate, Joint, Motion
-from ..robot.model import WORLD
-from ..robot.placement import Pose, Vector3
-from ..robot.pose import add, normalized, rotate, subtract
+from ..robot.model.joint import Coordinate, Joint, Motion
+from ..robot.model.pose import Pose, Vector3
+from ..robot.model.robot import WORLD
+from ..robot.model.rotations import add, normalized, rotate, subtract
 from ..snapshot import MotionSnapshot
 from .design_joints import Edge
 from .joint_checks import coordinate_name

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from ..robot.checks.report import warning
 from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import warning
 from ..snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
 from .links import Links
 from .mass_properties import MISMATCH, Part, common_sign, misses, part, rounding, told_sign, total

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..muscles.point_names import natural_key
-from ..robot.checks.report import error, warning
 from ..robot.finding import Finding, Subject
-from ..robot.model import WORLD
+from ..robot.finding_builders import error, warning
+from ..robot.model.robot import WORLD
 from ..snapshot import ROOT, DesignSnapshot, GroupSnapshot, OccurrenceSnapshot
 from .component_links import component_links
 

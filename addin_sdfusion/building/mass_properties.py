@@ -12,9 +12,16 @@ import math
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
-from ..robot.model import Inertia
-from ..robot.placement import Vector3
-from ..robot.pose import Matrix3, point_inertia, rotate, rotate_inertia, subtract, transpose
+from ..robot.model.pose import Vector3
+from ..robot.model.robot import Inertia
+from ..robot.model.rotations import (
+    Matrix3,
+    point_inertia,
+    rotate,
+    rotate_inertia,
+    subtract,
+    transpose,
+)
 from ..snapshot import MassSnapshot
 from .eigenvalues import eigenvalues
 from .rigid_motion import RigidMotion

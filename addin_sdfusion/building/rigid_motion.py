@@ -5,8 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from ..robot.placement import Pose, Vector3
-from ..robot.pose import Matrix3, add, axis_rotation, multiply, rotate, rpy, subtract, transpose
+from ..robot.model.pose import Pose, Vector3
+from ..robot.model.rotations import (
+    Matrix3,
+    add,
+    axis_rotation,
+    multiply,
+    rotate,
+    rpy,
+    subtract,
+    transpose,
+)
 from ..snapshot import MotionSnapshot
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from ..robot.check import check
+from ..robot.checks.check import check
 from ..robot.finding import Finding, Subject
-from ..robot.model import Robot
-from ..robot.sdf import sdf_losses
+from ..robot.model.robot import Robot
+from ..robot.writers.sdf.model import sdf_losses
 from .links import PREFIX
 
 _FOLLOWS = {

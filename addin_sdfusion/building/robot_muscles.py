@@ -7,14 +7,14 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ..muscles.muscle_table import MarkerRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
+from ..muscles.design_table import MarkerRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
 from ..muscles.point_names import natural_key
-from ..robot.checks.report import error, unknown, warning
 from ..robot.finding import Finding, Subject
-from ..robot.model import ANGLES, POSITIONS, WORLD, TaskFrame, TaskSet
-from ..robot.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
-from ..robot.placement import Pose, Vector3
-from ..robot.pose import rotate
+from ..robot.finding_builders import error, unknown, warning
+from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
+from ..robot.model.pose import Pose, Vector3
+from ..robot.model.robot import ANGLES, POSITIONS, WORLD, TaskFrame, TaskSet
+from ..robot.model.rotations import rotate
 from .links import in_name_order
 from .rigid_motion import AT_REST, RigidMotion, moved, tidy, undone
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..robot.chain import Names
-from ..robot.checks.report import error, unknown, warning
 from ..robot.finding import Finding, Subject
-from ..robot.model import WORLD
+from ..robot.finding_builders import error, unknown, warning
+from ..robot.model.robot import WORLD
+from ..robot.transforms.joint_chains import Names
 from ..settings import ExportSettings
 from ..snapshot import MotionSnapshot
 from .design_joints import Edge, edge_key

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..robot.checks.report import error, warning
 from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import error, warning
 from ..settings import ExportSettings
 from .design_joints import Edge
 from .disjoint_sets import DisjointSets

@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from dataclasses import replace
 
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..snapshot import BodySnapshot, DesignSnapshot, JointSnapshot, MassSnapshot, MeshSnapshot
 
 

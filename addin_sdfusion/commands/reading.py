@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..build_robot import link_of
-from ..fusion_design import read_design
-from ..muscles.muscle_rows import MuscleTable
-from ..muscles.muscle_table import read_table
+from ..building.build_robot import link_of
+from ..fusion.design import read_design
+from ..muscles.design_table import read_table
+from ..muscles.rows import MuscleTable
 from ..robot.finding import Finding
 from ..snapshot import DesignSnapshot
 

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 
 TOLERANCE = 1e-11
 """How far a point may stand out of the hull, over the reach of all points from their middle."""

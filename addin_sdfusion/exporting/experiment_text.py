@@ -7,11 +7,11 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from ..robot.checks.report import warning
 from ..robot.finding import Finding, Subject
-from ..robot.joint import Coordinate
-from ..robot.model import Robot
-from ..robot.trajectory import Trajectory, TrajectoryPoint
+from ..robot.finding_builders import warning
+from ..robot.model.joint import Coordinate
+from ..robot.model.robot import Robot
+from ..robot.model.trajectory import Trajectory, TrajectoryPoint
 
 DURATION = 4.0
 """In [s]: half of it there, half of it back."""

@@ -7,11 +7,11 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, NamedTuple
 
-from ..robot.checks.report import warning
 from ..robot.finding import Finding, Subject
-from ..robot.model import Mesh
-from ..robot.placement import Pose
-from ..robot.pose import rotation
+from ..robot.finding_builders import warning
+from ..robot.model.pose import Pose
+from ..robot.model.robot import Mesh
+from ..robot.model.rotations import rotation
 from ..settings import ExportSettings
 from ..snapshot import BodySnapshot, MeshSnapshot
 from .convex_hull import convex_hull

@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from ..robot.checks.report import warning
 from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import warning
 from .own_files import MANIFEST, digest, manifest_text, read_manifest
 from .safe_names import refused_name
 from .swap import JOURNAL, Move, recover, remove_empty, swap

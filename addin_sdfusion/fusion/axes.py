@@ -10,8 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..robot.placement import Vector3
-from ..robot.pose import Matrix3, axis_rotation, cross, dot, multiply, rotate, subtract, transpose
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import (
+    Matrix3,
+    axis_rotation,
+    cross,
+    dot,
+    multiply,
+    rotate,
+    subtract,
+    transpose,
+)
 from ..snapshot import MotionSnapshot
 from .joint_frames import JointFrames
 from .motions import CUSTOM, Freedom, reversed_axis

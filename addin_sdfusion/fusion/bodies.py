@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 from ..robot.finding import Subject
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..snapshot import BodySnapshot, MassSnapshot
 from .mass import read_mass
 from .meshes import Mesher, bounding_box

@@ -15,21 +15,11 @@ from typing import Any
 
 import adsk.fusion
 
-from ..robot.placement import Vector3
-from ..robot.pose import add
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import add
 from .notes import if_told
 from .places import Place
-from .units import (
-    NEAR,
-    Frame,
-    axes_frame,
-    direction,
-    distance,
-    frame,
-    length,
-    near,
-    position,
-)
+from .units import NEAR, Frame, axes_frame, direction, distance, frame, length, near, position
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..robot.finding import Subject
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..snapshot import JointKind, JointSnapshot, MotionSnapshot
 from .axes import ball_axes, in_root, signed
 from .health import problem_of

@@ -10,7 +10,7 @@ from typing import Any
 import adsk.fusion
 
 from ..robot.finding import Subject
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..settings import MeshQuality
 from ..snapshot import MeshSnapshot
 from .notes import Notes, if_told

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import adsk.fusion
 
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..snapshot import JointKind, MotionSnapshot
 from .units import CM, direction, finite
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..muscles.point_names import natural_key
 from ..robot.finding import Subject
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..snapshot import ROOT
 from .notes import Notes, items
 from .units import ROOT_FRAME, Frame, frame, is_rigid, near, same_frame

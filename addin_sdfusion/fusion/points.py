@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..muscles.muscle_attributes import GROUP
+from ..muscles.attributes import GROUP
 from ..muscles.point_names import is_point_name
-from ..robot.placement import Vector3
+from ..robot.model.pose import Vector3
 from ..snapshot import PointSnapshot
 from .health import problem_of
 from .keys import Keys

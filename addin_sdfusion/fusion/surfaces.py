@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import adsk.core
 import adsk.fusion
 
-from ..muscles.muscle_attributes import GROUP, WRAP
+from ..muscles.attributes import GROUP, WRAP
 from ..robot.finding import Subject
-from ..robot.placement import Vector3
-from ..robot.pose import add, cross, dot, subtract
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import add, cross, dot, subtract
 from ..snapshot import SurfaceSnapshot
 from .keys import Keys
 from .notes import Notes

@@ -8,8 +8,18 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ..robot.placement import Vector3
-from ..robot.pose import Matrix3, add, cross, dot, multiply, normalized, rotate, subtract, transpose
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import (
+    Matrix3,
+    add,
+    cross,
+    dot,
+    multiply,
+    normalized,
+    rotate,
+    subtract,
+    transpose,
+)
 
 CM = 0.01
 """One cm, in [m]."""

@@ -12,12 +12,12 @@ from typing import Literal
 
 from ..robot.errors import UnknownNameError
 from ..robot.finding import Finding
-from ..robot.model import WORLD
-from ..robot.placement import Vector3
-from ..robot.pose import dot, normalized, subtract
-from .muscle_checks import finding
-from .muscle_edits import delete_muscle, new_muscle_name, next_color, with_muscle, with_points
-from .muscle_rows import MuscleTable, ViaPointRow, WrapUse
+from ..robot.model.pose import Vector3
+from ..robot.model.robot import WORLD
+from ..robot.model.rotations import dot, normalized, subtract
+from .checks import finding
+from .edits import delete_muscle, new_muscle_name, next_color, with_muscle, with_points
+from .rows import MuscleTable, ViaPointRow, WrapUse
 
 _OTHER = {"l": "r", "left": "right"}
 _OTHER |= {right: left for left, right in _OTHER.items()}

@@ -4,29 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .caspr import losses as caspr_losses
-from .caspr import models_list_row, write_caspr
-from .check import check, require_valid
+from .checks.check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
-from .joint import Coordinate, Joint, JointType, Motion, MotionKind, prismatic, revolute
-from .model import (
-    GRAVITY,
-    WORLD,
-    Axis,
-    Inertia,
-    Link,
-    Mesh,
-    Robot,
-    TaskFrame,
-    TaskSet,
-)
-from .muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
-from .placement import IDENTITY, Pose, Vector3
-from .sdf import write_sdf
-from .sdf_losses import sdf_losses
-from .simplify import align_frames, merge_fixed_joints
-from .trajectory import Space, Spline, Trajectory, TrajectoryPoint
+from .model.joint import Coordinate, Joint, JointType, Motion, MotionKind, prismatic, revolute
+from .model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
+from .model.pose import IDENTITY, Pose, Vector3
+from .model.robot import GRAVITY, WORLD, Axis, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
+from .model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
+from .transforms.simplify import align_frames, merge_fixed_joints
+from .writers.caspr.model import losses as caspr_losses
+from .writers.caspr.model import models_list_row, write_caspr
+from .writers.sdf.losses import sdf_losses
+from .writers.sdf.model import write_sdf
 
 __all__ = [
     "GRAVITY",

@@ -8,11 +8,11 @@ import numpy as np
 
 import controllers
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.control_types import TYPES
-from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.muscle_ports import driven_muscles, modelled_muscles
-from cardsflow_fmu.ports import Port, controller_ports, load_signals
-from cardsflow_fmu.timing import whole_steps
+from cardsflow_fmu.experiment.controller_types import TYPES
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
+from cardsflow_fmu.signals.ports import Port, controller_ports, load_signals
+from cardsflow_fmu.utils.multiples import whole_steps
 from controllers import (
     ControlLoop,
     ForceSolution,

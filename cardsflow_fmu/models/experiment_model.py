@@ -6,8 +6,8 @@ from abc import abstractmethod
 from pathlib import Path
 from typing import Self
 
-from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.ports import Port
 
 from .model import FloatArray, FmuModel
 

@@ -7,13 +7,13 @@ import weakref
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.hardware.opening import session_of
-from cardsflow_fmu.hardware.session import STOPPED, HardwareSession
-from cardsflow_fmu.hardware.signals import require_forces
-from cardsflow_fmu.hardware_ports import hardware_ports
-from cardsflow_fmu.ports import Port
-from cardsflow_fmu.timing import whole_steps
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.hardware.protocol.signals import require_forces
+from cardsflow_fmu.hardware.session.connect import session_of
+from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
+from cardsflow_fmu.signals.hardware import hardware_ports
+from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart import MusclePaths
 
 from .experiment_model import ExperimentModel

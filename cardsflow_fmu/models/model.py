@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, SimulationError
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.signals.ports import Port
 
 from .derivatives import Indices, directional_derivative
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.tension_laws import states_of
-from cardsflow_fmu.muscle_ports import driven_muscles, state_order
+from addin_sdfusion.robot.model.tension_laws import states_of
+from cardsflow_fmu.signals.muscles import driven_muscles, state_order
 from sim_dart import MuscleDrive
 
 from .model import FloatArray

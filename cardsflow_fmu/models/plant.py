@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.muscle_ports import (
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.muscles import (
     ENERGIES,
     driven_muscles,
     ideal_muscles,
     modelled_muscles,
     state_order,
 )
-from cardsflow_fmu.ports import Port, load_signals, plant_ports
-from cardsflow_fmu.timing import whole_steps
+from cardsflow_fmu.signals.ports import Port, load_signals, plant_ports
+from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart import Plant
 
 from .experiment_model import ExperimentModel

@@ -7,11 +7,11 @@ import struct
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.trajectory import Trajectory
-from cardsflow_fmu.experiment import Experiment
-from cardsflow_fmu.ports import Port, load_signals, reference_ports
+from addin_sdfusion.robot.model.trajectory import Trajectory
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.ports import Port, load_signals, reference_ports
 from controllers import SplineReference
-from controllers.flower import (
+from controllers.references.flower import (
     ApproachReference,
     FlowerReference,
     Reference,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.muscle_ports import modelled_muscles
+from cardsflow_fmu.signals.muscles import modelled_muscles
 from controllers import ForceDistribution
 from sim_dart import DartDynamics, MuscleDrive
 

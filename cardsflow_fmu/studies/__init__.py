@@ -6,16 +6,16 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .errors import StudyError as StudyError
-    from .execution import StudyResult as StudyResult
-    from .execution import run_study as run_study
-    from .study import Study as Study
+    from .definition.errors import StudyError as StudyError
+    from .definition.study import Study as Study
+    from .run_study import StudyResult as StudyResult
+    from .run_study import run_study as run_study
 
 _HOMES = {
-    "Study": "study",
-    "StudyError": "errors",
-    "StudyResult": "execution",
-    "run_study": "execution",
+    "Study": "definition.study",
+    "StudyError": "definition.errors",
+    "StudyResult": "run_study",
+    "run_study": "run_study",
 }
 
 __all__ = ["Study", "StudyError", "StudyResult", "run_study"]

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
-from ..own_file import MARK, own_place, write_own
-from . import shapes as s
-from .bodies import AXES
-from .page_data import Act
+from .html.page_data import Act
+from .scene import shapes as s
+from .scene.primitives import AXES
 
 _MOST_BEADS = 400
 """Of a trail: every frame holds all of it."""

@@ -10,16 +10,16 @@ from pathlib import Path
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.readers import read
+from cardsflow_fmu.results.result import Result, SystemResult
+from cardsflow_fmu.results.saved_run import is_run, opened_run
+from cardsflow_fmu.utils.overwrite import own_place, write_own
 
-from ..own_file import own_place, write_own
-from ..results import Result, SystemResult
-from ..saved_run import is_run, opened_run
-from .live import Ended, address, pose, replay, server
-from .meshes import link_meshes
-from .motion import Motion, motion_of
-from .page import replay_page
-from .page_data import Act
-from .scene import Stage
+from .html.page import replay_page
+from .html.page_data import Act
+from .live.live import Ended, address, pose, replay, server
+from .scene.meshes import link_meshes
+from .scene.motion import Motion, motion_of
+from .scene.stage import Stage
 
 Tell = Callable[[str], None]
 

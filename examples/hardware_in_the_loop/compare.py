@@ -25,8 +25,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.hardware.pacing import describe_timeliness
-from cardsflow_fmu.results import Result
+from cardsflow_fmu.cosim.pacing import describe_timeliness
+from cardsflow_fmu.results.result import Result
 
 EXAMPLES = Path(__file__).resolve().parent.parent
 
@@ -42,7 +42,7 @@ RATES: dict[str, dict[str, float]] = {
 @contextlib.contextmanager
 def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
     """A device emulator in a process of its own; its address."""
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(experiment), "--json"]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "device", str(experiment), "--json"]
     command += ["--listen", "udp://127.0.0.1:0"]
     if key_file is not None:
         command += ["--key-file", key_file]

@@ -18,14 +18,14 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli_parts import settings_of
-from cardsflow_fmu.hardware.hello import halves
-from cardsflow_fmu.hardware.signals import hardware_signature
+from cardsflow_fmu.cli.common import settings_of
+from cardsflow_fmu.hardware.protocol.handshake import halves
+from cardsflow_fmu.hardware.protocol.signals import hardware_signature
 from cardsflow_fmu.models.reference import make_reference
-from controllers.dual_newton import library as laws
+from controllers.qp.dual_newton import library as laws
 from sim_dart import compile_blob
-from sim_dart.core import library as core
-from sim_dart.tasks import task_rows
+from sim_dart.core.library import library as core
+from sim_dart.core.tasks import task_rows
 
 
 def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:

@@ -10,7 +10,7 @@
 
 #include <stddef.h>
 
-/* The parameters of every law, in order; the names are those of addin_sdfusion/robot/tension_laws.py. */
+/* The parameters of every law, in order; the names are those of addin_sdfusion/robot/model/tension_laws.py. */
 #define ELASTIC_CABLE_PARAMETERS(P) P(stiffness) P(damping) P(longest_rest_length)
 #define SPRING_PARAMETERS(P) P(K) P(l0)
 #define MOTOR_PARAMETERS(P)                                                                            \

@@ -12,8 +12,8 @@ import trimesh
 from robots import planar_2r
 
 from addin_sdfusion.robot import Finding, Pose, Robot
-from addin_sdfusion.robot.model import WORLD
-from addin_sdfusion.robot.pose import compose, inverse
+from addin_sdfusion.robot.model.robot import WORLD
+from addin_sdfusion.robot.model.rotations import compose, inverse
 from addin_sdfusion.snapshot import BodySnapshot, MeshSnapshot
 
 

@@ -13,17 +13,17 @@ import numpy as np
 import trimesh
 from fake_fusion.maths import rotation, translation
 
-from addin_sdfusion.build_robot import check_design
-from addin_sdfusion.export import export_robot
+from addin_sdfusion.building.build_robot import check_design
+from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Finding, Robot
-from addin_sdfusion.robot.model import WORLD
+from addin_sdfusion.robot.model.robot import WORLD
 from addin_sdfusion.robot.readers import read_robot
 from addin_sdfusion.snapshot import DesignSnapshot
-from sim_dart.frames import inverse, transform
+from sim_dart.core.frames import inverse, transform
 
 with fake_fusion.modules():
     from addin_sdfusion import addin_sdfusion
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
 EXPORT = "cardsflowExport"
 

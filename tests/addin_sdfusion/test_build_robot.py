@@ -22,7 +22,7 @@ from design_strategies import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addin_sdfusion.build_robot import BuiltRobot, build_robot, check_design, link_of
+from addin_sdfusion.building.build_robot import BuiltRobot, build_robot, check_design, link_of
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.snapshot import DesignSnapshot
 from sim_dart import DartDynamics

@@ -10,13 +10,13 @@ import pytest
 from fake_fusion import Fake, designs
 from robots import planar_2r
 
-from addin_sdfusion.build_robot import BuiltRobot, build_robot
+from addin_sdfusion.building.build_robot import BuiltRobot, build_robot
 from addin_sdfusion.robot import Robot
 from sim_dart import DartDynamics
 
 
 def built(design: Any) -> tuple[BuiltRobot, Robot]:
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
     made = build_robot(read_design(design, meshes=False))
     assert made.robot is not None, made.findings
@@ -78,7 +78,7 @@ def test_a_cube_is_a_robot(fusion: Fake) -> None:
 
 
 def test_a_body_without_material_is_told_once(fusion: Fake) -> None:
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
     made = build_robot(read_design(designs.no_material(), meshes=False))
     bodies = [f.subject.name for f in made.findings if f.subject.kind == "body"]

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_designs import arm, via
 
-from addin_sdfusion.build_robot import build_robot, link_of
+from addin_sdfusion.building.build_robot import build_robot, link_of
 from addin_sdfusion.robot import CableModel, Robot, Wrap
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_designs import DesignSnapshot, arm, body, box, group, part, revolute, rigid
 
-from addin_sdfusion.build_robot import BuiltRobot, build_robot, link_of
+from addin_sdfusion.building.build_robot import BuiltRobot, build_robot, link_of
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import GroupSnapshot

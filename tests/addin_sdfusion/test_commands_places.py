@@ -204,8 +204,8 @@ def test_define_muscles_needs_no_masses_and_no_meshes(
 
 
 def test_findings_of_sdf_are_not_told_twice(fusion: Any) -> None:
-    from addin_sdfusion.build_robot import check_design
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.building.build_robot import check_design
+    from addin_sdfusion.fusion.design import read_design
 
     found: list[Finding] = check_design(read_design(designs.name_clash(), meshes=False))
     codes = [f.code for f in found if f.is_error]

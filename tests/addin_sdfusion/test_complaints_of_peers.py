@@ -11,7 +11,7 @@ from exported import Export, export, findings_of, press_export, read_design, run
 from fake_fusion import Builder, designs
 from fake_fusion.maths import rotation, translation
 
-from addin_sdfusion.build_robot import link_of
+from addin_sdfusion.building.build_robot import link_of
 from addin_sdfusion.robot.errors import RobotError
 from addin_sdfusion.robot.readers import read_robot
 

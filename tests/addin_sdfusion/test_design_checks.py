@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from small_designs import DesignSnapshot, arm, body, box, group, muscles, part, revolute, rigid, via
 
-from addin_sdfusion.build_robot import build_robot, check_design
+from addin_sdfusion.building.build_robot import build_robot, check_design
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
     GroupSnapshot,

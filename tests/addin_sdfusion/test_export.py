@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from robots import chain, planar_2r, random_robot
 from strategies import robots
 
-from addin_sdfusion.export import Exported, export_built
+from addin_sdfusion.exporting.export import Exported, export_built
 from addin_sdfusion.progress import Cancelled
 from addin_sdfusion.robot import (
     WORLD,
@@ -34,7 +34,7 @@ from addin_sdfusion.robot import (
     sdf_losses,
 )
 from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.readers.trajectories import read_trajectory, trajectory_names
+from addin_sdfusion.robot.readers.caspr.trajectories import read_trajectory, trajectory_names
 from addin_sdfusion.settings import ExportSettings
 
 ALL = ExportSettings()
@@ -326,7 +326,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from array import array
-from addin_sdfusion.export import export_built
+from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.robot import *
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import BodySnapshot, MeshSnapshot

@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from robots import chain, planar_2r
 from strategies import robots
 
-from addin_sdfusion.export import export_built
 from addin_sdfusion.exporting.experiment_text import (
     DURATION,
     can_run,
@@ -22,10 +21,11 @@ from addin_sdfusion.exporting.experiment_text import (
     experiment_text,
     gentle_motion,
 )
+from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.robot import Robot, RobotError
 from addin_sdfusion.settings import ExportSettings
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli import main
+from cardsflow_fmu.cli.main import main
 
 ALL = ExportSettings()
 

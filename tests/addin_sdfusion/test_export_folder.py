@@ -13,7 +13,7 @@ import pytest
 from built_stubs import built
 from robots import planar_2r
 
-from addin_sdfusion.export import export_built
+from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.exporting.own_files import MANIFEST
 from addin_sdfusion.exporting.robot_folder import PART, replacing
 from addin_sdfusion.robot import InputError, Robot, read_robot

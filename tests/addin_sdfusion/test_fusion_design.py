@@ -23,7 +23,7 @@ from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import DesignSnapshot, read_snapshot, write_snapshot
 
 with fake_fusion.modules():
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
 SEEDS = st.integers(0, 2**32)
 

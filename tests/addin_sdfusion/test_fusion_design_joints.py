@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from addin_sdfusion.snapshot import DesignSnapshot, JointSnapshot
 
 with fake_fusion.modules():
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
 API = CLASSES["adsk.fusion"]
 TRANSFORMS = ("Joint.geometryOneTransform", "Joint.geometryTwoTransform")

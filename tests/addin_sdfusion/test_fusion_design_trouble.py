@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from addin_sdfusion.snapshot import DesignSnapshot, snapshot_text
 
 with fake_fusion.modules():
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
 API = {**CLASSES["adsk.core"], **CLASSES["adsk.fusion"]}
 FAILURE = "2 : InternalValidationError : Utils::getObjectPath"

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addin_sdfusion.muscles import muscle_edits as edits
-from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
-from addin_sdfusion.muscles.muscle_attributes import (
+from addin_sdfusion.muscles import edits as edits
+from addin_sdfusion.muscles.attributes import (
     PointAttribute,
     WrapAttribute,
     muscles_text,
@@ -24,8 +23,10 @@ from addin_sdfusion.muscles.muscle_attributes import (
     settings_text,
     wrap_text,
 )
-from addin_sdfusion.muscles.muscle_csv import COLUMNS, csv_text, imported, read_csv
-from addin_sdfusion.muscles.muscle_rows import (
+from addin_sdfusion.muscles.csv_writer import COLUMNS, csv_text, imported, read_csv
+from addin_sdfusion.muscles.design_table import read_table
+from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
+from addin_sdfusion.muscles.rows import (
     MarkerRow,
     MuscleRow,
     MuscleTable,
@@ -34,10 +35,9 @@ from addin_sdfusion.muscles.muscle_rows import (
     WrapRow,
     WrapUse,
 )
-from addin_sdfusion.muscles.muscle_table import read_table
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding
-from addin_sdfusion.robot.muscle import CableModel
+from addin_sdfusion.robot.model.muscle import CableModel
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import DesignSnapshot, PointSnapshot, SurfaceSnapshot
 

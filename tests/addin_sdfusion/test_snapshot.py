@@ -108,7 +108,7 @@ SNAPSHOTS = st.builds(
 @pytest.fixture
 def snapshot() -> DesignSnapshot:
     with fake_fusion.install():
-        from addin_sdfusion.fusion_design import read_design
+        from addin_sdfusion.fusion.design import read_design
 
         return read_design(designs.things_to_pick())
 

@@ -13,9 +13,9 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.frame import HEADER_BYTES
-from cardsflow_fmu.hardware.server import serve
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.device.server import serve
+from cardsflow_fmu.hardware.protocol.frame import HEADER_BYTES
 
 COMMANDS, STATES = 4, 12
 SIGNATURE = 0x0123_4567_89AB_CDEF

@@ -16,7 +16,7 @@ from robots import EXAMPLES, chain, planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.simulation.run import simulate
 from controllers import ForceDistribution
 from sim_dart import CoreDynamics, DartDynamics, MusclePaths, Plant
 

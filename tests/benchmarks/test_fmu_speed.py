@@ -14,14 +14,14 @@ from robots import PLANAR_2R
 from wide_model import FEW, MANY, PORTS, WideModel
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu_calls import Fmi3Calls
-from cardsflow_fmu.fmu_file import write_fmu
-from cardsflow_fmu.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.fmi_calls import Fmi3Calls
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.participant import DirectParticipant, Participant
+from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.participants import DirectParticipant, Participant
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.simulation.run import build
 
 IN_PROCESS_LIMIT, WORKER_LIMIT, ARRAY_LIMIT = 1.5, 3.0, 2.0
 STEP = 1e-3

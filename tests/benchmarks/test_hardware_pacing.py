@@ -18,13 +18,8 @@ from interleaved import record
 from robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.hardware.pacing import (
-    Pacer,
-    real_time_priority,
-    timeliness,
-    without_collections,
-)
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, without_collections
+from cardsflow_fmu.simulation.run import simulate
 
 STEP, STEPS = 1e-3, 60_000
 ALLOWED_SHARE = 0.005  # of steps late by more than half a millisecond, without SCHED_FIFO
@@ -65,7 +60,7 @@ def test_pacing_at_1_khz_with_priority() -> None:
 def device(folder: Path, settings: dict[str, Any]) -> Iterator[str]:
     """The emulator in a process of its own; yields its address."""
     words = [word for key, value in settings.items() for word in ("--set", f"{key}={value!r}")]
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(folder), *words]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "device", str(folder), *words]
     command += ["--listen", "udp://127.0.0.1:0", "--duration", "120"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:

@@ -11,9 +11,9 @@ from interleaved import interleaved, record
 from robots import chain, planar_2r
 
 from addin_sdfusion.robot import CableModel, Robot
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core
-from sim_dart.muscle_laws import MuscleLaws
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core
+from sim_dart.muscles.laws import MuscleLaws
 
 RIGID, ELASTIC = 2.0, 25.0
 """Largest times with a muscle of Hill's type over those of ideal cables; see `kernel`."""

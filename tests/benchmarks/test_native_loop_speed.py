@@ -17,12 +17,12 @@ from interleaved import interleaved, record
 from robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu_instance import FmuInstance
-from cardsflow_fmu.foreign_fmu import fitting_wiring
-from cardsflow_fmu.master import Master
-from cardsflow_fmu.native_loop import NativeLoop
-from cardsflow_fmu.ports import load_signals
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.cosim.adapted_fmu import fitting_wiring
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.native.loop import NativeLoop
+from cardsflow_fmu.signals.ports import load_signals
+from cardsflow_fmu.simulation.run import build
 from sim_dart import Plant
 
 MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 60.0, 90.0, 1.8  # times real time; times one thread

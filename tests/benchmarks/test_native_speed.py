@@ -19,7 +19,7 @@ from robots import EXAMPLES, chain, planar_2r
 
 from addin_sdfusion.robot import Joint, Robot, read_robot
 from sim_dart import compile_blob
-from sim_dart.core import Core, library
+from sim_dart.core.library import Core, library
 
 STEP = 1e-3
 LOOP_LIMIT, CALL_LIMIT, THREADS_LIMIT = 4.0, 2.0, 1.8

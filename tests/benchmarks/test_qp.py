@@ -16,9 +16,9 @@ import qpsolvers
 from interleaved import interleaved, record
 
 from controllers import ForceDistribution
-from controllers.box_problem import BoxProblem
-from controllers.dual_newton import SOLVED, DualNewton
-from controllers.qp import BoxSolver
+from controllers.qp.dual_newton import SOLVED, DualNewton
+from controllers.qp.problem import BoxProblem
+from controllers.qp.solver import BoxSolver
 
 SIZES = {
     "joint space, 4/2": (4, 2, 0),

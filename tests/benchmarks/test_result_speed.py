@@ -10,12 +10,13 @@ import pytest
 from interleaved import interleaved, record
 from robots import PLANAR_2R
 
-from cardsflow_fmu import Experiment, row_store
-from cardsflow_fmu.journal import Journal
-from cardsflow_fmu.output import OutputFolder
-from cardsflow_fmu.plots_by_name import plot
-from cardsflow_fmu.results import SystemResult
-from cardsflow_fmu.simulation import _simulate
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.report.figures import plot
+from cardsflow_fmu.results import row_store
+from cardsflow_fmu.results.folder import OutputFolder
+from cardsflow_fmu.results.journal import Journal
+from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.simulation.run import _simulate
 
 ROWS, COLUMNS = 30_000, 60
 

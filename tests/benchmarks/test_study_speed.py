@@ -18,7 +18,7 @@ from interleaved import record
 from small_studies import small_study
 
 from cardsflow_fmu.studies import run_study
-from cardsflow_fmu.studies.crew import process_crew
+from cardsflow_fmu.studies.execution.executors import process_crew
 
 RUNS, ROUNDS = 200, 2
 QUIET = 0.5

@@ -12,7 +12,7 @@ from robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot
 from controllers import ControlLoop, JointSpaceController, OperationalSpaceController, Posture
-from controllers.qp import DUAL_NEWTON
+from controllers.qp.solver import DUAL_NEWTON
 from sim_dart import DartDynamics
 
 RIVALS = [name for name in ("daqp", "quadprog", "proxqp") if name in qpsolvers.available_solvers]

@@ -10,7 +10,7 @@ from interleaved import interleaved, record
 from worlds import two_link_arm
 
 from addin_sdfusion.robot import Pose, Robot
-from addin_sdfusion.robot.combine import Member, combine
+from addin_sdfusion.robot.transforms.combine import Member, combine
 from sim_dart import Plant
 from sim_dart.scene import Ground, Scene
 

@@ -12,7 +12,7 @@ from interleaved import interleaved, record
 from robots import chain
 
 from addin_sdfusion.robot import Pose, Robot, Wrap, WrapSurface
-from addin_sdfusion.robot.muscle import WrapShape
+from addin_sdfusion.robot.model.muscle import WrapShape
 from sim_dart import MusclePaths
 
 LIMIT = 1.6

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Self
 
 from cardsflow_fmu.models.model import FloatArray, FmuModel
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.signals.ports import Port
 
 FEW, MANY = 4, 60
 

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from cardsflow_fmu.models.model import FloatArray, FmuModel
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.signals.ports import Port
 
 PORTS = (
     Port("u.a", "N", "input", "continuous", "Force on a"),

@@ -13,11 +13,11 @@ from fmpy import fmi2
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.muscle_ports import driven_muscles, ideal_muscles, state_order
-from cardsflow_fmu.native import NativeModel, _encode, _plant_settings, _robot_settings
-from cardsflow_fmu.ports import plant_ports
+from cardsflow_fmu.native.model_file import NativeModel, _encode, _plant_settings, _robot_settings
+from cardsflow_fmu.signals.muscles import driven_muscles, ideal_muscles, state_order
+from cardsflow_fmu.signals.ports import plant_ports
 from sim_dart import compile_blob
 
 FloatArray = NDArray[np.float64]

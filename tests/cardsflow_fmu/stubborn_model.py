@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Self
 
 from cardsflow_fmu.models.model import FloatArray, FmuModel
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.signals.ports import Port
 
 WELL, SLEEP, EXIT, CRASH, RAISE, HOLD = range(6)
 

@@ -17,7 +17,7 @@ from addin_sdfusion.robot import Finding, InputError, Subject
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import DesignSnapshot, write_snapshot
 from cardsflow_fmu import addin
-from cardsflow_fmu.cli import main
+from cardsflow_fmu.cli.main import main
 
 DOUBT = Finding("warning", "doubt", "joint 'a' is suppressed", Subject("joint", "a"))
 WRONG = Finding("error", "wrong", "joint 'a' is broken", Subject("joint", "a"))
@@ -36,7 +36,7 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[DesignSnapshot]:
 
     module = ModuleType("build_robot")
     module.build_robot = build_robot  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "addin_sdfusion.build_robot", module)
+    monkeypatch.setitem(sys.modules, "addin_sdfusion.building.build_robot", module)
     return seen
 
 
@@ -252,11 +252,12 @@ def test_the_packed_add_in_works_alone(tmp_path):
     """Unpacked anywhere, with the standard library only."""
     with zipfile.ZipFile(addin.zip_addin(tmp_path / "addin.zip")) as archive:
         archive.extractall(tmp_path)
-    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import addin_sdfusion.export as e"
+    path = f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
+    script = f"{path}; import addin_sdfusion.exporting.export as e"
     command = [sys.executable, "-I", "-S", "-c", f"{script}; print(e.__file__)"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.stderr == ""
-    assert Path(done.stdout.strip()).parent == tmp_path / "addin_sdfusion"
+    assert Path(done.stdout.strip()).parent == tmp_path / "addin_sdfusion" / "exporting"
 
 
 def test_what_fusion_needs_is_installed_and_installed_again(tmp_path):

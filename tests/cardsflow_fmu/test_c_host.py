@@ -12,9 +12,9 @@ import pytest
 from fmu_host import OUTPUTS, STEP, run
 from toy_model import REFERENCES, ToyModel
 
-from cardsflow_fmu.experiment import Experiment
+from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.simulation.run import build
 
 STEPS = 1000
 KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # what sanitized builds need

@@ -25,12 +25,12 @@ from robots import EXAMPLES, PLANAR_2R
 from small_studies import KP, write_study
 
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.cli import _parser, main
-from cardsflow_fmu.cli_parts import EXIT_CODES
-from cardsflow_fmu.interruption import interruptible, terminable
+from cardsflow_fmu.cli.common import EXIT_CODES
+from cardsflow_fmu.cli.main import _parser, main
+from cardsflow_fmu.utils.interrupts import interruptible, terminable
 
 SHORT = ["--set", "run.duration=0.05"]
-CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli"]
+CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli.main"]
 ROBOT = str(PLANAR_2R / "robot")
 
 

@@ -21,16 +21,16 @@ from robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import write_sdf
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.errors import HardwareError
-from cardsflow_fmu.hardware.frame import Flag
-from cardsflow_fmu.hardware.hello import Hello
-from cardsflow_fmu.hardware.recording import Recorder, RecordingHeader, read_recording
-from cardsflow_fmu.hardware.status import Event, Status
-from cardsflow_fmu.hardware.udp import UdpLink
-from cardsflow_fmu.ports import muscle_signals
-from cardsflow_fmu.simulation import RunError, run, simulate
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.device.status import Event, Status
+from cardsflow_fmu.hardware.links.udp import UdpLink
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.frame import Flag
+from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader, read_recording
+from cardsflow_fmu.signals.ports import muscle_signals
+from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 FREE = ["--listen", "udp://127.0.0.1:0"]
 SECONDS = 20
@@ -69,7 +69,7 @@ class Served:
 
 @contextmanager
 def served(*words: str, **environment: str) -> Iterator[Served]:
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", *words, "--json"]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *words, "--json"]
     command += [] if "--listen" in words else FREE
     with subprocess.Popen(
         command,

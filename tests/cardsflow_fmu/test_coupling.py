@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.coupling import Coupling
-from cardsflow_fmu.master import Master
-from cardsflow_fmu.units import KNOWN_UNITS, Conversion
+from cardsflow_fmu.cosim.coupling import Coupling
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion
 
 H, STEPS = 0.1, 20
 LAMBDA = -0.8

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu import Experiment, build, cross
+from cardsflow_fmu import Experiment, build
+from cardsflow_fmu.fmu import platforms as cross
 from cardsflow_fmu.runtime import library, sources
 from cardsflow_fmu.runtime.library import library_path, this_platform
 

@@ -10,7 +10,7 @@ from robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.simulation.run import simulate
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from fmu_host import refused
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.model import FloatArray, FmuModel
 from cardsflow_fmu.models.plant import PlantModel

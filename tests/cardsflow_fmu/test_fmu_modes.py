@@ -14,7 +14,7 @@ from stubborn_model import RAISE
 from toy_model import REFERENCES, OtherToyModel, ToyModel
 from worker_host import opened_stubborn, put, start, sums, unpack_stubborn, value
 
-from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.fmu.writer import write_fmu
 
 pytestmark = pytest.mark.native
 
@@ -23,7 +23,7 @@ REPEATS = int(os.environ.get("CARDSFLOW_TEST_REPEATS", "10"))
 EQUAL_NAMES = """
 from pathlib import Path
 from cardsflow_fmu.models.model import FmuModel
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.signals.ports import Port
 
 PORTS = (Port("y", "", "output", "discrete", "Which one"),)
 

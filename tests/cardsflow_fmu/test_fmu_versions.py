@@ -18,9 +18,9 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from cardsflow_fmu import Experiment, __version__, build
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.model_description import FmiVersion
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.simulation.run import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCHEMAS = Path(fmpy.__file__).parent / "schema/fmi3"

@@ -13,9 +13,9 @@ from foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.model_description import FmiVersion
-from cardsflow_fmu.results import Result
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.simulation.run import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples/planar_2r"
 LEVERS = np.array([[0.1, -0.1, 0.05, -0.05], [0.0, 0.02, 0.1, -0.1]])

@@ -24,9 +24,9 @@ from hardware_devices import (
 from hardware_fuzz import FRAMES, bad_frames, with_checksum
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.device import PATIENCE, Device
-from cardsflow_fmu.hardware.frame import Flag, Frame, Keys, Kind, pack, unpack
-from cardsflow_fmu.hardware.hello import ErrorCode, Hello, whole
+from cardsflow_fmu.hardware.device.device import PATIENCE, Device
+from cardsflow_fmu.hardware.protocol.frame import Flag, Frame, Keys, Kind, pack, unpack
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello, whole
 
 PEER, OTHER = ("127.0.0.1", 4000), ("127.0.0.1", 4001)
 PULL = np.array([3.0, 20.0, 50.0])

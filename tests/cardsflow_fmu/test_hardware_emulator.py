@@ -13,13 +13,13 @@ from robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.hardware.drives import force_bounds
-from cardsflow_fmu.hardware.emulator import EmulatedRobot
-from cardsflow_fmu.hardware.motors import MotorMap
-from cardsflow_fmu.hardware.sensors import SensorSettings
-from cardsflow_fmu.hardware.settings import CommandKind, MotorSettings
-from cardsflow_fmu.ports import coordinate_signals, muscle_signals
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.experiment.hardware_settings import CommandKind, MotorSettings
+from cardsflow_fmu.hardware.emulator.drives import force_bounds
+from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
+from cardsflow_fmu.hardware.session.motors import MotorMap
+from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
+from cardsflow_fmu.simulation.run import simulate
 from controllers import SpringMotors
 
 STEP = 1e-3

@@ -17,13 +17,13 @@ from robots import PLANAR_2R
 from worker_host import eventually
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu_instance import FmuInstance
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.emulated_device import emulated_device
-from cardsflow_fmu.hardware.server import DeviceServer
-from cardsflow_fmu.hardware.session import RUNNING, STOPPED
-from cardsflow_fmu.model_description import FmiVersion
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.device.server import DeviceServer
+from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+from cardsflow_fmu.hardware.session.session import RUNNING, STOPPED
+from cardsflow_fmu.simulation.run import build
 
 FMI = ("2.0", "3.0")
 H = 1e-3

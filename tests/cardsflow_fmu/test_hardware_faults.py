@@ -14,11 +14,11 @@ from virtual_link import World, live_in
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.hardware.faults import Faults, FaultyChannel
-from cardsflow_fmu.hardware.frame import Frame, Kind, pack, unpack
-from cardsflow_fmu.hardware.hello import ErrorCode, Hello
-from cardsflow_fmu.ports import coordinate_signals, muscle_signals
-from cardsflow_fmu.simulation import RunError, simulate
+from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyChannel
+from cardsflow_fmu.hardware.protocol.frame import Frame, Kind, pack, unpack
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello
+from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
+from cardsflow_fmu.simulation.run import RunError, simulate
 
 FRAMES = 4000
 STEP = 1e-3

@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.cobs import Unstuffer, decode, encode
-from cardsflow_fmu.hardware.frame import (
+from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, decode, encode
+from cardsflow_fmu.hardware.protocol.frame import (
     HEADER,
     MOST_VALUES,
     Flag,
@@ -31,8 +31,8 @@ from cardsflow_fmu.hardware.frame import (
     pack,
     unpack,
 )
-from cardsflow_fmu.hardware.hello import ErrorCode, Hello
-from cardsflow_fmu.hardware.signature import port_signature
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello
+from cardsflow_fmu.hardware.protocol.signature import port_signature
 
 PROTOCOL = Path(__file__).parents[2] / "docs/hardware_protocol.md"
 KEY = b"0123456789abcdef"

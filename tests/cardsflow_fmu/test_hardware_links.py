@@ -30,16 +30,24 @@ from hardware_devices import (
 from hardware_fuzz import FRAMES, bad_frames
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.cobs import Unstuffer, encode
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.errors import HardwareError
-from cardsflow_fmu.hardware.faults import Faults, FaultyWay
-from cardsflow_fmu.hardware.frame import MOST_BYTES, Flag, Frame, FrameError, Kind, pack, unpack
-from cardsflow_fmu.hardware.framed_link import FramedLink
-from cardsflow_fmu.hardware.link import Exchange, HardwareLink, Hello, open_link
-from cardsflow_fmu.hardware.serial_link import SerialLink
-from cardsflow_fmu.hardware.server import DeviceServer, serve
-from cardsflow_fmu.hardware.udp import UdpLink, is_loopback, udp_address
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.device.server import DeviceServer, serve
+from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyWay
+from cardsflow_fmu.hardware.links.framed_link import FramedLink
+from cardsflow_fmu.hardware.links.link import Exchange, HardwareLink, Hello, open_link
+from cardsflow_fmu.hardware.links.serial import SerialLink
+from cardsflow_fmu.hardware.links.udp import UdpLink, is_loopback, udp_address
+from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, encode
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.frame import (
+    MOST_BYTES,
+    Flag,
+    Frame,
+    FrameError,
+    Kind,
+    pack,
+    unpack,
+)
 
 PULL = np.array([3.0, 20.0, 50.0])
 SOON = 0.5

@@ -17,19 +17,25 @@ from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.hardware import opening
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.emulated_device import emulated_device
-from cardsflow_fmu.hardware.errors import HardwareError
-from cardsflow_fmu.hardware.frame import Flag
-from cardsflow_fmu.hardware.hello import Hello
-from cardsflow_fmu.hardware.link import Exchange
-from cardsflow_fmu.hardware.safety import TripError
-from cardsflow_fmu.hardware.session import HOLDING, RUNNING, STARTING, STOPPED, HardwareSession
-from cardsflow_fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+from cardsflow_fmu.hardware.links.link import Exchange
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.frame import Flag
+from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.session import connect as opening
+from cardsflow_fmu.hardware.session.safety import TripError
+from cardsflow_fmu.hardware.session.session import (
+    HOLDING,
+    RUNNING,
+    STARTING,
+    STOPPED,
+    HardwareSession,
+)
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation import build, simulate
+from cardsflow_fmu.simulation.run import build, simulate
 
 FMI = ("2.0", "3.0")
 ARM = EXAMPLES / "roboy_left_arm"

@@ -19,15 +19,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.errors import HardwareError
-from cardsflow_fmu.hardware.recording import (
+from cardsflow_fmu.hardware.emulator.replay import ReplayedRobot
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.recording import (
     MISSED,
     HardwareRecording,
     Recorder,
     RecordingHeader,
     read_recording,
 )
-from cardsflow_fmu.hardware.replay import ReplayedRobot
 
 STEP = 1e-3
 HEADER = RecordingHeader(
@@ -249,8 +249,8 @@ import sys, time
 sys.path[:0] = [{tests!r}]
 import numpy as np
 from test_hardware_recording import HEADER, Came
-from cardsflow_fmu.hardware.errors import HardwareError
-from cardsflow_fmu.hardware.recording import Recorder
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.recording import Recorder
 recorder = Recorder({file!r}, HEADER)
 for k in range(500):
     recorder.write(k * 1e-3, np.full(2, k), Came(np.full(3, -k), k))

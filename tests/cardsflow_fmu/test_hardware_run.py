@@ -22,18 +22,18 @@ from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.hardware.emulated_device import emulated_device
-from cardsflow_fmu.hardware.key import key_warning, read_key
-from cardsflow_fmu.hardware.opening import KEY_FILE, LINK, RECORDING, environment
-from cardsflow_fmu.hardware.recording import RECORDING_FILE, read_recording
-from cardsflow_fmu.hardware.server import DeviceServer
-from cardsflow_fmu.hardware.settings import HardwareSettings
-from cardsflow_fmu.hardware_run import with_approach
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.hardware.device.server import DeviceServer
+from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, read_recording
+from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, environment
+from cardsflow_fmu.hardware.session.paced_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation import build, run, simulate
-from cardsflow_fmu.summary_html import summary_tables
-from cardsflow_fmu.system_run import simulate_system
+from cardsflow_fmu.report.summary_html import summary_tables
+from cardsflow_fmu.simulation.run import build, run, simulate
+from cardsflow_fmu.ssp.run import simulate_system
+from cardsflow_fmu.utils.key_file import key_warning, read_key
 
 SHORT = {"run.duration": 0.05}
 LOCKSTEP = SHORT | {
@@ -509,7 +509,7 @@ def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> N
         silent.bind(("127.0.0.1", 0))
         silent.settimeout(60.0)
         uri = f"udp://127.0.0.1:{silent.getsockname()[1]}"
-        command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R)]
+        command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "run", str(PLANAR_2R)]
         command += ["--hardware", uri, "-o", str(out)]
         with subprocess.Popen(
             command,
@@ -544,7 +544,7 @@ def test_whatever_ends_a_run_the_robot_ends_safe(
     settings = words(
         {"hardware.ramp_down": 0.1, "hardware.max_missed": 1000, "hardware.watchdog": 0.5}
     )
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), *settings]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "run", str(PLANAR_2R), *settings]
     command += ["--hardware", served.uri, "-o", str(out)]
     device = served.device
     environment_ = os.environ | {"CARDSFLOW_FMU_HOST": host}

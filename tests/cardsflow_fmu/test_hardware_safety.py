@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from robots import planar_2r, random_robot
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.errors import HardwareError
-from cardsflow_fmu.hardware.holding import holding_forces
-from cardsflow_fmu.hardware.motors import MotorMap
-from cardsflow_fmu.hardware.safety import Guard, TripError
-from cardsflow_fmu.hardware.settings import MotorSettings, SafetySettings
+from cardsflow_fmu.experiment.hardware_settings import MotorSettings, SafetySettings
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.session.gravity_compensation import holding_forces
+from cardsflow_fmu.hardware.session.motors import MotorMap
+from cardsflow_fmu.hardware.session.safety import Guard, TripError
 from controllers import SpringMotors
 from sim_dart import DartDynamics
 

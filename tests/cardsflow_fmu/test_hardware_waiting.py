@@ -11,8 +11,8 @@ from contextlib import closing
 
 import pytest
 
-from cardsflow_fmu.hardware import waiting
-from cardsflow_fmu.hardware.waiting import Waiter
+from cardsflow_fmu.hardware.links import datagram_wait as waiting
+from cardsflow_fmu.hardware.links.datagram_wait import Waiter
 
 LOOK, SOON, WAKING = 1e-6, 20e-6, 30e-6
 """How long it takes to look once, for an answer to come, and to be woken, in [s]."""

@@ -8,8 +8,8 @@ from robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.info import fmu_info, robot_info
+from cardsflow_fmu.analysis.info import fmu_info, robot_info
+from cardsflow_fmu.cli.main import main
 
 
 def test_the_planar_arm_is_what_its_files_say() -> None:

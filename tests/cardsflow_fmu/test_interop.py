@@ -11,13 +11,13 @@ import pytest
 from bare_environment import BareEnvironment
 
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.fmu_instance import FmuInstance
-from cardsflow_fmu.model_description import FmiVersion
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.wiring import connect
+from cardsflow_fmu.fmu.model_description import FmiVersion
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.ssp_reader import read_system, unpack_ssp
-from cardsflow_fmu.system_run import simulate_system
-from cardsflow_fmu.wiring import connect
+from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
+from cardsflow_fmu.ssp.run import simulate_system
 
 IMPORTERS = Path(__file__).parent / "importers"
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -17,13 +17,14 @@ import pytest
 from robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu import Experiment, row_store, run
-from cardsflow_fmu.journal import STARTED, Journal
-from cardsflow_fmu.output import OutputFolder
-from cardsflow_fmu.results import SystemResult
-from cardsflow_fmu.row_store import RowStore
-from cardsflow_fmu.saved_run import opened_run, read_results
-from cardsflow_fmu.simulation import RunError
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.results import row_store
+from cardsflow_fmu.results.folder import OutputFolder
+from cardsflow_fmu.results.journal import STARTED, Journal
+from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.row_store import RowStore
+from cardsflow_fmu.results.saved_run import opened_run, read_results
+from cardsflow_fmu.simulation.run import RunError
 
 NAMES = ("time", "q.a", "q.b")
 SUMMARY = {"status": "incomplete", "error": str(STARTED), "versions": {"cardsflow": "1"}}
@@ -93,7 +94,7 @@ def test_old_results_stay_until_a_run_begins(
     def broken(self: Any, *_: Any) -> None:
         raise InputError("does not start")
 
-    monkeypatch.setattr("cardsflow_fmu.made_master.PlantModel.__init__", broken)
+    monkeypatch.setattr("cardsflow_fmu.simulation.participants.PlantModel.__init__", broken)
     with pytest.raises(InputError, match="does not start"):
         run(experiment, tmp_path, through="direct")
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
@@ -113,7 +114,7 @@ def test_a_full_disk_ends_the_run_with_whole_lines(
             room[0] -= taken
             return write(self, data[:taken])
 
-    monkeypatch.setattr("cardsflow_fmu.journal.FileIO", Full)
+    monkeypatch.setattr("cardsflow_fmu.results.journal.FileIO", Full)
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 2.0})
     with pytest.raises(RunError, match="cannot be written: No space left") as error:
         run(experiment, tmp_path, through="direct")
@@ -153,7 +154,7 @@ def test_a_large_table_is_a_file_without_a_name(
 _GROWTH = """
 import sys
 from pathlib import Path
-from cardsflow_fmu.row_store import RowStore
+from cardsflow_fmu.results.row_store import RowStore
 
 def resident():
     line = next(l for l in open("/proc/self/status") if l.startswith("VmRSS"))
@@ -195,7 +196,15 @@ def test_what_a_killed_run_could_not_say_is_told_when_it_is_read(tmp_path: Path)
 @pytest.mark.parametrize("after", [0.0, 0.3, 0.7])
 def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, after: float) -> None:
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), "-o", str(out)]
+    command = [
+        sys.executable,
+        "-m",
+        "cardsflow_fmu.cli.main",
+        "run",
+        str(PLANAR_2R),
+        "-o",
+        str(out),
+    ]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
         begin = time.monotonic()
         while not (out / "results.csv").exists():

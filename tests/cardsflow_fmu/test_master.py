@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
-from cardsflow_fmu.master import Master
+from cardsflow_fmu.cosim.master import Master
 
 
 class Stub:

@@ -7,9 +7,9 @@ import pytest
 from toy_model import PORTS
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.model_description import FmuDescription, model_description
-from cardsflow_fmu.ports import Port
-from cardsflow_fmu.variables import scalar_variables
+from cardsflow_fmu.fmu.model_description import FmuDescription, model_description
+from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.variables import scalar_variables
 
 INPUT = Port("f.biceps", "N", "input", "continuous", "Force of biceps", 0.1)
 

@@ -11,7 +11,7 @@ from robots import PLANAR_2R
 from worlds import two_link_arm
 
 from addin_sdfusion.robot import WORLD, CableSet, Muscle, ViaPoint, write_sdf
-from cardsflow_fmu.cli import main
+from cardsflow_fmu.cli.main import main
 
 
 @pytest.fixture

@@ -30,11 +30,11 @@ from robots import EXAMPLES, random_robot
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.native import NativeModel, _encode, _plant_settings, _robot_settings
-from cardsflow_fmu.ports import Port, plant_ports
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.native.model_file import NativeModel, _encode, _plant_settings, _robot_settings
+from cardsflow_fmu.signals.ports import Port, plant_ports
+from cardsflow_fmu.simulation.run import build
 from sim_dart import CoreDynamics, compile_blob
 
 

@@ -17,9 +17,9 @@ from fmpy.validation import validate_fmu
 from robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.model_description import FmiVersion
-from cardsflow_fmu.ssp_reader import read_system, unpack_ssp
-from cardsflow_fmu.system_run import simulate_system
+from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
+from cardsflow_fmu.ssp.run import simulate_system
 
 IMPORTERS = Path(__file__).parent / "importers"
 STEP, STEPS = 5e-3, 60

@@ -12,10 +12,10 @@ from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.master import Recording
-from cardsflow_fmu.native_loop import NativeLoop, run_batch
-from cardsflow_fmu.results import Result
-from cardsflow_fmu.simulation import RunError, run, simulate
+from cardsflow_fmu.cosim.master import Recording
+from cardsflow_fmu.native.loop import NativeLoop, run_batch
+from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 pytestmark = pytest.mark.native
 

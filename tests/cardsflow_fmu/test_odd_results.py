@@ -13,7 +13,7 @@ import pytest
 from robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli import main
+from cardsflow_fmu.cli.main import main
 
 Change = Callable[[Path], object]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.output import OutputFolder
+from cardsflow_fmu.results.folder import OutputFolder
 
 
 def test_a_folder_that_was_made_goes_again_unless_results_are_written(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardsflow_fmu.hardware.pacing import (
+from cardsflow_fmu.cosim.pacing import (
     Pacer,
     describe_timeliness,
     real_time_priority,

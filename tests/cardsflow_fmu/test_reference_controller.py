@@ -22,10 +22,10 @@ from worker_host import eventually
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.emulated_device import emulated_device
-from cardsflow_fmu.hardware.server import DeviceServer
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.device.server import DeviceServer
+from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+from cardsflow_fmu.simulation.run import simulate
 
 ROOT = EXAMPLES.parent
 FOLDER = EXAMPLES / "hardware_in_the_loop"

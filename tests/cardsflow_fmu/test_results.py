@@ -17,13 +17,13 @@ from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.compare import compare, compare_results
-from cardsflow_fmu.curves import KINDS, all_panels, panels_of
-from cardsflow_fmu.plots_by_name import figure_of, plot
-from cardsflow_fmu.report import report, report_page
-from cardsflow_fmu.results import SystemResult
-from cardsflow_fmu.saved_run import is_run, read_results
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.report.figures import figure_of, plot
+from cardsflow_fmu.report.page import report, report_page
+from cardsflow_fmu.report.panels import KINDS, all_panels, panels_of
+from cardsflow_fmu.results.compare import compare, compare_results
+from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.saved_run import is_run, read_results
 
 
 @pytest.fixture(scope="module")
@@ -330,6 +330,6 @@ def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) ->
 
 def test_help_has_an_example() -> None:
     for name in ("plot", "compare", "report"):
-        command = [sys.executable, "-m", "cardsflow_fmu.cli", name, "--help"]
+        command = [sys.executable, "-m", "cardsflow_fmu.cli.main", name, "--help"]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         assert f"example:\n  cardsflow {name} " in done.stdout

@@ -17,9 +17,9 @@ from fmpy.validation import validate_fmu
 from fmu_host import refused
 
 from addin_sdfusion.robot import SimulationError, UnknownNameError
-from cardsflow_fmu.fmu_file import write_fmu
-from cardsflow_fmu.fmu_instance import FmuInstance
-from cardsflow_fmu.participants import DirectParticipant
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.participant import DirectParticipant
+from cardsflow_fmu.fmu.writer import write_fmu
 
 pytestmark = pytest.mark.native
 

@@ -13,13 +13,14 @@ from jsonschema import Draft202012Validator
 from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu import experiment_forms, world_reader
-from cardsflow_fmu.experiment_forms import EXPERIMENT
-from cardsflow_fmu.experiment_reader import read_experiment
-from cardsflow_fmu.forms import ANYTHING, Form, form_at
-from cardsflow_fmu.json_schema import schema
-from cardsflow_fmu.studies.study_forms import STUDY
-from cardsflow_fmu.studies.study_reader import read_study
+from cardsflow_fmu.cli.json_schema import schema
+from cardsflow_fmu.config.schema import ANYTHING, Form, form_at
+from cardsflow_fmu.experiment import schema as experiment_forms
+from cardsflow_fmu.experiment import world as world_reader
+from cardsflow_fmu.experiment.reader import read_experiment
+from cardsflow_fmu.experiment.schema import EXPERIMENT
+from cardsflow_fmu.studies.definition.reader import read_study
+from cardsflow_fmu.studies.definition.schema import STUDY
 
 EXPERIMENTS = sorted(file.parent for file in EXAMPLES.glob("*/experiment.toml"))
 STUDIES = sorted((EXAMPLES / "design_study").glob("*.toml"))
@@ -97,8 +98,8 @@ def written(path: Path_) -> str:
 
 def read_data(data: dict[str, Any], file: Path) -> None:
     """Read an experiment as data of the planar arm's file."""
-    from cardsflow_fmu.experiment_reader import _experiment
-    from cardsflow_fmu.tables import Table
+    from cardsflow_fmu.config.table import Table
+    from cardsflow_fmu.experiment.reader import _experiment
 
     top = Table(data, file, form=EXPERIMENT)
     top.refuse_unknown()
@@ -121,7 +122,7 @@ def test_an_unknown_key_is_refused_by_schema_and_reader(path: Path_) -> None:
 
 @pytest.mark.parametrize("path", list(tables(STUDY)), ids=written)
 def test_an_unknown_key_of_a_study_is_refused_by_both(path: Path_) -> None:
-    from cardsflow_fmu.tables import Table
+    from cardsflow_fmu.config.table import Table
 
     file = STUDIES[0]
     data = with_key(content(file), path, "nonsense", 1.0)
@@ -276,7 +277,7 @@ def test_what_the_reader_takes_the_schema_takes(name: str) -> None:
 def test_names_that_stand_in_forms_are_those_that_are_read() -> None:
     from typing import get_args
 
-    from cardsflow_fmu.experiment import Rule
+    from cardsflow_fmu.experiment.experiment import Rule
     from sim_dart.scene import FrictionLaw, LinkGeometry
 
     assert list(experiment_forms.SHAPES) == list(world_reader._KINDS)

@@ -11,13 +11,13 @@ from robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.experiment import FlowerSettings
+from cardsflow_fmu.analysis.sizing import bottlenecks, reference_motion, size, size_robot
+from cardsflow_fmu.analysis.sizing_report import describe_sizes
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.experiment.experiment import FlowerSettings
 from cardsflow_fmu.models.reference import make_reference
-from cardsflow_fmu.sizing import bottlenecks, reference_motion, size, size_robot
-from cardsflow_fmu.sizing_report import describe_sizes
-from controllers.distributions import minimum_infinity_norm
-from controllers.inverse_dynamics import motion_terms, size_muscles
+from controllers.analysis.inverse_dynamics import motion_terms, size_muscles
+from controllers.force_distribution.methods import minimum_infinity_norm
 from sim_dart import DartDynamics
 
 LEFT_ARM = EXAMPLES / "roboy_left_arm"

@@ -18,11 +18,11 @@ from lxml import etree
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, build
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.simulation import simulate
-from cardsflow_fmu.ssp_reader import read_system, unpack_ssp
-from cardsflow_fmu.system_run import simulate_system
-from cardsflow_fmu.units import KNOWN_UNITS, conversion
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.signals.units import KNOWN_UNITS, conversion
+from cardsflow_fmu.simulation.run import simulate
+from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
+from cardsflow_fmu.ssp.run import simulate_system
 
 EXAMPLE = Path(__file__).parents[2] / "examples/planar_2r"
 SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"

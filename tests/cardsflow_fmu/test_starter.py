@@ -15,9 +15,9 @@ from robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, RobotError, write_caspr, write_sdf
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.json_schema import schema
-from cardsflow_fmu.starter import init
+from cardsflow_fmu.cli.json_schema import schema
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.experiment.template import init
 
 ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "robot").is_dir())
 VALID = Draft202012Validator(schema())
@@ -94,7 +94,7 @@ def test_odd_names_are_written_so_that_they_read_back(name: str, tmp_path: Path)
     robot = planar_2r()
     muscles = [replace(m, name=f"{name}{k}") for k, m in enumerate(robot.muscles)]
     odd = replace(robot.with_muscles(muscles), name=name)
-    from cardsflow_fmu.starter import experiment_text
+    from cardsflow_fmu.experiment.template import experiment_text
 
     data = tomllib.loads(experiment_text(odd, f"robots/{name}"))
     assert data["robot"]["path"] == f"robots/{name}"

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.units import KNOWN_UNITS, Conversion, Unit, conversion
+from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
 
 CELSIUS = Unit("degC", KNOWN_UNITS["m"].exponents, 1.0, 273.15)
 FAHRENHEIT = Unit("degF", KNOWN_UNITS["m"].exponents, 5 / 9, 273.15 - 32 * 5 / 9)

@@ -19,10 +19,11 @@ from robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.simulation import simulate
-from cardsflow_fmu.viewer import Motion, Stage, live, motion_of
-from cardsflow_fmu.viewer.page_data import Act
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.simulation.run import simulate
+from cardsflow_fmu.viewer import Motion, Stage, motion_of
+from cardsflow_fmu.viewer.html.page_data import Act
+from cardsflow_fmu.viewer.live import live
 from sim_dart import MusclePaths
 
 
@@ -41,7 +42,7 @@ def opened() -> Iterator[Any]:
 
 
 def cardsflow(*words: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *map(str, words)]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
 
@@ -126,7 +127,7 @@ def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
         seen.append(len(rows))
         follow(names, rows)
 
-    from cardsflow_fmu.simulation import _simulate
+    from cardsflow_fmu.simulation.run import _simulate
 
     result, _ = _simulate(experiment, {}, None, time.perf_counter(), watch=watch)
     assert seen == [128, 256, 384, 512, 640, 768, 896]

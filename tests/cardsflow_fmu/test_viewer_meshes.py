@@ -11,8 +11,8 @@ from robots import planar_2r
 
 from addin_sdfusion.robot import Mesh, Pose, Robot
 from cardsflow_fmu.viewer import Motion, Stage
-from cardsflow_fmu.viewer import shapes as s
-from cardsflow_fmu.viewer.meshes import MOST_FACES, link_meshes, simplified
+from cardsflow_fmu.viewer.scene import shapes as s
+from cardsflow_fmu.viewer.scene.meshes import MOST_FACES, link_meshes, simplified
 
 
 def arm_with(*meshes: Mesh) -> Robot:

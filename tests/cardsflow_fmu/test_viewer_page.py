@@ -17,9 +17,9 @@ from robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
-from cardsflow_fmu.viewer import shapes as s
-from cardsflow_fmu.viewer.page import replay_page
-from cardsflow_fmu.viewer.page_data import Act
+from cardsflow_fmu.viewer.html.page import replay_page
+from cardsflow_fmu.viewer.html.page_data import Act
+from cardsflow_fmu.viewer.scene import shapes as s
 from cardsflow_fmu.viewer.view import write_page
 
 

@@ -19,11 +19,11 @@ from worlds import write_box_mesh
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.viewer import shapes as s
-from cardsflow_fmu.viewer.page_data import Act
-from cardsflow_fmu.viewer.stage_view import view_of
-from cardsflow_fmu.viewer.surroundings import box_triangles
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.viewer.html.page_data import Act
+from cardsflow_fmu.viewer.scene import shapes as s
+from cardsflow_fmu.viewer.scene.camera import view_of
+from cardsflow_fmu.viewer.scene.environment import box_triangles
 from cardsflow_fmu.viewer.view import act_of, acts_of, write_page, write_recording
 
 G = 9.81
@@ -200,7 +200,7 @@ def test_a_recording_opens_no_connection(falling: tuple[Path, Result], tmp_path:
     calls = tmp_path / "calls"
     trace = ["strace", "-f", "-e", "trace=socket,connect,sendto", "-o", str(calls)]
     words = ["view", str(falling[0]), "--rrd", str(tmp_path / "run.rrd")]
-    command = [*trace, sys.executable, "-m", "cardsflow_fmu.cli", *words]
+    command = [*trace, sys.executable, "-m", "cardsflow_fmu.cli.main", *words]
     done = subprocess.run(
         command,
         env=os.environ | {"HOME": str(tmp_path / "home")},

@@ -17,7 +17,7 @@ from worlds import write_box_mesh
 from addin_sdfusion.robot import InputError, Pose
 from cardsflow_fmu import Experiment, build, run
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation import RunError, simulate
+from cardsflow_fmu.simulation.run import RunError, simulate
 from sim_dart.scene import Box, Capsule, Cylinder, Ground, MeshShape, SceneObject, Sphere
 
 SHORT = {"run.duration": 0.05}

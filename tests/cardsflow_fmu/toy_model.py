@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from cardsflow_fmu.models.model import FloatArray, FmuModel
-from cardsflow_fmu.ports import Port
+from cardsflow_fmu.signals.ports import Port
 
 NEVER = 1e300
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.hardware import opening
-from cardsflow_fmu.hardware.device import Device
-from cardsflow_fmu.hardware.drives import force_bounds
-from cardsflow_fmu.hardware.emulated_device import device_of
-from cardsflow_fmu.hardware.emulator import EmulatedRobot
-from cardsflow_fmu.hardware.faults import Faults, FaultyWay
-from cardsflow_fmu.hardware.framed_link import FramedLink
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.emulator.drives import force_bounds
+from cardsflow_fmu.hardware.emulator.emulated_device import device_of
+from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyWay
+from cardsflow_fmu.hardware.links.framed_link import FramedLink
+from cardsflow_fmu.hardware.session import connect as opening
 
 PEER = "ours"
 

@@ -11,7 +11,7 @@ import fmpy
 from fmu_host import STEP, Host, load
 from stubborn_model import PORTS, REFERENCES, StubbornModel
 
-from cardsflow_fmu.fmu_file import write_fmu
+from cardsflow_fmu.fmu.writer import write_fmu
 
 
 def unpack_stubborn(folder: Path, factor: float = 1.0, name: str = "stubborn") -> Path:

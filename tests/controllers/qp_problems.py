@@ -9,7 +9,7 @@ import numpy as np
 import qpsolvers
 from numpy.typing import NDArray
 
-from controllers.box_problem import BoxProblem, BoxSolution
+from controllers.qp.problem import BoxProblem, BoxSolution
 
 FloatArray = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from robots import PLANAR_2R, planar_2r
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.readers import read_trajectory
 from controllers import SplineReference
-from controllers.cable_length import CableLengthController
-from controllers.cable_velocity import CableVelocityController
-from controllers.motors import SpringMotors
+from controllers.laws.cable_length import CableLengthController
+from controllers.laws.cable_velocity import CableVelocityController
+from controllers.laws.motors import SpringMotors
 from sim_dart import DartDynamics, Plant
 
 REFERENCE = SplineReference(

@@ -11,7 +11,7 @@ from distribution_problems import HIGH, LOW, feasible, least_norm, stacked, vert
 from scipy.optimize import linprog
 
 from addin_sdfusion.robot import InputError
-from controllers.distributions import (
+from controllers.force_distribution.methods import (
     METHODS,
     closed_form,
     distribute,

@@ -10,9 +10,10 @@ import qp_problems
 from qp_problems import FloatArray, at_bounds, feasible, infeasible, rank_deficient, reference
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
-from controllers import dual_newton, qp
-from controllers.box_problem import BoxProblem, BoxSolution, check, row_softness
-from controllers.qp import BoxSolver
+from controllers.qp import dual_newton
+from controllers.qp import solver as qp
+from controllers.qp.problem import BoxProblem, BoxSolution, check, row_softness
+from controllers.qp.solver import BoxSolver
 
 pytestmark = pytest.mark.native
 

@@ -8,7 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.robot import InputError
-from controllers.flower import ApproachReference, FlowerReference, Reference, SequenceReference
+from controllers.references.flower import (
+    ApproachReference,
+    FlowerReference,
+    Reference,
+    SequenceReference,
+)
 
 CENTRE = np.array([0.45, -0.45, 0.45])
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])

@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog, lsq_linear
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
-from controllers import ForceDistribution, ForceSolution, dual_newton, qp
+from controllers import ForceDistribution, ForceSolution
+from controllers.qp import dual_newton
+from controllers.qp import solver as qp
 
 pytestmark = pytest.mark.native
 

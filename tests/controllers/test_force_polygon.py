@@ -7,7 +7,7 @@ import pytest
 from distribution_problems import HIGH, LOW, least_norm, stacked, vertices
 
 from addin_sdfusion.robot import InputError
-from controllers.distributions import (
+from controllers.force_distribution.methods import (
     distribute,
     feasible_polygon,
     least_squares,

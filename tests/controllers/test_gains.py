@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.robot import InputError
-from controllers import gains
+from controllers.analysis import gains
 
 stiffnesses = st.floats(1.0, 1e5)
 dampings = st.floats(0.1, 500.0)
@@ -198,7 +198,7 @@ def test_the_warning_names_the_worst_coordinate_and_its_limit() -> None:
 
 def test_the_warning_does_not_import_python_control() -> None:
     code = (
-        "import sys; from controllers.gains import sampling_warning;"
+        "import sys; from controllers.analysis.gains import sampling_warning;"
         "sampling_warning(2000, 90, 0.01, 1); sys.exit('control' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -11,13 +11,13 @@ from robots import planar_2r
 
 from addin_sdfusion.robot import InputError, UnknownNameError, read_robot
 from controllers import ForceDistribution
-from controllers.distributions import METHODS
-from controllers.inverse_dynamics import (
+from controllers.analysis.inverse_dynamics import (
     Motion,
     inverse_dynamics,
     motion_terms,
     size_muscles,
 )
+from controllers.force_distribution.methods import METHODS
 from sim_dart import DartDynamics, Plant
 
 

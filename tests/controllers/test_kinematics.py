@@ -11,7 +11,7 @@ from robots import planar_2r, random_robot
 from scipy.optimize import minimize
 
 from addin_sdfusion.robot import InputError, Robot, TaskFrame, TaskSet, read_robot
-from controllers.kinematics import forward_kinematics, inverse_kinematics
+from controllers.analysis.kinematics import forward_kinematics, inverse_kinematics
 from sim_dart import DartDynamics
 
 

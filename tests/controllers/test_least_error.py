@@ -9,7 +9,8 @@ import pytest
 from robots import planar_2r
 from scipy.optimize import linprog, lsq_linear
 
-from controllers import OperationalSpaceController, Posture, ReactiveQPController, least_error
+from controllers import OperationalSpaceController, Posture, ReactiveQPController
+from controllers.laws import least_error
 from sim_dart import DartDynamics
 
 KP, KD = 400.0, 40.0

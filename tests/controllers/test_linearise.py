@@ -7,7 +7,7 @@ from robots import planar_2r
 
 from addin_sdfusion.robot import InputError
 from controllers import JointSpaceController
-from controllers.linearise import (
+from controllers.analysis.linearise import (
     LinearLoop,
     acceleration,
     close_loop,
@@ -15,7 +15,7 @@ from controllers.linearise import (
     linearise_loop,
     linearise_robot,
 )
-from controllers.nonlinear_systems import integrate, to_nlsys
+from controllers.analysis.nonlinear_systems import integrate, to_nlsys
 from sim_dart import DartDynamics, Plant
 
 END = np.array([-0.5, 0.5])

@@ -5,7 +5,7 @@ import pytest
 from robots import planar_2r
 
 from addin_sdfusion.robot import InputError
-from controllers.lyapunov import LyapunovController
+from controllers.laws.lyapunov import LyapunovController
 from sim_dart import DartDynamics, Plant
 
 ZERO = np.zeros(2)

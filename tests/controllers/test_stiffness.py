@@ -9,8 +9,8 @@ import pytest
 from robots import planar_2r, random_robot
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot
-from controllers.distributions import least_squares
-from controllers.stiffness import stiffness, task_stiffness
+from controllers.analysis.stiffness import stiffness, task_stiffness
+from controllers.force_distribution.methods import least_squares
 from sim_dart import DartDynamics
 
 

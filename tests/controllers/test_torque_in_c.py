@@ -13,8 +13,8 @@ from torque_in_c import FAILED, SOFT, SOLVED, WRONG, TorqueInC
 from addin_sdfusion.robot import Robot, TaskSet
 from cardsflow_fmu import Experiment
 from controllers import JointSpaceController, OperationalSpaceController, Posture
-from controllers.dual_newton import library
 from controllers.dynamics import bias_torque
+from controllers.qp.dual_newton import library
 from sim_dart import DartDynamics
 
 pytestmark = pytest.mark.native

@@ -6,8 +6,8 @@ from robots import planar_2r
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers import ControlLoop, JointSpaceController
-from controllers.force_position import ForcePositionController
-from controllers.torque_position import TorquePositionController
+from controllers.laws.force_position import ForcePositionController
+from controllers.laws.torque_position import TorquePositionController
 from sim_dart import DartDynamics, Plant
 
 ZERO = np.zeros(2)

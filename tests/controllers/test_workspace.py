@@ -10,8 +10,17 @@ from robots import planar_2r
 from scipy.optimize import linprog, minimize
 
 from addin_sdfusion.robot import InputError, UnknownNameError, read_robot
-from controllers.workspace import is_wrench_closed, is_wrench_feasible, joint_grid, workspace
-from controllers.workspace_metrics import condition_number, tension_factor, unilateral_dexterity
+from controllers.analysis.workspace import (
+    is_wrench_closed,
+    is_wrench_feasible,
+    joint_grid,
+    workspace,
+)
+from controllers.analysis.workspace_metrics import (
+    condition_number,
+    tension_factor,
+    unilateral_dexterity,
+)
 from sim_dart import DartDynamics
 
 GRID = joint_grid([-1.2, -1.2], [1.2, 1.2], 9)

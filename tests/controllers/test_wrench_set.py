@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from addin_sdfusion.robot import InputError
-from controllers.wrench_set import capacity_margin, has_wrench_closure, torque_margins
+from controllers.analysis.wrench_set import capacity_margin, has_wrench_closure, torque_margins
 
 
 @pytest.mark.parametrize("n", [2, 3])

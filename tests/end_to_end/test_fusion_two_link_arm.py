@@ -14,17 +14,17 @@ from hypothesis import strategies as st
 from robots import PLANAR_2R, planar_2r
 from scipy.spatial.transform import Rotation
 
-from addin_sdfusion.build_robot import build_robot
-from addin_sdfusion.export import export_robot
+from addin_sdfusion.building.build_robot import build_robot
+from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Robot, read_robot
 from addin_sdfusion.snapshot import DesignSnapshot, read_snapshot, write_snapshot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics
 
 with fake_fusion.modules():
-    from addin_sdfusion.fusion_design import read_design
+    from addin_sdfusion.fusion.design import read_design
 
 
 def drawn(**how: object) -> DesignSnapshot:

@@ -9,9 +9,9 @@ import pytest
 from robots import EXAMPLES
 
 from addin_sdfusion.robot import read_robot
-from addin_sdfusion.robot.check import check
+from addin_sdfusion.robot.checks.check import check
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics, MusclePaths
 
 HILL_ARM = EXAMPLES / "hill_arm"

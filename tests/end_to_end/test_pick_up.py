@@ -12,7 +12,7 @@ from robots import EXAMPLES
 
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result, build, run
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.simulation.run import simulate
 
 PICK_UP = EXAMPLES / "pick_up"
 WEIGHT = 0.2 * 9.81

@@ -12,7 +12,7 @@ from robots import EXAMPLES
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.models.controller import ControllerModel
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.simulation.run import simulate
 
 ROBOY_LEFT_ARM = EXAMPLES / "roboy_left_arm"
 AXES = ("x", "y", "z")

@@ -7,7 +7,7 @@ sys.modules, and gives a `Fake`, with which a test plays the user. In tests the 
 (tests/addin_sdfusion/conftest.py) does so::
 
     def test_reads_the_arm(fusion):
-        from addin_sdfusion.fusion_design import read_design   # needs adsk: import it in the test
+        from addin_sdfusion.fusion.design import read_design   # needs adsk: import it in the test
         design = designs.two_link_arm(seed=3, nesting=2)        # adsk.fusion.Design, now active
         snapshot = read_design(design, meshes=True)
 

@@ -33,16 +33,7 @@ from .data import (
     transform,
 )
 from .entity import unique, wrap
-from .joint_motions import (
-    BALL,
-    CYLINDRICAL,
-    INFERRED,
-    PIN_SLOT,
-    PLANAR,
-    REVOLUTE,
-    RIGID,
-    SLIDER,
-)
+from .joint_motions import BALL, CYLINDRICAL, INFERRED, PIN_SLOT, PLANAR, REVOLUTE, RIGID, SLIDER
 from .maths import frame, inverse, rotation, translation
 from .shapes import STEEL, Box, Cylinder, Explicit, Shape, Sphere, Torus, at
 from .state import world

@@ -9,11 +9,7 @@ from typing import Any
 from .base import api
 from .collections_ import Items, listing
 from .curves import ValueInput
-from .input_lists import (
-    ButtonRowCommandInput,
-    DropDownCommandInput,
-    RadioButtonGroupCommandInput,
-)
+from .input_lists import ButtonRowCommandInput, DropDownCommandInput, RadioButtonGroupCommandInput
 from .input_selection import SelectionCommandInput
 from .input_table import TableCommandInput
 from .inputs import (

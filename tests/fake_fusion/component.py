@@ -12,14 +12,7 @@ import numpy as np
 from .base import Base, api, new
 from .bodies import BRepBodies, MeshBodies
 from .collections_ import Items, listing, named
-from .data import (
-    ComponentData,
-    DesignData,
-    OccurrenceData,
-    Path,
-    paths_below,
-    transform,
-)
+from .data import ComponentData, DesignData, OccurrenceData, Path, paths_below, transform
 from .entity import Entity, Seen, WithName, _same, occurrence, wrap, wraps
 from .maths import is_rigid, matrix
 from .physical import physical_properties

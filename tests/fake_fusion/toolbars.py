@@ -10,13 +10,7 @@ from typing import Any
 from .base import Base, api, new
 from .collections_ import Items, listing
 from .command import CommandDefinition, DefinitionData
-from .ui_data import (
-    ControlData,
-    PanelData,
-    TabData,
-    check_id,
-    ui,
-)
+from .ui_data import ControlData, PanelData, TabData, check_id, ui
 
 
 @api("adsk.core")

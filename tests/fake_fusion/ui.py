@@ -20,11 +20,7 @@ from .events import (
 from .maths import point
 from .state import world
 from .toolbars import CommandDefinitions, ToolbarPanels, ToolbarTabs, Workspace, Workspaces
-from .ui_data import (
-    PaletteData,
-    check_id,
-    ui,
-)
+from .ui_data import PaletteData, check_id, ui
 
 
 @api("adsk.core")

@@ -9,9 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .command import DefinitionData
-from .events import (
-    Listeners,
-)
+from .events import Listeners
 from .state import world
 
 _ID = re.compile(r"[A-Za-z0-9_]+")

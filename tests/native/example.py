@@ -10,10 +10,10 @@ from vector_file import law_arrays
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.reference import make_reference
-from controllers.dual_newton import library
+from controllers.qp.dual_newton import library
 from sim_dart import compile_blob
-from sim_dart.core import library as core_library
-from sim_dart.tasks import task_rows
+from sim_dart.core.library import library as core_library
+from sim_dart.core.tasks import task_rows
 
 
 def write_example(path: Path, experiment: Experiment, *, single: bool = False) -> int:

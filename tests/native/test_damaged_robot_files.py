@@ -22,7 +22,7 @@ from robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError, read_robot
 from sim_dart import CoreDynamics, compile_blob
-from sim_dart.core import Core
+from sim_dart.core.library import Core
 
 pytestmark = pytest.mark.native
 

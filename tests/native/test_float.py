@@ -23,7 +23,7 @@ from vector_file import write_vectors
 from addin_sdfusion.robot import CardsflowError, Robot, read_robot
 from cardsflow_fmu import Experiment
 from sim_dart import compile_blob
-from sim_dart.core import Core
+from sim_dart.core.library import Core
 
 REPLAY = ("replay_hosted.c", "replay_vectors.c")
 REFERENCE = "gcc -O2"

@@ -18,8 +18,8 @@ import pytest
 from numpy.typing import NDArray
 from precision import Handle, Precision, open_program
 
-from controllers.box_problem import BoxProblem
-from controllers.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
+from controllers.qp.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
+from controllers.qp.problem import BoxProblem
 
 sys.path.append(str(Path(__file__).parents[1] / "controllers"))
 from qp_problems import KINDS, is_proof_of_infeasibility

@@ -16,9 +16,9 @@ from targets import TARGETS, TIMEOUT, Target, environment, require
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cross import libraries_for
-from cardsflow_fmu.model_description import FmiVersion
-from cardsflow_fmu.simulation import build
+from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.platforms import libraries_for
+from cardsflow_fmu.simulation.run import build
 
 STEPS = 200
 EMULATED = {
@@ -139,7 +139,7 @@ def test_the_same_bits_on_every_platform(
 
 def zig_library(folder: Path) -> Path:
     """The prebuilt one of this platform, which the package's own hides."""
-    from cardsflow_fmu.cross import compile_for
+    from cardsflow_fmu.fmu.platforms import compile_for
     from cardsflow_fmu.runtime.library import prebuilt_libraries
 
     there = prebuilt_libraries().get("x86_64-linux")

@@ -32,8 +32,8 @@ from cardsflow_fmu.models.controller import control_law
 from cardsflow_fmu.models.reference import make_reference
 from controllers import ControlLoop
 from sim_dart import DartDynamics, Plant, compile_blob
-from sim_dart.skeleton import build_skeleton
-from sim_dart.tasks import task_rows
+from sim_dart.core.tasks import task_rows
+from sim_dart.dart.skeleton import build_skeleton
 
 TICKS = 50
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}

@@ -9,7 +9,7 @@ import pytest
 from worlds import SHAPES, G, let_run, pincers, shape, world_of
 
 from addin_sdfusion.robot import Pose
-from addin_sdfusion.robot.pose import rotation
+from addin_sdfusion.robot.model.rotations import rotation
 from sim_dart import Plant
 from sim_dart.scene import Box, Ground, Scene, SceneObject
 

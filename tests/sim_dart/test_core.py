@@ -10,8 +10,8 @@ from robots import planar_2r, random_robot
 from wrapped import sequences, wrapped_tree
 
 from addin_sdfusion.robot import CardsflowError
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core, library, pack_blob
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core, library, pack_blob
 
 pytestmark = pytest.mark.native
 

@@ -11,7 +11,7 @@ from random_trees import random_state, random_tree
 from robots import planar_2r, random_robot
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError, UnknownNameError
-from addin_sdfusion.robot.muscle import CableModel
+from addin_sdfusion.robot.model.muscle import CableModel
 from sim_dart import Plant, Scene
 
 RULES: Any = pytest.mark.parametrize("rule", ["euler", "rk4"])

@@ -27,9 +27,9 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.muscle import CableModel
+from addin_sdfusion.robot.model.muscle import CableModel
 from sim_dart import DartDynamics, Plant
-from sim_dart.integrators import stopped
+from sim_dart.plant.integrators import stopped
 
 SPAN, HELD = 8.0, 0.01
 DRIVEN = (0.05, 0.1)

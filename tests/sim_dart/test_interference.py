@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 from worlds import two_link_arm, write_box_mesh
 
 from addin_sdfusion.robot import WORLD, CableSet, Link, Mesh, Muscle, Pose, Robot, ViaPoint
-from sim_dart.interference import Interference, segment_distances
+from sim_dart.dart.interference import Interference, segment_distances
 from sim_dart.scene import Scene
 
 

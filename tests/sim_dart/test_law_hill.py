@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from addin_sdfusion.robot.tension_laws import TENSION_LAWS
-from sim_dart.muscle_laws import Curve, MuscleLaws
+from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from sim_dart.muscles.laws import Curve, MuscleLaws
 
 pytestmark = pytest.mark.native
 

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from addin_sdfusion.robot import CableModel
-from addin_sdfusion.robot.tension_laws import PRESETS, law_parameters
+from addin_sdfusion.robot.model.tension_laws import PRESETS, law_parameters
 
 pytestmark = pytest.mark.native
 

@@ -9,8 +9,8 @@ import pytest
 from muscle_bench import HILL, SOUND, Bench
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot.tension_laws import TENSION_LAWS, command_range, states_of
-from addin_sdfusion.robot.tension_laws import law_of as _law_of
+from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS, command_range, states_of
+from addin_sdfusion.robot.model.tension_laws import law_of as _law_of
 
 pytestmark = pytest.mark.native
 

@@ -11,10 +11,10 @@ from muscle_bench import SOUND, Bench, slider
 from robots import random_robot
 
 from addin_sdfusion.robot import CableModel, Robot, check
-from addin_sdfusion.robot.tension_laws import TENSION_LAWS
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core
-from sim_dart.muscle_laws import MuscleLaws
+from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core
+from sim_dart.muscles.laws import MuscleLaws
 
 pytestmark = pytest.mark.native
 

@@ -10,8 +10,8 @@ import pytest
 from muscle_bench import HILL, SOUND, Bench, slider
 
 from addin_sdfusion.robot import CableModel, CardsflowError, InputError, UnknownNameError
-from addin_sdfusion.robot.muscle import CableKind
-from addin_sdfusion.robot.tension_laws import (
+from addin_sdfusion.robot.model.muscle import CableKind
+from addin_sdfusion.robot.model.tension_laws import (
     PRESETS,
     TENSION_LAWS,
     command_range,
@@ -19,9 +19,9 @@ from addin_sdfusion.robot.tension_laws import (
     model_from,
     states_of,
 )
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core, library, pack_blob
-from sim_dart.core import law_parameters as core_parameters
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core, library, pack_blob
+from sim_dart.core.library import law_parameters as core_parameters
 
 pytestmark = pytest.mark.native
 

@@ -6,17 +6,10 @@ import numpy as np
 import pytest
 from robots import chain, planar_2r, random_robot
 
-from addin_sdfusion.robot import (
-    InputError,
-    Robot,
-    RobotError,
-    SimulationError,
-    TaskFrame,
-    TaskSet,
-)
+from addin_sdfusion.robot import InputError, Robot, RobotError, SimulationError, TaskFrame, TaskSet
 from sim_dart import DartDynamics, Plant
-from sim_dart.dart_mechanism import DartMechanism
-from sim_dart.skeleton import Skeleton
+from sim_dart.dart.skeleton import Skeleton
+from sim_dart.plant.dart_mechanism import DartMechanism
 
 pytestmark = pytest.mark.usefixtures("every_engine")
 

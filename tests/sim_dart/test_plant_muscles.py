@@ -10,7 +10,7 @@ import pytest
 from robots import planar_2r, random_robot
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
-from addin_sdfusion.robot.muscle import CableKind, CableModel
+from addin_sdfusion.robot.model.muscle import CableKind, CableModel
 from sim_dart import DartDynamics, MuscleDrive, Plant
 
 pytestmark = pytest.mark.usefixtures("every_engine")

@@ -10,8 +10,8 @@ from oracles.mujoco_model import MujocoRobot
 from random_trees import random_state, random_tree
 
 from sim_dart import CoreDynamics, DartDynamics, Plant, compile_blob
-from sim_dart.core import Core
-from sim_dart.skeleton import build_skeleton
+from sim_dart.core.library import Core
+from sim_dart.dart.skeleton import build_skeleton
 
 TREES, GROUP = 500, 50
 groups = pytest.mark.parametrize("first", range(0, TREES, GROUP))

@@ -12,10 +12,12 @@ from worlds import block, pincers, two_link_arm, write_box_mesh
 
 from addin_sdfusion.robot import InputError, Pose, UnknownNameError
 from addin_sdfusion.robot.mesh_files import mesh_file
-from addin_sdfusion.robot.pose import apply
+from addin_sdfusion.robot.model.rotations import apply
 from sim_dart import Plant
-from sim_dart.collision_pairs import connected
-from sim_dart.link_shapes import between, link_shapes
+from sim_dart.dart.collision_pairs import connected
+from sim_dart.dart.link_shapes import between, link_shapes
+from sim_dart.dart.shapes import solid_shape
+from sim_dart.dart.skeleton_group import trees
 from sim_dart.meshes import convex_hull, dart_mesh, load_mesh
 from sim_dart.scene import (
     Box,
@@ -28,8 +30,6 @@ from sim_dart.scene import (
     SceneObject,
     Sphere,
 )
-from sim_dart.skeleton_group import trees
-from sim_dart.world_shapes import solid_shape
 
 BALL = Sphere(0.1)
 BAD = {

@@ -22,8 +22,8 @@ from addin_sdfusion.robot import (
     SimulationError,
     revolute,
 )
-from addin_sdfusion.robot.combine import Member, combine
-from addin_sdfusion.robot.model import Inertia
+from addin_sdfusion.robot.model.robot import Inertia
+from addin_sdfusion.robot.transforms.combine import Member, combine
 from sim_dart import Plant
 from sim_dart.scene import (
     Box,

@@ -7,8 +7,8 @@ import pytest
 from wrapped import base_pulley, carriage
 
 from addin_sdfusion.robot import WORLD, CardsflowError, Muscle, ViaPoint, Wrap, WrapSurface
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core, library, pack_blob
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core, library, pack_blob
 
 pytestmark = pytest.mark.native
 

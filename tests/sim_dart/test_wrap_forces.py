@@ -10,7 +10,7 @@ from wrapped import base_pulley, sequences, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import WORLD, Robot, WrapSurface
 from sim_dart import MusclePaths
-from sim_dart.frames import moving_frames
+from sim_dart.core.frames import moving_frames
 
 pytestmark = pytest.mark.native
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from wrapped import FAR, carriage, single_wraps
 
 from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint, Wrap, WrapSurface
-from addin_sdfusion.robot.muscle import WrapShape
+from addin_sdfusion.robot.model.muscle import WrapShape
 from sim_dart import MusclePaths
-from sim_dart.core import Core
+from sim_dart.core.library import Core
 
 pytestmark = pytest.mark.native
 

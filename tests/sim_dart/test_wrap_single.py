@@ -14,7 +14,7 @@ from oracles.mujoco_wraps import MujocoWraps
 from wrapped import FAR, carriage, single_wraps
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
-from addin_sdfusion.robot.pose import rotation
+from addin_sdfusion.robot.model.rotations import rotation
 from sim_dart import MusclePaths
 
 pytestmark = pytest.mark.native

@@ -7,8 +7,8 @@ from typing import Any
 
 import adsk.core
 
-from ...build_robot import check_design
-from ...fusion_design import read_design
+from ...building.build_robot import check_design
+from ...fusion.design import read_design
 from ...progress import Cancelled
 from ...robot.errors import InputError
 from ...robot.finding import Finding

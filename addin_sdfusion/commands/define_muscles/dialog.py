@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
-from ...robot.muscle import CableKind
+from ...robot.model.muscle import CableKind
 from ..dialogs import Dialog, Example, Input
 
 NEW_MUSCLE = "+ New muscle"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...muscles.muscle_attributes import GROUP, WRAP
+from ...muscles.attributes import GROUP, WRAP
 from ...snapshot import DesignSnapshot
 
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import adsk.core
 
+from ...muscles.csv_writer import csv_text, imported, read_csv
+from ...muscles.edits import renumbered
 from ...muscles.mirror import Plane
-from ...muscles.muscle_csv import csv_text, imported, read_csv
-from ...muscles.muscle_edits import renumbered
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
-from ...robot.muscle import CableModel
+from ...robot.model.muscle import CableModel
 from ..command import Command, Window
 from ..guard import application
 from ..inputs import Inputs, Place

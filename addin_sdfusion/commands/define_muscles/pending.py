@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ...muscles.muscle_edits import renumbered
-from ...muscles.muscle_rows import MarkerRow, MuscleTable, TaskRow, WrapRow, WrapUse
+from ...muscles.edits import renumbered
 from ...muscles.point_names import natural_key
-from ...robot.model import WORLD
-from ...robot.placement import Vector3
+from ...muscles.rows import MarkerRow, MuscleTable, TaskRow, WrapRow, WrapUse
+from ...robot.model.pose import Vector3
+from ...robot.model.robot import WORLD
 
 Role = Literal["task", "marker"]
 HANDLE = "pick:"

@@ -10,9 +10,9 @@ import adsk.fusion
 
 from ...fusion.units import CM
 from ...muscles.mirror import Plane
-from ...muscles.muscle_rows import WrapRow
+from ...muscles.rows import WrapRow
 from ...robot.errors import InputError
-from ...robot.placement import Vector3
+from ...robot.model.pose import Vector3
 from .pending import HANDLE, Pick
 
 

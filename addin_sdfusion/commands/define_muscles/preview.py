@@ -8,8 +8,8 @@ import adsk.core
 import adsk.fusion
 
 from ...fusion.units import CM
-from ...muscles.muscle_rows import MuscleTable
-from ...robot.placement import Vector3
+from ...muscles.rows import MuscleTable
+from ...robot.model.pose import Vector3
 
 _THIN, _THICK = 2.0, 5.0  # pixels
 _TEXT = 0.6  # cm

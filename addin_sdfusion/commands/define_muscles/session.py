@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from ...muscles.mirror import Plane, mirror_muscle, other_side
-from ...muscles.muscle_edits import (
+from ...muscles.edits import (
     delete_muscle,
     delete_point,
     duplicate_point,
@@ -19,11 +18,8 @@ from ...muscles.muscle_edits import (
     set_link,
     with_muscle,
 )
-from ...muscles.muscle_rows import (
-    MuscleRow,
-    MuscleTable,
-    ViaPointRow,
-)
+from ...muscles.mirror import Plane, mirror_muscle, other_side
+from ...muscles.rows import MuscleRow, MuscleTable, ViaPointRow
 from ...robot.finding import Finding
 from .pending import Pending, Pick
 

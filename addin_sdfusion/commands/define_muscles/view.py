@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...muscles.muscle_rows import TaskRow
-from ...robot.model import WORLD
+from ...muscles.rows import TaskRow
+from ...robot.model.robot import WORLD
 from ..inputs import Cell, Inputs
 from .dialog import INSIDE, MARKER, MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, SIDES, TASK
 from .problems import hints, problems

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...muscles.muscle_attributes import PointAttribute, read_point
-from ...muscles.muscle_rows import MarkerRow, MuscleTable, TaskRow, ViaPointRow
+from ...muscles.attributes import PointAttribute, read_point
 from ...muscles.point_names import marker_name, motor_numbers, task_point_name, via_point_name
+from ...muscles.rows import MarkerRow, MuscleTable, TaskRow, ViaPointRow
 from ...robot.errors import InputError
 
 AnyRow = ViaPointRow | TaskRow | MarkerRow

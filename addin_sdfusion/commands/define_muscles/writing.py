@@ -15,7 +15,7 @@ import adsk.core
 import adsk.fusion
 
 from ...fusion.units import CM
-from ...muscles.muscle_attributes import (
+from ...muscles.attributes import (
     GROUP,
     MUSCLES,
     POINT,
@@ -25,13 +25,10 @@ from ...muscles.muscle_attributes import (
     point_text,
     wrap_text,
 )
-from ...muscles.muscle_rows import MuscleTable
-from ...muscles.point_names import (
-    natural_key,
-    parse_point_name,
-)
+from ...muscles.point_names import natural_key, parse_point_name
+from ...muscles.rows import MuscleTable
 from ...robot.errors import InputError
-from ...robot.model import WORLD
+from ...robot.model.robot import WORLD
 from .edits import About, added, base_feature, delete, is_called, native
 from .picks import Picks, is_center, problem_of
 from .wanted import AnyRow, Wanted, as_made, original_name, rows_of, wanted_points

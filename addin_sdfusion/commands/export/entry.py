@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 
 import adsk.core
 
-from ...build_robot import BuiltRobot, build_robot
-from ...export import export_robot
-from ...fusion_design import read_design
-from ...muscles.muscle_attributes import GROUP, SETTINGS, settings_text
+from ...building.build_robot import BuiltRobot, build_robot
+from ...exporting.export import export_robot
+from ...fusion.design import read_design
+from ...muscles.attributes import GROUP, SETTINGS, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
 from ...robot.errors import InputError, RobotError

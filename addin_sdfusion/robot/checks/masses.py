@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject
-from ..joint import Joint
-from ..model import Link, Robot
-from ..placement import IDENTITY, Pose, Vector3
-from ..pose import (
+from ..finding_builders import error, finite, warning
+from ..model.joint import Joint
+from ..model.pose import IDENTITY, Pose, Vector3
+from ..model.robot import Link, Robot
+from ..model.rotations import (
     Matrix3,
     apply,
     compose,
@@ -21,7 +22,6 @@ from ..pose import (
     subtract,
 )
 from .numbers import joint_numbers, link_numbers
-from .report import error, finite, warning
 
 MINOR_TOLERANCE = 1e-9
 """Below zero by this much, relative to the largest entry, counts as zero."""

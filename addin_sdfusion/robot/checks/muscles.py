@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from ..finding import Finding, Subject, member
-from ..model import WORLD, Robot
-from ..muscle import Muscle
-from ..tension_laws import TENSION_LAWS, law_of
-from .report import error, unknown, warning
+from ..finding_builders import error, unknown, warning
+from ..model.muscle import Muscle
+from ..model.robot import WORLD, Robot
+from ..model.tension_laws import TENSION_LAWS, law_of
 
 
 def has_muscles(robot: Robot) -> Iterator[Finding]:

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject, member
-from ..model import WORLD, Robot
-from .report import error, unknown
+from ..finding_builders import error, unknown
+from ..model.robot import WORLD, Robot
 
 
 def names(robot: Robot) -> Iterator[Finding]:

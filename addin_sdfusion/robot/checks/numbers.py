@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable, Iterator
 
 from ..finding import Finding, Subject, member
-from ..joint import Coordinate, Joint
-from ..model import Link, Robot
-from ..muscle import Muscle, WrapSurface
-from .report import error, finite
+from ..finding_builders import error, finite
+from ..model.joint import Coordinate, Joint
+from ..model.muscle import Muscle, WrapSurface
+from ..model.robot import Link, Robot
 
 
 def numbers(robot: Robot) -> Iterator[Finding]:

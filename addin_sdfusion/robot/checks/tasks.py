@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject, member
-from ..model import ANGLES, POSITIONS, Robot
-from .report import error, unknown
+from ..finding_builders import error, unknown
+from ..model.robot import ANGLES, POSITIONS, Robot
 
 
 def task_frames(robot: Robot) -> Iterator[Finding]:

@@ -7,13 +7,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import pairwise
 
-from ..caspr_words import CASPR_CABLES
+from ..caspr_vocabulary import CASPR_CABLES
 from ..finding import Finding, Subject, member
-from ..model import Robot
-from ..muscle import CableModel
-from ..tension_laws import TENSION_LAWS
-from ..tension_parameters import Parameter
-from .report import error, finite, unknown
+from ..finding_builders import error, finite, unknown
+from ..model.muscle import CableModel
+from ..model.robot import Robot
+from ..model.tension_laws import TENSION_LAWS
+from ..model.tension_parameters import Parameter
 
 Values = Mapping[str, float]
 

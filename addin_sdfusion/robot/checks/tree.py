@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject
-from ..joint import Joint
-from ..model import WORLD, Robot
-from .report import error, finite, unknown, warning
+from ..finding_builders import error, finite, unknown, warning
+from ..model.joint import Joint
+from ..model.robot import WORLD, Robot
 
 AXIS_TOLERANCE = 1e-6
 MOST_NAMES = 20

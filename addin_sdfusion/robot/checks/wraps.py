@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 from itertools import groupby, pairwise
 
 from ..finding import Finding, Subject, member
-from ..model import WORLD, Robot
-from ..muscle import Muscle, Wrap, WrapSurface
-from ..placement import Vector3
-from ..pose import apply, inverse
-from .report import error, unknown, warning
+from ..finding_builders import error, unknown, warning
+from ..model.muscle import Muscle, Wrap, WrapSurface
+from ..model.pose import Vector3
+from ..model.robot import WORLD, Robot
+from ..model.rotations import apply, inverse
 
 MOST_WRAPS = 8
 """In one segment: as many as the C core solves for together."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ..check import check
+from ..checks.check import check
 from ..errors import InputError, RobotError
 from ..finding import Finding
-from ..model import Robot
-from .caspr import BODIES, read_caspr
-from .sdf import read_sdf
-from .trajectories import read_trajectory, trajectory_names
+from ..model.robot import Robot
+from .caspr.model import BODIES, read_caspr
+from .caspr.trajectories import read_trajectory, trajectory_names
+from .sdf.model import read_sdf
 from .xml import Notes
 
 __all__ = ["Reading", "read", "read_robot", "read_trajectory", "trajectory_names"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..muscle import CableModel
+from ..model.muscle import CableModel
 from .xml import Node
 
 ACTUATOR: dict[str, dict[str, str]] = {

@@ -8,11 +8,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, cast, get_args
 
-from ..cardsflow_xml import INSIDE, WRAP_STATES, WRAP_TYPES
-from ..checks.report import unknown
 from ..finding import member
-from ..model import ANGLES, WORLD, Axis, TaskFrame, TaskSet
-from ..muscle import (
+from ..finding_builders import unknown
+from ..model.muscle import (
     BasePulley,
     CableKind,
     CableModel,
@@ -23,7 +21,9 @@ from ..muscle import (
     WrapShape,
     WrapSurface,
 )
-from ..placement import Pose, Vector3
+from ..model.pose import Pose, Vector3
+from ..model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
+from ..writers.cardsflow_xml import INSIDE, WRAP_STATES, WRAP_TYPES
 from .actuator import read_actuator
 from .xml import Node, shortened
 

@@ -6,9 +6,9 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
-from ..caspr_trajectories import TIME_TOLERANCE
 from ..errors import InputError
-from ..trajectory import TrajectoryPoint
+from ..model.trajectory import TrajectoryPoint
+from ..writers.caspr.trajectories import TIME_TOLERANCE
 from .xml import MAX_BYTES, NUMBER, shortened
 
 WORDS = ("t", "p", "v", "a")

@@ -11,11 +11,11 @@ from typing import cast
 
 from lxml import etree
 
-from ..checks.report import label
 from ..errors import InputError
 from ..files import read_file
 from ..finding import Finding, Severity, Subject
-from ..placement import Vector3
+from ..finding_builders import label
+from ..model.pose import Vector3
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 MAX_BYTES = 16 * 2**20

@@ -21,8 +21,8 @@ from addin_sdfusion.robot import (
     WrapSurface,
     check,
 )
-from addin_sdfusion.robot.combine import Member, combine
-from addin_sdfusion.robot.pose import apply, rotate, rotation
+from addin_sdfusion.robot.model.rotations import apply, rotate, rotation
+from addin_sdfusion.robot.transforms.combine import Member, combine
 from sim_dart import DartDynamics, MusclePaths
 
 MOVED = Pose((1.0, -2.0, 0.5), (0.3, -0.4, 0.7))

@@ -10,7 +10,7 @@ import pytest
 from robots import planar_2r, random_robot
 
 from addin_sdfusion.robot import InputError, RobotError, UnknownNameError, read_robot
-from addin_sdfusion.robot.convert import FORMATS, convert
+from addin_sdfusion.robot.writers.convert import FORMATS, convert
 from sim_dart import DartDynamics
 
 

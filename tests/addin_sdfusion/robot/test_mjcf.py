@@ -33,7 +33,7 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.mjcf import mjcf_losses, write_mjcf
+from addin_sdfusion.robot.writers.mujoco.model import mjcf_losses, write_mjcf
 from sim_dart import DartDynamics
 
 FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")

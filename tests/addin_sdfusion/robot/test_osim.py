@@ -30,8 +30,8 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.osim import osim_losses, write_osim
-from addin_sdfusion.robot.osim_names import with_legal_names
+from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim
+from addin_sdfusion.robot.writers.opensim.names import with_legal_names
 from sim_dart import DartDynamics
 
 with warnings.catch_warnings():

@@ -9,7 +9,7 @@ import pytest
 from muscle_bench import HILL, Bench, slider
 
 from addin_sdfusion.robot import check
-from addin_sdfusion.robot.osim import osim_losses, write_osim
+from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper

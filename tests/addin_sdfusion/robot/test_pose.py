@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from strategies import angles, poses, vectors
 
 from addin_sdfusion.robot import IDENTITY, Pose
-from addin_sdfusion.robot.pose import (
+from addin_sdfusion.robot.model.rotations import (
     apply,
     compose,
     dot,

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from addin_sdfusion.robot import IDENTITY, WORLD, UnknownNameError, read_robot
-from addin_sdfusion.robot.pose import apply, compose, inverse, rotate, rotation
+from addin_sdfusion.robot.model.rotations import apply, compose, inverse, rotate, rotation
 from addin_sdfusion.robot.readers import read
 
 LINK = (

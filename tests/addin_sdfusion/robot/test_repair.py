@@ -11,9 +11,9 @@ from strategies import inertias, vectors
 
 from addin_sdfusion.robot import Inertia, Link, Pose, Robot, RobotError, Subject, read_robot
 from addin_sdfusion.robot.checks.masses import density_matrix, positive_semidefinite
-from addin_sdfusion.robot.pose import point_inertia
+from addin_sdfusion.robot.model.rotations import point_inertia
 from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.repair import diagnose, repair, undone
+from addin_sdfusion.robot.transforms.repair import diagnose, repair, undone
 
 PUBLISHED = {
     # robot: (links repaired, links left as they are, radii of gyration after repair)

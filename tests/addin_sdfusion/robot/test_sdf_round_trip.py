@@ -29,7 +29,7 @@ from addin_sdfusion.robot import (
     sdf_losses,
     write_sdf,
 )
-from addin_sdfusion.robot.pose import compose, inverse
+from addin_sdfusion.robot.model.rotations import compose, inverse
 from sim_dart import DartDynamics
 
 slow = settings(deadline=None, suppress_health_check=list(HealthCheck))

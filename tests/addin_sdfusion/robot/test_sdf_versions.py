@@ -8,8 +8,8 @@ import time
 import pytest
 
 from addin_sdfusion.robot import CableModel, RobotError, Wrap, WrapSurface, read_robot
-from addin_sdfusion.robot.placement import Pose
-from addin_sdfusion.robot.pose import compose, inverse, rotate, rotation
+from addin_sdfusion.robot.model.pose import Pose
+from addin_sdfusion.robot.model.rotations import compose, inverse, rotate, rotation
 from addin_sdfusion.robot.readers import read
 
 INERTIAL = (

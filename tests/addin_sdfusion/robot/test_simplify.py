@@ -20,7 +20,7 @@ from addin_sdfusion.robot import (
     merge_fixed_joints,
     read_robot,
 )
-from addin_sdfusion.robot.pose import apply, compose, inverse
+from addin_sdfusion.robot.model.rotations import apply, compose, inverse
 from sim_dart import DartDynamics
 
 SEEDS = range(8)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from muscle_bench import HILL, SOUND, slider
 
-from addin_sdfusion.muscles.muscle_attributes import muscles_text, read_muscles
-from addin_sdfusion.muscles.muscle_csv import csv_text
-from addin_sdfusion.muscles.muscle_csv_reader import read_csv
-from addin_sdfusion.muscles.muscle_rows import MuscleRow, MuscleTable
+from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
+from addin_sdfusion.muscles.csv_reader import read_csv
+from addin_sdfusion.muscles.csv_writer import csv_text
+from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable
 from addin_sdfusion.robot import (
     CableModel,
     CableSet,
@@ -24,10 +24,10 @@ from addin_sdfusion.robot import (
     write_caspr,
     write_sdf,
 )
-from addin_sdfusion.robot.check import require_valid
-from addin_sdfusion.robot.tension_laws import TENSION_LAWS
-from sim_dart.blob import compile_blob
-from sim_dart.core import Core
+from addin_sdfusion.robot.checks.check import require_valid
+from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core
 
 KINDS = [kind for kind in SOUND if TENSION_LAWS[kind].parameters]
 NAMED = [(kind, p) for kind in KINDS for p in TENSION_LAWS[kind].parameters]

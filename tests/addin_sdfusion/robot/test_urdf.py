@@ -27,8 +27,8 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.chain import single_joints
-from addin_sdfusion.robot.urdf import urdf_losses, write_urdf
+from addin_sdfusion.robot.transforms.joint_chains import single_joints
+from addin_sdfusion.robot.writers.urdf import urdf_losses, write_urdf
 from sim_dart import DartDynamics
 
 FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")

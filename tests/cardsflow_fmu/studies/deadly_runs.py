@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any
 
-from cardsflow_fmu.studies.crew import ProcessCrew
-from cardsflow_fmu.studies.outcome import Outcome
-from cardsflow_fmu.studies.worker import Job
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.execution.executors import ProcessCrew
+from cardsflow_fmu.studies.execution.worker import Job
 
 DEADLY = "controller.kp"
 

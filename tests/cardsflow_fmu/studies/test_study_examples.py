@@ -10,7 +10,7 @@ import pytest
 from small_studies import PLANAR, ROOT
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies import Study, run_study
 
 pytestmark = pytest.mark.skipif(

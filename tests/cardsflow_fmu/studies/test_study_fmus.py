@@ -10,8 +10,9 @@ import pytest
 from small_studies import PLANAR, ROOT, SHORT, one_thread, small_study
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.studies import Study, fmu_store, run_study
-from cardsflow_fmu.studies.fmu_store import prepared_fmus
+from cardsflow_fmu.studies import Study, run_study
+from cardsflow_fmu.studies.execution import fmu_cache as fmu_store
+from cardsflow_fmu.studies.execution.fmu_cache import prepared_fmus
 
 HILL = ROOT / "examples" / "hill_arm"
 

@@ -11,10 +11,15 @@ from small_studies import PLANAR
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.simulation import simulate
-from cardsflow_fmu.studies.metrics import METRICS, metric_units, metric_values, spelled_out
-from cardsflow_fmu.studies.study import Box
-from controllers.gains import margins
+from cardsflow_fmu.simulation.run import simulate
+from cardsflow_fmu.studies.definition.metrics import (
+    METRICS,
+    metric_units,
+    metric_values,
+    spelled_out,
+)
+from cardsflow_fmu.studies.definition.study import Box
+from controllers.analysis.gains import margins
 from sim_dart import DartDynamics
 
 SETTINGS = {"controller.period": 0.01, "run.step": 0.01, "run.duration": 0.3}

@@ -13,19 +13,19 @@ import pytest
 from small_designs import arm, via
 from small_studies import PLANAR, one_thread, small_study, write_study
 
-from addin_sdfusion.build_robot import build_robot
-from addin_sdfusion.muscles.muscle_csv import csv_text, imported, read_csv
-from addin_sdfusion.muscles.muscle_rows import MuscleTable
+from addin_sdfusion.building.build_robot import build_robot
+from addin_sdfusion.muscles.csv_writer import csv_text, imported, read_csv
+from addin_sdfusion.muscles.rows import MuscleTable
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli import main
-from cardsflow_fmu.simulation import simulate
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies import run_study
-from cardsflow_fmu.studies.best_robot import muscle_table, write_best
-from cardsflow_fmu.studies.optimisation import cost, optimise
-from cardsflow_fmu.studies.outcome import Outcome
-from cardsflow_fmu.studies.sampling import Run
-from cardsflow_fmu.studies.study import Constraint, Optimise
+from cardsflow_fmu.studies.analysis.best_robot import muscle_table, write_best
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.sampling import Run
+from cardsflow_fmu.studies.definition.study import Constraint, Optimise
+from cardsflow_fmu.studies.execution.optimisation import cost, optimise
 
 BOX = """
 [[vary]]

@@ -9,7 +9,7 @@ from small_studies import KP, ROOT, SHORT, small_study, write_study
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.studies import Study
-from cardsflow_fmu.studies.variations import Listed, Uniform
+from cardsflow_fmu.studies.definition.variations import Listed, Uniform
 
 
 def vary(path: str, values: str = "values = [1.0]") -> str:

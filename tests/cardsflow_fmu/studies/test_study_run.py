@@ -19,13 +19,13 @@ import pytest
 from small_studies import one_thread, small_study, write_study
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.cli import main
+from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.studies import StudyError, StudyResult, run_study
-from cardsflow_fmu.studies.crew import GivenCrew
-from cardsflow_fmu.studies.execution import only_run
-from cardsflow_fmu.studies.outcome import Outcome
-from cardsflow_fmu.studies.study import Study
-from cardsflow_fmu.studies.worker import Job
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.studies.execution.executors import GivenCrew
+from cardsflow_fmu.studies.execution.worker import Job
+from cardsflow_fmu.studies.run_study import only_run
 
 BOUNDS = """
 [[vary]]

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from small_studies import small_study
 
-from cardsflow_fmu.studies.sampling import Run, expand, run_count, run_seed, sample
-from cardsflow_fmu.studies.study import Study
-from cardsflow_fmu.studies.variations import Listed, LogUniform, Normal, Uniform
+from cardsflow_fmu.studies.definition.sampling import Run, expand, run_count, run_seed, sample
+from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.studies.definition.variations import Listed, LogUniform, Normal, Uniform
 
 TWO = """
 [[vary]]

@@ -10,7 +10,7 @@ from small_studies import PLANAR
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.setting_paths import PathError, join_path, set_value, split_path
+from cardsflow_fmu.config.key_path import PathError, join_path, set_value, split_path
 
 FILE = Path("experiment.toml")
 

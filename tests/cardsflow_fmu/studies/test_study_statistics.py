@@ -12,11 +12,8 @@ import pytest
 from scipy import stats
 from small_studies import small_study
 
-from cardsflow_fmu.studies.execution import summary_text
-from cardsflow_fmu.studies.outcome import Outcome
-from cardsflow_fmu.studies.plots import histogram
-from cardsflow_fmu.studies.sampling import expand
-from cardsflow_fmu.studies.statistics import (
+from cardsflow_fmu.studies.analysis.plots import histogram
+from cardsflow_fmu.studies.analysis.statistics import (
     Collected,
     collect,
     distributions,
@@ -25,8 +22,11 @@ from cardsflow_fmu.studies.statistics import (
     variance_share,
     worst_runs,
 )
-from cardsflow_fmu.studies.study import Study
-from cardsflow_fmu.studies.table import columns_of
+from cardsflow_fmu.studies.analysis.table import columns_of
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.sampling import expand
+from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.studies.run_study import summary_text
 
 TWO = """
 [[vary]]

@@ -18,11 +18,11 @@ from small_studies import one_thread, small_study, write_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study
-from cardsflow_fmu.studies.dask_crew import dask_crew
-from cardsflow_fmu.studies.outcome import Outcome
-from cardsflow_fmu.studies.perform import perform
-from cardsflow_fmu.studies.sampling import Run
-from cardsflow_fmu.studies.worker import Job
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.sampling import Run
+from cardsflow_fmu.studies.execution.dask_executor import dask_crew
+from cardsflow_fmu.studies.execution.dispatch import perform
+from cardsflow_fmu.studies.execution.worker import Job
 
 LONG = pytest.mark.skipif(
     "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
@@ -142,7 +142,7 @@ def started(file: Path, output: Path, *, resume: bool) -> subprocess.Popen[Any]:
     """The command line, on its own."""
     words = ["study", str(file), "-j", "2", "-o", str(output)]
     words += ["--resume"] if resume else []
-    command = [sys.executable, "-m", "cardsflow_fmu.cli", *words]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *words]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot.model import WORLD, Inertia, Robot
+from addin_sdfusion.robot.model.robot import WORLD, Inertia, Robot
 from addin_sdfusion.robot.readers import read_robot
 
 from ..build import Builder, Path

@@ -1,0 +1,203 @@
+"""From the snapshot of a design to a robot, and everything that is wrong on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..muscles.design_table import MuscleTable, read_table
+from ..report import in_order
+from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import error, warning
+from ..robot.model.pose import Pose
+from ..robot.model.robot import Link, Robot
+from ..snapshot import BodySnapshot, DesignSnapshot
+from .design_checks import (
+    body_findings,
+    design_notes,
+    massless_links,
+    name_findings,
+    point_findings,
+    snapshot_findings,
+    up_hint,
+)
+from .design_joints import Edge, Edges, find_edges, grounded_links
+from .link_frames import Frames, place_links
+from .link_masses import Masses, weigh
+from .links import PREFIX, Links, find_links, is_link_group
+from .mass_properties import link_inertia
+from .rigid_motion import pose
+from .robot_findings import with_check
+from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
+from .tree import Tree, find_tree
+from .upright import upright
+
+
+@dataclass(frozen=True)
+class BuiltRobot:
+    """A robot that was built from a design.
+
+    Poses and bodies are in the world frame: the design's root frame, turned by a quarter about x
+    where its y axis points up.
+
+    Attributes:
+        robot: Without meshes; None if a finding is an error.
+        findings: All that is wrong with the design and the robot, errors first.
+        T_world_link: The pose of every link that has a place in the tree, at the design's pose.
+        bodies_of_link: The bodies of every link.
+        link_of_occurrence: As `link_of`.
+        base: The link that the tree starts from; empty if there is none.
+        loops: For every closed loop the names of the joints one of which may be cut.
+    """
+
+    robot: Robot | None
+    findings: tuple[Finding, ...]
+    T_world_link: Mapping[str, Pose] = field(default_factory=dict)
+    bodies_of_link: Mapping[str, tuple[BodySnapshot, ...]] = field(default_factory=dict)
+    link_of_occurrence: Mapping[str, str] = field(default_factory=dict)
+    base: str = ""
+    loops: tuple[tuple[str, ...], ...] = ()
+
+
+def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
+    """Build a robot from a design.
+
+    The result does not depend on the order in which anything stands in the snapshot.
+
+    Args:
+        snapshot: The design, with the settings of the export.
+    """
+    wrong = snapshot_findings(snapshot)
+    if not wrong:
+        building = _Building(upright(snapshot))
+        if building.has_links:
+            return building.built()
+        wrong = building.findings
+    return BuiltRobot(None, in_order([*snapshot.findings, *wrong]))
+
+
+def check_design(snapshot: DesignSnapshot) -> list[Finding]:
+    """Everything that is wrong with a design and the robot in it, errors first.
+
+    Args:
+        snapshot: The design, with the settings of the export.
+    """
+    return list(build_robot(snapshot).findings)
+
+
+def link_of(snapshot: DesignSnapshot) -> Mapping[str, str]:
+    """The link of each occurrence's path that belongs to one; the empty path is the root's bodies.
+
+    Args:
+        snapshot: The design; where components are links, the root is one if it has bodies.
+    """
+    return find_links(snapshot).of_occurrence
+
+
+class _Building:
+    """The work on one robot.
+
+    Args:
+        snapshot: The design, with z up.
+    """
+
+    def __init__(self, snapshot: DesignSnapshot) -> None:
+        self._snapshot = snapshot
+        self.findings: list[Finding] = list(snapshot.findings)
+        all_links = find_links(snapshot)
+        self.findings += all_links.findings
+        edges = find_edges(snapshot, all_links)
+        self.findings += edges.findings
+        self._links = self._not_empty(all_links, edges)
+        self._masses: Masses = weigh(snapshot, self._links)
+        self._tree: Tree = self._find_tree(edges)
+        self._frames: Frames = place_links(self._tree.branches)
+
+    @property
+    def has_links(self) -> bool:
+        """Whether there is anything to build."""
+        return bool(self._links.names)
+
+    def built(self) -> BuiltRobot:
+        """Put everything together."""
+        snapshot, links, masses = self._snapshot, self._links, self._masses
+        table, findings = read_table(snapshot, links.of_occurrence)
+        muscles = self._muscles(table)
+        robot = self._robot(muscles)
+        base = self._tree.branches[0].child if self._tree.branches else ""
+        self.findings += [
+            *masses.findings,
+            *self._tree.findings,
+            *body_findings(snapshot, links),
+            *findings,
+            *muscles.findings,
+            *point_findings(snapshot, table, links),
+            *name_findings(robot),
+            *design_notes(snapshot, robot),
+            *up_hint(snapshot, masses.parts, base),
+        ]
+        massless = massless_links(links.names, masses.parts)
+        found = in_order(with_check(self.findings, massless, robot))
+        return BuiltRobot(
+            None if any(finding.is_error for finding in found) else robot,
+            found,
+            {link: pose(T) for link, T in self._frames.T_world_link.items()},
+            masses.bodies,
+            links.of_occurrence,
+            base,
+            self._tree.loops,
+        )
+
+    def _not_empty(self, links: Links, edges: Edges) -> Links:
+        """The links without components that hold nothing and are held by nothing."""
+        if links.from_groups or self._snapshot.settings.components:
+            return links
+        of = links.of_occurrence
+        used = {link for edge in edges.joints for link in edge.links}
+        used |= {of[body.occurrence] for body in self._snapshot.bodies if body.occurrence in of}
+        used |= {of[o.path] for o in self._snapshot.occurrences if o.mass and o.path in of}
+        empty = [name for name in links.names if name not in used]
+        for name in empty:
+            problem = "has no bodies and no joints, so it is not exported; add some or delete it"
+            self.findings.append(warning(Subject("link", name), "empty-component", problem))
+        if empty and len(empty) == len(links.names):
+            problem = "nothing to export: no component has a body"
+            subject = Subject("design", self._snapshot.name)
+            self.findings.append(error(subject, "nothing-to-export", problem))
+        return links.without(empty)
+
+    def _find_tree(self, edges: Edges) -> Tree:
+        snapshot, links = self._snapshot, self._links
+        held = [edge for edge in edges.held if _is_between(edge, links)]
+        grounded = [n for n in grounded_links(snapshot, links) if n in links.names]
+        settings, name = snapshot.settings, snapshot.name
+        return find_tree(links.names, edges.joints, held, grounded, settings, name)
+
+    def _muscles(self, table: MuscleTable) -> RobotMuscles:
+        groups = self._snapshot.groups
+        suppressed = {
+            group.name.removeprefix(PREFIX)
+            for group in groups
+            if group.suppressed and is_link_group(group)
+        }
+        return robot_muscles(table, self._frames.T_world_link, suppressed)
+
+    def _robot(self, muscles: RobotMuscles) -> Robot:
+        poses = self._frames.T_world_link
+        names = [set_.name for set_ in muscles.task_sets]
+        return Robot(
+            self._snapshot.settings.name or self._snapshot.name,
+            tuple(
+                Link(link, link_inertia(self._masses.parts[link], T)) for link, T in poses.items()
+            ),
+            self._frames.joints,
+            muscles.cable_sets,
+            CABLE_SET if muscles.cable_sets else "",
+            muscles.task_sets,
+            TASK_SET if TASK_SET in names else "",
+            wrap_surfaces=muscles.surfaces,
+        )
+
+
+def _is_between(edge: Edge, links: Links) -> bool:
+    return all(link in links.names for link in edge.links)

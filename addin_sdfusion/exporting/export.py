@@ -1,0 +1,230 @@
+"""From a design snapshot to a robot folder that simulates.
+
+    model.sdf, model.config, cardsflow.xml   the robot with its muscles
+    meshes/visual, meshes/collision          STL, in metres, in the frames of the links
+    experiment.toml                          with which `cardsflow run` simulates it
+    caspr/, <name>.osim                      for CASPR and OpenSim
+    findings.txt, findings.json              what is doubtful, and what a format cannot hold
+
+Nothing in them depends on the day or the machine: the same design gives the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+from ..progress import Progress, no_progress
+from ..report import condensed, in_order, report_json, report_text
+from ..robot.checks.check import check
+from ..robot.errors import RobotError
+from ..robot.files import write_files
+from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import warning
+from ..robot.model.pose import IDENTITY, Pose
+from ..robot.model.robot import Link, Mesh, Robot
+from ..robot.model.rotations import inverse
+from ..robot.writers.caspr.model import losses as caspr_losses
+from ..robot.writers.caspr.model import write_caspr
+from ..robot.writers.convert import FORMATS, Format, convert_to
+from ..robot.writers.opensim.model import osim_losses, write_osim
+from ..robot.writers.sdf.model import sdf_losses, write_sdf
+from ..settings import ExportSettings
+from ..snapshot import BodySnapshot, DesignSnapshot
+from .experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
+from .link_meshes import link_meshes
+from .robot_folder import EXPERIMENT, Replacement, replacing
+from .safe_names import safe_name, safe_names
+
+CASPR = "caspr"
+"""The folder of CASPR's files."""
+
+
+class Exported(NamedTuple):
+    """What an export gave.
+
+    Attributes:
+        files: The export's files, in order.
+        findings: What is doubtful, what a format cannot hold, and which of the user's files were
+            kept.
+    """
+
+    files: tuple[Path, ...]
+    findings: tuple[Finding, ...]
+
+
+class Built(Protocol):
+    """What the export needs of a robot that was built from a design."""
+
+    @property
+    def robot(self) -> Robot | None:
+        """The robot; None where there is none."""
+
+    @property
+    def findings(self) -> Sequence[Finding]:
+        """What is wrong with the design."""
+
+    @property
+    def T_world_link(self) -> Mapping[str, Pose]:
+        """The pose of every link in the world, z up, as the design stands."""
+
+    @property
+    def bodies_of_link(self) -> Mapping[str, Sequence[BodySnapshot]]:
+        """The bodies of every link, in the world: of a design with y up, turned upright."""
+
+
+def export_robot(
+    snapshot: DesignSnapshot, folder: str | Path, *, progress: Progress | None = None
+) -> Exported:
+    """Write a design as a robot folder, in place of what an earlier export wrote there.
+
+    Args:
+        snapshot: The design, with the settings of the export.
+        folder: Where to; made if it does not exist. Its name is that of the model in Gazebo.
+        progress: Told how far it is; may raise `Cancelled`.
+
+    Raises:
+        RobotError: The design has errors; the exception carries all findings.
+        InputError: The folder cannot be written.
+        Cancelled: The user has stopped it. With every error the folder is as it was.
+    """
+    from ..building.build_robot import build_robot
+
+    return export_built(build_robot(snapshot), snapshot.settings, folder, progress=progress)
+
+
+def export_built(
+    built: Built,
+    settings: ExportSettings,
+    folder: str | Path,
+    *,
+    progress: Progress | None = None,
+) -> Exported:
+    """As `export_robot`, with a robot that has been built already."""
+    with replacing(folder) as replacement:
+        findings = _Export(built, settings, replacement, progress or no_progress).write()
+        files, kept = replacement.commit()
+    return Exported(files, in_order([*findings, *kept]))
+
+
+class _Export:
+    """The work on one export.
+
+    Args:
+        built: The robot, without meshes, and its bodies.
+        settings: What to write.
+        replacement: Where to.
+        progress: Told before every step.
+    """
+
+    def __init__(
+        self, built: Built, settings: ExportSettings, replacement: Replacement, progress: Progress
+    ) -> None:
+        self._built = built
+        self._settings = settings
+        self._folder = replacement.new
+        self._model = replacement.folder.name
+        self._progress = progress
+        self._findings: list[Finding] = list(built.findings)
+
+    def write(self) -> tuple[Finding, ...]:
+        """Write everything; returns all findings."""
+        robot = self._with_meshes(self._valid())
+        links = len(robot.links)
+        self._progress(links, links + 3, "robot files")
+        self._findings += condensed(sdf_losses(robot))
+        write_sdf(robot, self._folder)
+        self._write_experiment(robot)
+        self._progress(links + 1, links + 3, "files of other programs")
+        name = safe_name(robot.name)
+        if self._settings.caspr:
+            self._write_caspr(robot, name)
+        if self._settings.osim:
+            self._write_osim(robot, name)
+        findings = in_order(self._findings)
+        reports = {"findings.txt": report_text(findings), "findings.json": report_json(findings)}
+        write_files(self._folder, reports)
+        self._progress(links + 2, links + 3, "files into their places")
+        return findings
+
+    def _valid(self) -> Robot:
+        """The robot, if it can be written."""
+        robot = self._built.robot
+        if robot is not None:
+            self._findings += check(robot)
+            self._findings += [finding for finding in sdf_losses(robot) if finding.is_error]
+        findings = in_order(self._findings)
+        if robot is None or any(finding.is_error for finding in findings):
+            raise RobotError(findings)
+        return robot
+
+    def _with_meshes(self, robot: Robot) -> Robot:
+        """Write the meshes; returns the robot with them."""
+        stems = safe_names(link.name for link in robot.links)
+        links = []
+        for i, link in enumerate(robot.links):
+            self._progress(i, len(robot.links) + 3, f"meshes of {link.name}")
+            links.append(self._with_mesh(link, stems[link.name]))
+        return replace(robot, links=tuple(links))
+
+    def _with_mesh(self, link: Link, stem: str) -> Link:
+        bodies = self._built.bodies_of_link.get(link.name, ())
+        T_link_world = inverse(self._built.T_world_link[link.name]) if bodies else IDENTITY
+        made = link_meshes(link.name, stem, bodies, T_link_world, self._settings)
+        self._findings += made.findings
+        for path, content in made.files.items():
+            file = self._folder / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        meshes = (replace(mesh, uri=self._uri(mesh)) for mesh in made.meshes)
+        return replace(link, meshes=tuple(meshes))
+
+    def _uri(self, mesh: Mesh) -> str:
+        """Gazebo finds a model by the name of its folder."""
+        return f"model://{self._model}/{mesh.uri}"
+
+    def _write_experiment(self, robot: Robot) -> None:
+        self._findings += experiment_findings(robot)
+        if can_run(robot):
+            text = experiment_text(robot, gentle_motion(robot))
+            write_files(self._folder, {EXPERIMENT: text})
+
+    def _write_caspr(self, robot: Robot, name: str) -> None:
+        if not robot.coordinates:
+            problem = "no files for CASPR are written: no joint moves"
+            self._findings.append(warning(Subject("robot", robot.name), "caspr-no-joints", problem))
+            return
+        trajectories = [gentle_motion(robot)]
+        losses = partial(caspr_losses, trajectories=trajectories)
+        write = partial(write_caspr, name=name, trajectories=trajectories)
+        self._write_as("CASPR", Format(losses, write, FORMATS["caspr"].prepare), robot, CASPR)
+
+    def _write_osim(self, robot: Robot, name: str) -> None:
+        meshes = {
+            mesh.uri: mesh.uri.removeprefix(f"model://{self._model}/")
+            for link in robot.links
+            for mesh in link.meshes
+        }
+        write = partial(write_osim, name=name, meshes=meshes)
+        self._write_as("OpenSim", Format(osim_losses, write), robot, "")
+
+    def _write_as(self, program: str, format_: Format, robot: Robot, folder: str) -> None:
+        """Write the files of another program, or say why there are none."""
+        try:
+            written = convert_to(format_, robot, self._folder / folder)
+        except RobotError as error:
+            self._findings += _downgraded(program, error)
+        else:
+            self._findings += condensed(written.findings)
+
+
+def _downgraded(program: str, error: RobotError) -> list[Finding]:
+    """What keeps a robot from being written for one program does not keep it from the others."""
+    errors = [finding for finding in error.findings if finding.is_error]
+    return [
+        Finding("warning", f.code, f"no files for {program} are written: {f.message}", f.subject)
+        for f in condensed(errors)
+    ]

@@ -1,0 +1,297 @@
+"""Reads the CSV file of a table of muscles; `muscle_csv` writes it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import get_args
+
+from ..robot.errors import UnknownNameError
+from ..robot.finding import Finding, Severity, Subject
+from ..robot.model.muscle import CableKind, CableModel
+from ..robot.model.pose import Vector3
+from ..robot.model.robot import WORLD, Axis
+from .attributes import COLOR
+from .edits import next_color, with_muscle
+from .point_names import natural_key
+from .rows import MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow
+
+COLUMNS = (
+    "role",
+    "name",
+    "number",
+    "link",
+    "x [m]",
+    "y [m]",
+    "z [m]",
+    "color",
+    "f_min [N]",
+    "f_max [N]",
+    "model",
+    "parameters",
+    "axes",
+)
+"""The columns of a file that is written, in order; read in any order."""
+
+_REQUIRED = ("name", "link", "x", "y", "z")
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_UNITS = {"x": _METRES, "y": _METRES, "z": _METRES, "f_min": {"N": 1.0}, "f_max": {"N": 1.0}}
+_KINDS: tuple[str, ...] = get_args(CableKind)
+_AXES: tuple[str, ...] = get_args(Axis)
+_HEADER = re.compile(r"(?P<name>[a-z_]+) *(?:[\[(](?P<unit>[a-z]+)[\])])?", re.IGNORECASE)
+_LARGEST_NUMBER = 10**6
+
+
+def read_csv(
+    data: bytes, links: Collection[str] | None = None, file: Path | None = None
+) -> tuple[MuscleTable, list[Finding]]:
+    """The table of a file: comma, semicolon or tab; UTF-8 or, with its mark, UTF-16.
+
+    Args:
+        data: The file's content.
+        links: Names of all links; not checked if None.
+        file: The file, for the findings.
+
+    Returns:
+        The table, and everything that is wrong with the file; with an error, the table lacks what
+        the error is about.
+    """
+    reader = _Reader(file, links)
+    text = reader.decoded(data)
+    if text is not None:
+        reader.read(text)
+    return reader.table(), reader.findings
+
+
+@dataclass
+class _Reader:
+    """What is read of a file so far."""
+
+    file: Path | None
+    links: Collection[str] | None
+    findings: list[Finding] = field(default_factory=list)
+    rows: dict[str, MuscleRow] = field(default_factory=dict)
+    said: dict[str, dict[str, str]] = field(default_factory=dict)
+    points: list[ViaPointRow] = field(default_factory=list)
+    tasks: list[TaskRow] = field(default_factory=list)
+    markers: list[MarkerRow] = field(default_factory=list)
+    units: Mapping[str, float] = field(default_factory=dict)
+    decimal_comma: bool = False
+    line: int = 0
+
+    def say(self, severity: Severity, code: str, message: str) -> None:
+        name = str(self.file or "")
+        found = Finding(severity, code, message, Subject("file", name), self.file, self.line)
+        self.findings.append(found)
+
+    def decoded(self, data: bytes) -> str | None:
+        wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+        try:
+            return data.decode("utf-16" if wide else "utf-8-sig")
+        except UnicodeDecodeError:
+            self.line = 1
+            self.say("error", "bad-encoding", "is not UTF-8; save it as 'CSV UTF-8'")
+            return None
+
+    def read(self, text: str) -> None:
+        first = text.split("\n", 1)[0]
+        delimiter = max(",;\t", key=first.count)
+        self.decimal_comma = delimiter != ","
+        lines = self.records(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
+        columns = self.header(next(lines, []))
+        if columns is None:
+            return
+        for cells in lines:
+            if len(cells) > len(columns) and any(cells[len(columns) :]):
+                message = f"has {len(cells)} cells, the first line has {len(columns)}"
+                self.say("error", "bad-line", message)
+            elif any(cells):
+                self.record(dict(zip(columns, cells, strict=False)))
+
+    def records(self, reader: Iterator[list[str]]) -> Iterator[list[str]]:
+        """Lines with their cells; `line` is that which a record begins in."""
+        end = 0
+        while True:
+            self.line = end + 1
+            try:
+                cells = next(reader, None)
+            except csv.Error as error:
+                self.say("error", "bad-line", f"cannot be read: {error}")
+                return
+            if cells is None:
+                return
+            end = reader.line_num  # type: ignore[attr-defined]
+            yield [cell.strip() for cell in cells]
+
+    def header(self, cells: list[str]) -> list[str] | None:
+        known = [_column(column)[0] for column in COLUMNS]
+        columns, units = [], {}
+        for cell in cells:
+            name, unit = _column(cell)
+            columns.append(name)
+            if name not in known:
+                if cell:
+                    self.say("warning", "unknown-column", f"column {cell!r} is left out")
+                continue
+            factors = _UNITS.get(name, {})
+            if unit and unit not in factors:
+                message = f"column {cell!r}: the unit must be one of {', '.join(factors) or 'none'}"
+                self.say("error", "bad-unit", message)
+            units[name] = factors.get(unit, 1.0)
+        self.units = units
+        missing = [name for name in _REQUIRED if name not in columns]
+        if missing:
+            message = f"has no column {', '.join(missing)}; the first line must name the columns"
+            self.say("error", "missing-column", message)
+            return None
+        return columns
+
+    def record(self, cells: Mapping[str, str]) -> None:
+        role = cells.get("role") or "via"
+        name = cells["name"] if cells.get("name") else ""
+        if not name:
+            self.say("error", "missing-name", "has no name")
+        elif role not in ("via", "task", "marker"):
+            message = f"role must be via, task or marker, not {role!r}"
+            self.say("error", "bad-role", message)
+        elif role == "via":
+            self.via(name, cells)
+        elif (place := self.place(cells)) is not None:
+            if role == "task":
+                self.task(name, cells, place)
+            elif any(m.name == name for m in self.markers):
+                self.say("error", "duplicate-name", f"marker {name!r} is there already")
+            else:
+                self.markers.append(MarkerRow(name, *place))
+
+    def task(self, name: str, cells: Mapping[str, str], place: tuple[str, Vector3]) -> None:
+        axes = tuple(axis for axis in _AXES if axis in cells.get("axes", "").split())
+        unknown = [axis for axis in cells.get("axes", "").split() if axis not in _AXES]
+        if unknown:
+            message = f"axes: {unknown[0]!r} is none of {', '.join(_AXES)}"
+            self.say("error", "bad-axes", message)
+        elif any(task.name == name for task in self.tasks):
+            self.say("error", "duplicate-name", f"task point {name!r} is there already")
+        else:
+            row = TaskRow(name, *place)
+            self.tasks.append(replace(row, axes=axes) if axes else row)  # type: ignore[arg-type]
+
+    def via(self, name: str, cells: Mapping[str, str]) -> None:
+        self.muscle(name, cells)
+        if not any(cells.get(key) for key in ("number", "link", "x", "y", "z")):
+            return
+        place = self.place(cells)
+        mine = [point.number for point in self.points if point.muscle == name]
+        number = self.number(cells.get("number", ""), max(mine, default=-1) + 1)
+        if number in mine:
+            self.say("error", "duplicate-number", f"muscle {name!r} has a point {number} already")
+        elif place is not None and number is not None:
+            self.points.append(ViaPointRow(name, number, *place))
+
+    def number(self, text: str, default: int) -> int | None:
+        if not text:
+            return default
+        try:
+            number = int(text)
+        except ValueError:
+            number = -1
+        if not 0 <= number <= _LARGEST_NUMBER:
+            self.say("error", "bad-number", f"number must be 0, 1, 2, ..., not {text!r}")
+            return None
+        return number
+
+    def place(self, cells: Mapping[str, str]) -> tuple[str, Vector3] | None:
+        link = cells.get("link", "")
+        if not link:
+            self.say("error", "missing-link", "has no link")
+            return None
+        if self.links is not None and link not in self.links and link != WORLD:
+            self.say("error", "unknown-link", UnknownNameError("link", link, self.links).what)
+            return None
+        x, y, z = (self.float(key, cells.get(key, "")) for key in ("x", "y", "z"))
+        if x is None or y is None or z is None:
+            return None
+        return link, (x, y, z)
+
+    def float(self, key: str, text: str) -> float | None:
+        number = _float(text.replace(",", ".") if self.decimal_comma else text)
+        if number is None or not (math.isfinite(number) or (key == "f_max" and number > 0)):
+            self.say("error", "bad-number", f"{key} must be a number, not {text!r}")
+            return None
+        return number * self.units.get(key, 1.0)
+
+    def muscle(self, name: str, cells: Mapping[str, str]) -> None:
+        """What a line says of the muscle; another line of it may not say something else."""
+        keys = ("color", "f_min", "f_max", "model", "parameters")
+        new = {key: cells[key] for key in keys if cells.get(key)}
+        before = self.said.setdefault(name, {})
+        for key, text in new.items():
+            if before.get(key, text) != text:
+                message = f"{key} of muscle {name!r} is {text!r} here and {before[key]!r} before"
+                self.say("error", "contradiction", message)
+                return
+        row = self.rows.get(name, MuscleRow(name, ""))
+        for key in [key for key in new if key not in before]:
+            changed = self.property(row, key, new[key])
+            row = changed or row
+            before[key] = new[key]
+        self.rows[name] = row
+
+    def property(self, row: MuscleRow, key: str, text: str) -> MuscleRow | None:
+        if key == "color":
+            if not COLOR.fullmatch(text):
+                self.say("error", "bad-color", f"color must be #rrggbb, not {text!r}")
+                return None
+            return replace(row, color=text.lower())
+        if key == "model":
+            if text not in _KINDS:
+                message = f"model must be one of {', '.join(_KINDS)}, not {text!r}"
+                self.say("error", "bad-model", message)
+                return None
+            return replace(row, model=replace(row.model, kind=text))  # type: ignore[arg-type]
+        if key == "parameters":
+            return self.parameters(row, text)
+        number = self.float(key, text)
+        if number is None:
+            return None
+        return replace(row, f_min=number) if key == "f_min" else replace(row, f_max=number)
+
+    def parameters(self, row: MuscleRow, text: str) -> MuscleRow | None:
+        pairs = [pair.partition("=") for pair in text.split()]
+        values = [_float(v.replace(",", ".") if self.decimal_comma else v) for _, _, v in pairs]
+        named = [(name, v) for (name, *_), v in zip(pairs, values, strict=True) if name]
+        numbers = tuple((name, v) for name, v in named if v is not None and math.isfinite(v))
+        if len(numbers) != len(pairs):
+            self.say("error", "bad-parameters", f"parameters must be name=number ..., not {text!r}")
+            return None
+        return replace(row, model=CableModel(row.model.kind, numbers))
+
+    def table(self) -> MuscleTable:
+        table = MuscleTable()
+        for row in self.rows.values():
+            table = with_muscle(table, row if row.color else replace(row, color=next_color(table)))
+        order = {name: i for i, name in enumerate(self.rows)}
+        return replace(
+            table,
+            points=tuple(sorted(self.points, key=lambda p: (order[p.muscle], p.number))),
+            tasks=tuple(sorted(self.tasks, key=lambda t: natural_key(t.name))),
+            markers=tuple(sorted(self.markers, key=lambda m: natural_key(m.name))),
+        )
+
+
+def _column(header: str) -> tuple[str, str]:
+    """Name and unit of a column; the name is the header itself if it is of another form."""
+    match = _HEADER.fullmatch(header)
+    return (match["name"].lower(), match["unit"] or "") if match else (header, "")
+
+
+def _float(text: str) -> float | None:
+    try:
+        return float(text) if "_" not in text else None
+    except ValueError:
+        return None

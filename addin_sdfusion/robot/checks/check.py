@@ -1,0 +1,63 @@
+"""Tells everything that is wrong with a robot at once, errors apart from warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from ..errors import RobotError
+from ..finding import Finding
+from ..model.robot import Robot
+from . import masses, muscles, names, numbers, tasks, tension_laws, tree, wraps
+
+Check = Callable[[Robot], Iterable[Finding]]
+
+CHECKS: tuple[Check, ...] = (
+    names.names,
+    names.world_is_reserved,
+    names.active_sets,
+    numbers.numbers,
+    tree.joint_ends,
+    tree.one_parent_each,
+    tree.parents_first,
+    tree.no_loops,
+    tree.axes,
+    tree.coordinates,
+    tree.limits,
+    masses.inertias,
+    masses.moving_bodies,
+    masses.inertia_about_axis,
+    muscles.has_muscles,
+    muscles.via_points,
+    muscles.moment_arms,
+    muscles.force_limits,
+    muscles.cable_models,
+    tension_laws.tension_laws,
+    wraps.wrap_surfaces,
+    wraps.wraps,
+    tasks.task_frames,
+)
+
+
+def check(robot: Robot) -> list[Finding]:
+    """Everything that is wrong or doubtful.
+
+    Args:
+        robot: Any robot, however broken.
+
+    Returns:
+        Errors first, then warnings; empty for a sound robot.
+    """
+    findings = [finding for single in CHECKS for finding in single(robot)]
+    return sorted(findings, key=lambda finding: not finding.is_error)
+
+
+def require_valid(robot: Robot) -> Robot:
+    """The robot itself, if nothing makes it unusable.
+
+    Raises:
+        RobotError: It has errors; the exception carries all findings.
+    """
+    findings = check(robot)
+    if any(finding.is_error for finding in findings):
+        raise RobotError(findings)
+    return robot

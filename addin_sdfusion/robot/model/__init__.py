@@ -1,0 +1,1 @@
+"""The robot description: links, joints, muscles, trajectories."""

@@ -1,0 +1,136 @@
+"""Joints: elementary motions one after another, and the coordinates that drive them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from .pose import IDENTITY, Pose, Vector3
+
+MotionKind = Literal["rotation", "translation"]
+JointType = Literal[
+    "fixed", "revolute", "prismatic", "universal", "ball", "planar", "free", "compound"
+]
+
+_UNIT: dict[MotionKind, Literal["rad", "m"]] = {"rotation": "rad", "translation": "m"}
+_ORTHOGONAL = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """One generalised coordinate q_i.
+
+    Attributes:
+        name: Its name, unique among the coordinates.
+        lower, upper: Limits, in [rad] or [m]; infinite where there is none.
+        initial: The value at the start unless an experiment says otherwise, in [rad] or [m].
+        damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
+        unit: `rad` or `m`.
+        actuated: Whether a motor of its own drives it, beside the muscles.
+        stiffness: Of a spring in the joint, in [N·m/rad] or [N/m]; 0 for none.
+        rest: Where the spring makes no torque, in [rad] or [m].
+        friction: Coulomb friction: the torque or force that holds it at rest, and that slows it
+            when it moves, in [N·m] or [N].
+    """
+
+    name: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    initial: float = 0.0
+    damping: float = 0.0
+    unit: Literal["rad", "m"] = "rad"
+    actuated: bool = False
+    stiffness: float = 0.0
+    rest: float = 0.0
+    friction: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A rotation about an axis, or a translation along it.
+
+    Attributes:
+        kind: `rotation` or `translation`.
+        axis: Unit vector in the frame that the joint's motions before this one have led to.
+        coordinate: Index of the coordinate that drives it, among those of the joint.
+    """
+
+    kind: MotionKind
+    axis: Vector3
+    coordinate: int = 0
+
+    @property
+    def unit(self) -> Literal["rad", "m"]:
+        """Unit of the coordinate that drives it."""
+        return _UNIT[self.kind]
+
+
+def revolute(axis: Vector3) -> tuple[Motion, ...]:
+    """The motion of a revolute joint: a rotation about a unit vector in the joint frame."""
+    return (Motion("rotation", axis),)
+
+
+def prismatic(axis: Vector3) -> tuple[Motion, ...]:
+    """The motion of a prismatic joint: a translation along a unit vector in the joint frame."""
+    return (Motion("translation", axis),)
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A connection between a parent and a child link.
+
+    The child's pose in the parent is
+    T_parent_child = T_parent_joint · motion_1(q) · motion_2(q) · ... · T_child_joint⁻¹.
+
+    Attributes:
+        name: Its name, unique among the joints.
+        parent: The parent link, or `WORLD`.
+        child: The child link.
+        motions: The motions in their order from the parent to the child; none for a fixed joint.
+        coordinates: One a motion, in the order of q.
+        T_parent_joint: Pose of the joint frame in the parent link's frame.
+        T_child_joint: Pose of the frame after the motions in the child link's frame.
+    """
+
+    name: str
+    parent: str
+    child: str
+    motions: tuple[Motion, ...] = ()
+    coordinates: tuple[Coordinate, ...] = ()
+    T_parent_joint: Pose = IDENTITY
+    T_child_joint: Pose = IDENTITY
+
+    @property
+    def type(self) -> JointType:
+        """What the field calls a joint with these motions."""
+        return joint_type(self.motions)
+
+
+def joint_type(motions: tuple[Motion, ...]) -> JointType:
+    """What the field calls a joint.
+
+    `universal` is two rotations about orthogonal axes, `ball` three, each orthogonal to the one
+    before, `planar` two translations and a rotation about their normal, `free` three translations
+    and then a ball; `compound` is any other sequence.
+    """
+    pattern = "".join(motion.kind[0] for motion in motions)
+    if pattern in ("", "r", "t"):
+        names: dict[str, JointType] = {"": "fixed", "r": "revolute", "t": "prismatic"}
+        return names[pattern]
+    if pattern in ("rr", "rrr") and _orthogonal(motions):
+        return "universal" if pattern == "rr" else "ball"
+    if pattern == "ttr" and _orthogonal(motions) and _orthogonal((motions[0], motions[2])):
+        return "planar"
+    if pattern == "tttrrr" and _orthogonal(motions[:3]) and _orthogonal(motions[3:]):
+        return "free"
+    return "compound"
+
+
+def _orthogonal(motions: tuple[Motion, ...]) -> bool:
+    """Whether each axis is orthogonal to the one before."""
+    return all(
+        abs(sum(a * b for a, b in zip(first.axis, second.axis, strict=True))) <= _ORTHOGONAL
+        for first, second in pairwise(motions)
+    )

@@ -1,0 +1,162 @@
+"""Rotations, poses and inertia matrices on plain tuples, standard library only.
+
+A rotation is a matrix, row by row, that turns vectors of the child frame into the parent frame.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+
+from .pose import Pose, Vector3
+
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+
+_LARGE = 2.0**200
+UNIT_TOLERANCE = 1e-12
+"""How far a vector's norm may be from one for the vector to be left as it is."""
+
+
+def rotation(rpy: Vector3) -> Matrix3:
+    """The rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Args:
+        rpy: Roll, pitch and yaw, in [rad].
+    """
+    (cr, cp, cy), (sr, sp, sy) = map(math.cos, rpy), map(math.sin, rpy)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
+    """The rotation matrix about an axis: exactly none for the angle 0.
+
+    Args:
+        axis: Unit vector.
+        angle: In [rad].
+    """
+    x, y, z = axis
+    c, s = math.cos(angle), math.sin(angle)
+    d = 1.0 - c
+    return (
+        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
+        (d * y * x + s * z, c + d * y * y, d * y * z - s * x),
+        (d * z * x - s * y, d * z * y + s * x, c + d * z * z),
+    )
+
+
+def rpy(R: Matrix3) -> Vector3:
+    """Roll, pitch and yaw of a rotation matrix, in [rad]; pitch lies within ±π/2.
+
+    The yaw is what remains after the roll is undone, so the three angles give R back even where
+    roll and yaw turn about the same axis.
+    """
+    roll = math.atan2(R[2][1], R[2][2])
+    pitch = math.atan2(-R[2][0], math.hypot(R[0][0], R[1][0]))
+    sr, cr = math.sin(roll), math.cos(roll)
+    yaw = math.atan2(sr * R[0][2] - cr * R[0][1], cr * R[1][1] - sr * R[1][2])
+    return roll, pitch, yaw
+
+
+def transpose(A: Matrix3) -> Matrix3:
+    """Aᵀ, which for a rotation is its inverse."""
+    (a, b, c), (d, e, f), (g, h, i) = A
+    return (a, d, g), (b, e, h), (c, f, i)
+
+
+def rotate(A: Matrix3, v: Vector3) -> Vector3:
+    """The product A v."""
+    return dot(A[0], v), dot(A[1], v), dot(A[2], v)
+
+
+def multiply(A: Matrix3, B: Matrix3) -> Matrix3:
+    """The product A B."""
+    return transpose((rotate(A, _column(B, 0)), rotate(A, _column(B, 1)), rotate(A, _column(B, 2))))
+
+
+def dot(a: Vector3, b: Vector3) -> float:
+    """The scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector3, b: Vector3) -> Vector3:
+    """The vector product a × b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def add(a: Vector3, b: Vector3) -> Vector3:
+    """The sum a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def subtract(a: Vector3, b: Vector3) -> Vector3:
+    """The difference a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def normalized(v: Vector3) -> Vector3:
+    """The unit vector along v; v itself if it is one already, or if it has no direction."""
+    norm = math.hypot(*v)
+    if norm == 0.0 or not math.isfinite(norm) or abs(norm - 1.0) <= UNIT_TOLERANCE:
+        return v
+    if norm < sys.float_info.min:  # too few digits are left to divide by
+        return normalized((v[0] * _LARGE, v[1] * _LARGE, v[2] * _LARGE))
+    return v[0] / norm, v[1] / norm, v[2] / norm
+
+
+def compose(T_a_b: Pose, T_b_c: Pose) -> Pose:
+    """T_a_c = T_a_b · T_b_c. Where one of them does not rotate, the other's angles are kept."""
+    position = apply(T_a_b, T_b_c.position)
+    if not any(T_a_b.rpy):
+        return Pose(position, T_b_c.rpy)
+    if not any(T_b_c.rpy):
+        return Pose(position, T_a_b.rpy)
+    return Pose(position, rpy(multiply(rotation(T_a_b.rpy), rotation(T_b_c.rpy))))
+
+
+def inverse(T_a_b: Pose) -> Pose:
+    """T_b_a; exact where T_a_b does not rotate."""
+    R_b_a = transpose(rotation(T_a_b.rpy))
+    x, y, z = rotate(R_b_a, T_a_b.position)
+    return Pose((-x, -y, -z), rpy(R_b_a) if any(T_a_b.rpy) else T_a_b.rpy)
+
+
+def apply(T_a_b: Pose, p_b: Vector3) -> Vector3:
+    """The point p_b of frame b, in frame a, in [m]."""
+    if not any(T_a_b.rpy):
+        return add(T_a_b.position, p_b)
+    return add(T_a_b.position, rotate(rotation(T_a_b.rpy), p_b))
+
+
+def rotate_inertia(R_a_b: Matrix3, inertia_b: Matrix3) -> Matrix3:
+    """An inertia matrix along the axes of b, along those of a: R I Rᵀ, in [kg·m²]."""
+    return multiply(multiply(R_a_b, inertia_b), transpose(R_a_b))
+
+
+def point_inertia(mass: float, r: Vector3) -> Matrix3:
+    """Inertia of a mass point at r about the origin: m (rᵀr 1 - r rᵀ), in [kg·m²].
+
+    By the parallel-axis theorem this is also what an inertia matrix gains when it is taken about a
+    point that lies r away from the centre of mass.
+
+    Args:
+        mass: In [kg].
+        r: In [m].
+    """
+    x, y, z = r
+    return (
+        (mass * (y * y + z * z), -mass * x * y, -mass * x * z),
+        (-mass * x * y, mass * (x * x + z * z), -mass * y * z),
+        (-mass * x * z, -mass * y * z, mass * (x * x + y * y)),
+    )
+
+
+def _column(A: Matrix3, j: int) -> Vector3:
+    return A[0][j], A[1][j], A[2][j]

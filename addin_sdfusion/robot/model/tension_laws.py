@@ -1,0 +1,194 @@
+"""The tension laws of muscles: their parameters, commands and states, by the names files use.
+
+This is THE table. The equations themselves stand in the C core (`sim_dart/csrc/law_*.c`), which
+takes the parameters in the order given here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ..errors import InputError, UnknownNameError
+from .muscle import CableModel
+from .tension_parameters import (
+    DE_GROOTE,
+    ELASTIC_CABLE,
+    LIGAMENT,
+    MCKIBBEN,
+    MILLARD,
+    MOTOR,
+    ROBOY_MYO_MUSCLE,
+    ROBOY_TEST_BENCH,
+    SPRING,
+    THELEN,
+    Parameter,
+)
+
+
+class Command(NamedTuple):
+    """What drives a muscle.
+
+    Attributes:
+        name: What it is.
+        unit: Its unit, as FMI writes units.
+        low: Its smallest value: a number, or the parameter that says it (`-` before: its negative).
+        high: Its largest value, likewise.
+    """
+
+    name: str
+    unit: str
+    low: float | str
+    high: float | str
+
+
+class LawState(NamedTuple):
+    """A number that a muscle remembers.
+
+    Attributes:
+        name: What it is; with the muscle's name a variable: `activation.biceps`.
+        unit: Its unit, as FMI writes units.
+        where: The parameter that must not be 0 for the muscle to have it; empty if it always has.
+    """
+
+    name: str
+    unit: str
+    where: str = ""
+
+
+class TensionLaw(NamedTuple):
+    """How the tension of a muscle follows from its command, its length and its speed.
+
+    Attributes:
+        kind: Its name in files.
+        meaning: What it is, in a few words.
+        source: Where the equations come from.
+        parameters: Its numbers, in the C core's order.
+        command: What drives it; None for a passive one.
+        states: What it remembers, in order.
+    """
+
+    kind: str
+    meaning: str
+    source: str
+    parameters: tuple[Parameter, ...] = ()
+    command: Command | None = None
+    states: tuple[LawState, ...] = ()
+
+
+_EXCITATION = Command("excitation", "1", 0.0, 1.0)
+_HILL_STATES = (LawState("activation", "1"), LawState("fibre_length", "m", "elastic_tendon"))
+
+TENSION_LAWS: dict[str, TensionLaw] = {
+    law.kind: law
+    for law in (
+        TensionLaw("ideal", "a cable that pulls as commanded", "f = max(u, 0)", (),
+                   Command("force", "N", 0.0, math.inf)),
+        TensionLaw("elastic_cable", "a cable with stiffness and damping; slack when too long",
+                   "f = k (l - u) + d l' while l > u, never below 0", ELASTIC_CABLE,
+                   Command("rest_length", "m", 0.0, "longest_rest_length")),
+        TensionLaw("passive_spring", "CASPR's spring: it pulls, and pushes when too short",
+                   "CASPR, CableModelPassiveLinearSpring: f = K (l - l0)", SPRING),
+        TensionLaw("series_elastic_motor", "a DC motor with gear and spindle behind a spring",
+                   "Roboy's myo-motor: La i' = V - R i - Ke N w; "
+                   "N J w' = Kt i - r f / (rho N); f = k (l - l0 + r theta)", MOTOR,
+                   Command("voltage", "V", "-max_voltage", "max_voltage"),
+                   (LawState("current", "A"), LawState("spindle_speed", "rad/s"),
+                    LawState("spindle_angle", "rad"))),
+        TensionLaw("mckibben", "a pneumatic muscle: a bladder in a braided sleeve",
+                   "Chou & Hannaford 1996: F = p (3 L^2 - b^2) / (4 pi n^2)", MCKIBBEN,
+                   Command("pressure", "Pa", 0.0, "max_pressure"), (LawState("pressure", "Pa"),)),
+        TensionLaw("hill_degroote2016", "a muscle of Hill's type with smooth closed-form curves",
+                   "De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44", DE_GROOTE,
+                   _EXCITATION, _HILL_STATES),
+        TensionLaw("hill_millard2012", "a muscle of Hill's type with Bezier curves and damping",
+                   "Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135", MILLARD,
+                   _EXCITATION, _HILL_STATES),
+        TensionLaw("hill_thelen2003", "a muscle of Hill's type with Thelen's curves",
+                   "Thelen 2003, J. Biomech. Eng. 125", THELEN, _EXCITATION, _HILL_STATES),
+        TensionLaw("ligament_blankevoort1991", "a ligament: a toe, then a line; damped when pulled",
+                   "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT),
+    )
+}  # fmt: skip
+"""The laws that are simulated, by kind."""
+
+PRESETS: dict[str, CableModel] = {
+    "roboy_myo_muscle": CableModel("series_elastic_motor", ROBOY_MYO_MUSCLE),
+    "roboy_test_bench": CableModel("series_elastic_motor", ROBOY_TEST_BENCH),
+}
+"""Published sets of parameters, by name."""
+
+
+def law_of(model: CableModel) -> TensionLaw:
+    """The law that a muscle is simulated by: `ideal` for what is described only."""
+    return TENSION_LAWS.get(model.kind, TENSION_LAWS["ideal"])
+
+
+def law_parameters(model: CableModel) -> dict[str, float]:
+    """All parameters of a muscle's law, in the C core's order, defaults filled in.
+
+    Args:
+        model: A model without errors; see `check`.
+
+    Raises:
+        InputError: A parameter without a default is not given.
+    """
+    given = dict(model.parameters)
+    values = {}
+    for parameter in law_of(model).parameters:
+        value = given.get(parameter.name, parameter.default)
+        if value is None:
+            raise InputError(f"{model.kind}: parameter {parameter.name!r} is missing")
+        values[parameter.name] = value
+    return values
+
+
+def command_range(model: CableModel) -> tuple[float, float]:
+    """Smallest and largest command of a muscle; (0, 0) for a passive one."""
+    command = law_of(model).command
+    if command is None:
+        return 0.0, 0.0
+    values = law_parameters(model)
+    return _limit(command.low, values), _limit(command.high, values)
+
+
+def states_of(model: CableModel) -> tuple[LawState, ...]:
+    """The states that a muscle has with its parameters, in order."""
+    law = law_of(model)
+    if not law.states:
+        return ()
+    values = law_parameters(model)
+    return tuple(state for state in law.states if not state.where or values[state.where] != 0.0)
+
+
+def model_from(
+    kind: str = "", parameters: Mapping[str, float] | None = None, preset: str = ""
+) -> CableModel:
+    """A model by its kind, or by a preset, with parameters of one's own.
+
+    Args:
+        kind: A kind of `TENSION_LAWS`; may be left out with a preset.
+        parameters: Numbers by name; they go before those of the preset.
+        preset: A name of `PRESETS`.
+
+    Raises:
+        UnknownNameError: There is no such kind or preset.
+        InputError: The preset is of another kind.
+    """
+    if preset and preset not in PRESETS:
+        raise UnknownNameError("preset", preset, list(PRESETS))
+    base = PRESETS[preset] if preset else CableModel()
+    if kind and kind not in TENSION_LAWS:
+        raise UnknownNameError("muscle model", kind, list(TENSION_LAWS))
+    if preset and kind and kind != base.kind:
+        raise InputError(f"preset {preset!r} is a {base.kind}, not a {kind}")
+    chosen = base.kind if preset else TENSION_LAWS[kind or "ideal"].kind
+    values = dict(base.parameters) | dict(parameters or {})
+    return CableModel(chosen, tuple(values.items()))  # type: ignore[arg-type]
+
+
+def _limit(limit: float | str, values: Mapping[str, float]) -> float:
+    if not isinstance(limit, str):
+        return limit
+    return -values[limit[1:]] if limit.startswith("-") else values[limit]

@@ -1,0 +1,1 @@
+"""Reader of CASPR's XML files."""

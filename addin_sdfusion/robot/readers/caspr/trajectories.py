@@ -1,0 +1,197 @@
+"""Reads trajectories from CASPR's `<name>_trajectories.xml` and the .traj files beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path, PurePosixPath
+
+from ...caspr_vocabulary import CASPR_DERIVATIVES, CASPR_SPLINES
+from ...errors import InputError, UnknownNameError
+from ...finding import Subject
+from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
+from ..traj import read_samples
+from ..xml import Node, Notes, parse, shortened
+
+AVERAGE = "cubic_spline_average_velocity_trajectory"
+"""A cubic spline whose inner velocities are the means of the slopes before and after."""
+
+SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
+SPLINES[AVERAGE] = "cubic"
+LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
+
+
+def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
+    """The names of the trajectories in a file, of whatever kind, in order.
+
+    Args:
+        file: A trajectory file.
+        space: Which ones: joint or operational.
+
+    Raises:
+        InputError: The file is not a readable trajectory file.
+    """
+    return tuple(node.attribute("id", "") for node in _nodes(Path(file), Notes())[space])
+
+
+def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Trajectory:
+    """Read one trajectory.
+
+    Inner velocities that CASPR takes as means are computed here, so the spline is a cubic one.
+    Times are the points' own: where CASPR's time step does not divide a segment its samples, and
+    with them its polynomial, end at the last step within it; here it ends at the point.
+
+    Args:
+        file: A trajectory file.
+        name: Its id in the file.
+        space: Whether it is a joint or an operational one.
+
+    Raises:
+        UnknownNameError: The file has no such trajectory.
+        InputError: The file or the trajectory cannot be used.
+    """
+    file, notes = Path(file), Notes()
+    groups = _nodes(file, notes)
+    node = _found(groups, name, space, file)
+    trajectory = _trajectory(node.about(Subject("trajectory", name)), space)
+    for finding in notes.findings:
+        raise InputError(finding.message, file=finding.file, line=finding.line)
+    return trajectory
+
+
+def _nodes(file: Path, notes: Notes) -> dict[Space, list[Node]]:
+    root = parse(file, Subject("trajectory", ""), notes)
+    if root.tag != "trajectories":
+        what = f"<{root.tag}> is not CASPR's <trajectories>"
+        raise InputError(what, file=file, line=root.line)
+    return {
+        space: [node for group in root.all(f"{space}_trajectories") for node in group.all()]
+        for space in LETTERS
+    }
+
+
+def _found(groups: dict[Space, list[Node]], name: str, space: Space, file: Path) -> Node:
+    """The one element of that name and space."""
+    found = {
+        key: [node for node in nodes if node.attribute("id", "") == name]
+        for key, nodes in groups.items()
+    }
+    here = found.pop(space)
+    if len(here) > 1:
+        raise InputError(f"a second trajectory {name!r}; rename it", file=file, line=here[1].line)
+    if here:
+        return here[0]
+    for other, nodes in found.items():
+        if nodes:
+            what = f"trajectory {name!r} is in {other} space, not in {space} space"
+            raise InputError(what, file=file, line=nodes[0].line)
+    known = [node.attribute("id", "") for node in groups[space]]
+    raise UnknownNameError(f"{space} trajectory", name, known, file=file)
+
+
+def _trajectory(node: Node, space: Space) -> Trajectory:
+    name = node.subject.name
+    if node.tag not in SPLINES:
+        what = f"trajectory {name!r}: <{node.tag}> is not supported"
+        known = ", ".join(SPLINES)
+        raise InputError(f"{what} (supported: {known})", file=node.file, line=node.line)
+    spline = SPLINES[node.tag]
+    if spline == "samples":
+        time_step, points = read_samples(_samples_file(node))
+        return Trajectory(name, spline, points, time_step, space)
+    time_step = node.number_attribute("time_step")
+    if node.has("time_step") and time_step <= 0.0:
+        node.error("bad-time", "time_step is not above zero")
+    points = _points(node, spline, LETTERS[space])
+    return Trajectory(name, spline, points, time_step, space)
+
+
+def _samples_file(node: Node) -> Path:
+    """The .traj file that an element names, which lies in or below the folder of its file."""
+    name = node.attribute("filename")
+    path = PurePosixPath(name.replace("\\", "/"))
+    if not path.name or path.is_absolute() or ".." in path.parts or "\0" in name:
+        what = f"filename {shortened(name)} is not the name of a file beside this one"
+        raise InputError(what, file=node.file, line=node.line)
+    file = node.file.parent / path
+    if not file.is_file():
+        what = f"trajectory {node.subject.name!r}: there is no file {name!r} beside this one"
+        raise InputError(what, file=node.file, line=node.line)
+    return file
+
+
+def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, ...]:
+    definition = node.attribute("time_definition")
+    if definition not in ("relative", "absolute"):
+        problem = f"time_definition {shortened(definition)} is neither 'relative' nor 'absolute'"
+        node.error("bad-time", problem)
+    group = node.required("points")
+    items = group.all("point") if group else []
+    if len(items) < 2:
+        node.error("too-few-points", f"needs two points at least, has {len(items)}")
+        return ()
+    first = items[0].optional(letter)
+    size = max(1, len(first.text.split())) if first else 1
+    points: list[TrajectoryPoint] = []
+    for i, item in enumerate(items):
+        before = points[-1].time if points else None
+        inner = 0 < i < len(items) - 1
+        known = 0 if node.tag == AVERAGE and inner else CASPR_DERIVATIVES[spline]
+        tags = [letter + ending for ending in ("", "_dot", "_ddot")[: known + 1]]
+        q, qd, qdd = ([_vector(item, tag, size) for tag in tags] + [(), ()])[:3]
+        points.append(TrajectoryPoint(_time(item, before, definition), q, qd, qdd))
+    if node.tag == AVERAGE:
+        return _with_means(points)
+    return _with_blends(node, items, points) if spline == "parabolic_blend" else tuple(points)
+
+
+def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
+    """The points, with the mean slopes as velocities of the inner ones."""
+    ways = list(pairwise(points))
+    if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in ways):
+        return tuple(points)  # told as errors already
+    slopes = [
+        [(b - a) / (end.time - start.time) for a, b in zip(start.q, end.q, strict=True)]
+        for start, end in ways
+    ]
+    inner = [
+        replace(point, qd=tuple((a + b) / 2.0 for a, b in zip(before, after, strict=True)))
+        for point, (before, after) in zip(points[1:-1], pairwise(slopes), strict=True)
+    ]
+    return (points[0], *inner, points[-1])
+
+
+def _with_blends(
+    node: Node, items: list[Node], points: list[TrajectoryPoint]
+) -> tuple[TrajectoryPoint, ...]:
+    """The points, with the blend times of the ways to them."""
+    if items[0].has("blend_time"):
+        items[0].error("bad-time", "the first point has a blend_time and no way to it; remove it")
+    blended = [points[0]]
+    for item, (before, point) in zip(items[1:], pairwise(points), strict=True):
+        own = item.has("blend_time")
+        blend = (
+            item.number_attribute("blend_time")
+            if own
+            else node.number_attribute("blend_time_default")
+        )
+        if not 0.0 < 2.0 * blend < point.time - before.time:
+            problem = f"blend time {blend!r} s is not above zero and below half the way to it"
+            item.error("bad-time", f"{problem}, {point.time - before.time!r} s")
+        blended.append(replace(point, blend_time=blend))
+    return tuple(blended)
+
+
+def _vector(point: Node, tag: str, size: int) -> tuple[float, ...]:
+    node = point.required(tag)
+    return node.numbers(size) if node else ()
+
+
+def _time(point: Node, before: float | None, definition: str) -> float:
+    """The absolute time of a point; whatever the file says, the first is at 0."""
+    if before is None:
+        return 0.0
+    time = point.number_attribute("time") + (before if definition == "relative" else 0.0)
+    if point.has("time") and not time > before:
+        point.error("bad-time", f"time {time!r} s does not come after {before!r} s")
+    return time

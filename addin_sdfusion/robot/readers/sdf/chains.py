@@ -1,0 +1,111 @@
+"""Puts the joints of an SDF model together as the plugin says: chains are one joint again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from ...finding import Subject
+from ...finding_builders import unknown
+from ...model.joint import Coordinate, Joint
+from ...model.pose import IDENTITY
+from ...model.rotations import compose, inverse
+from ..xml import Node, shortened
+from .frames import TRUE
+
+
+@dataclass(frozen=True)
+class _Word:
+    """What the plugin says about a coordinate: its name, its mover, its place, its motor."""
+
+    name: str
+    joint: str
+    motion: int
+    actuated: bool
+
+
+def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[Joint], set[str]]:
+    """The joints with the coordinates that the plugin gives them.
+
+    Args:
+        joints: As the model has them.
+        plugins: The plugin elements.
+
+    Returns:
+        The joints, each in the place of its first part, and the links that are in none of them.
+    """
+    by_name = {joint.name: joint for joint in joints}
+    places: dict[str, Joint] = {}
+    used: set[str] = set()
+    inner: set[str] = set()
+    for node in [child for plugin in plugins for child in plugin.all("joint")]:
+        node = replace(node, subject=Subject("joint", node.attribute("name")))
+        parts = _parts(node, by_name, used)
+        if parts:
+            used.update(part.name for part in parts)
+            places[parts[0].name] = _joined(node, parts)
+            inner.update(part.child for part in parts[:-1])
+    kept = [joint for joint in joints if joint.name not in used or joint.name in places]
+    return [places.get(joint.name, joint) for joint in kept], inner
+
+
+def _words(node: Node) -> list[_Word]:
+    words = []
+    for child in node.all("coordinate"):
+        name = child.attribute("name")
+        motion = int(child.number_attribute("motion"))
+        actuated = child.attribute("actuated", "false") in TRUE
+        words.append(_Word(name, child.attribute("joint"), motion, actuated))
+    return words
+
+
+def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]:
+    """The joints that make up one, from the parent to the child; none if they do not."""
+    words = sorted(_words(node), key=lambda word: word.motion)
+    names = list(dict.fromkeys(word.joint for word in words))
+    for name in names:
+        if name not in by_name:
+            node.error("unknown-joint", unknown("joint", name, list(by_name)))
+            return []
+    parts = [by_name[name] for name in names]
+    moved_by = [part.name for part in parts for _ in part.motions]
+    if not words or [(w.motion, w.joint) for w in words] != list(enumerate(moved_by)):
+        node.error(
+            "bad-chain", f"<joint> does not name each motion of {shortened(str(names))} once"
+        )
+        return []
+    for first, second in pairwise(parts):
+        between = compose(inverse(first.T_child_joint), second.T_parent_joint)
+        if first.child != second.parent or between != IDENTITY:
+            problem = f"joint {second.name!r} does not go on where joint {first.name!r} ends"
+            node.error("bad-chain", problem)
+            return []
+    if used.intersection(names):
+        node.error("bad-chain", f"{shortened(str(names))} are in another <joint> already")
+        return []
+    return parts
+
+
+def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
+    words = _words(node)
+    indices = {word.motion: index for index, word in enumerate(words)}
+    motions = [motion for part in parts for motion in part.motions]
+    driven = [part.coordinates[motion.coordinate] for part in parts for motion in part.motions]
+    places = node.notes.places
+    for word in words:
+        axis = places.get(Subject("coordinate", driven[word.motion].name), (node.file, node.line))
+        places[Subject("coordinate", word.name)] = axis
+    return Joint(
+        node.subject.name,
+        parts[0].parent,
+        parts[-1].child,
+        tuple(replace(motion, coordinate=indices[k]) for k, motion in enumerate(motions)),
+        tuple(_named(driven[word.motion], word) for word in words),
+        parts[0].T_parent_joint,
+        parts[-1].T_child_joint,
+    )
+
+
+def _named(coordinate: Coordinate, word: _Word) -> Coordinate:
+    return replace(coordinate, name=word.name, actuated=word.actuated)

@@ -1,0 +1,88 @@
+"""Reads the links of an SDF model: masses, inertias and meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Literal, cast
+
+from ...mesh_files import is_file, mesh_file
+from ...model.pose import Pose
+from ...model.robot import Inertia, Link, Mesh
+from ...model.rotations import rotate_inertia, rotation
+from ..xml import Node, shortened
+from .frames import TRUE, Frames
+
+
+def read_link(node: Node, frames: Frames) -> Link:
+    """A link; what a description cannot hold is noted."""
+    name = node.subject.name
+    gravity = node.optional("gravity")
+    if gravity is not None and gravity.text in ("false", "0"):
+        gravity.warning("gravity-not-off", "gravity acts on it all the same")
+    meshes = tuple(_meshes(node, frames))
+    inertial = node.optional("inertial")
+    if inertial is None:
+        problem = "no <inertial>; SDF's own 1 kg and 1 kg·m² are used"
+        node.warning("default-inertial", problem)
+        return Link(name, Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0), meshes=meshes)
+    if inertial.attribute("auto", "false") in TRUE:
+        problem = "inertia from collision shapes is not supported; write the numbers"
+        inertial.error("unsupported-inertial", problem)
+    if inertial.all("fluid_added_mass"):
+        inertial.warning("added-mass-not-simulated", "fluid added mass is not simulated")
+    return Link(name, _inertia(inertial, frames.in_link(inertial, name)), meshes=meshes)
+
+
+def _inertia(inertial: Node, pose: Pose) -> Inertia:
+    mass = inertial.number("mass")
+    node = inertial.required("inertia")
+    if node is None:
+        return Inertia(mass, pose.position)
+    moments = {entry: node.number(entry) for entry in ("ixx", "iyy", "izz")}
+    products = {entry: node.number(entry, 0.0) for entry in ("ixy", "ixz", "iyz")}
+    inertia = Inertia(mass, pose.position, **moments, **products)
+    if not any(pose.rpy):
+        return inertia
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = rotate_inertia(rotation(pose.rpy), inertia.matrix)
+    return replace(inertia, ixx=xx, iyy=yy, izz=zz, ixy=xy, ixz=xz, iyz=yz)
+
+
+def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
+    for node in link.all("visual", "collision"):
+        geometry = node.required("geometry")
+        if geometry is None:
+            continue
+        for shape in geometry.all():
+            if shape.tag == "mesh":
+                yield _mesh(node, shape, frames)
+            elif shape.tag != "empty":
+                problem = (
+                    f"a {node.tag} of {shortened(shape.tag)} is left out; only meshes are kept"
+                )
+                shape.warning("geometry-left-out", problem)
+
+
+def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
+    uri, scale = shape.required("uri"), shape.optional("scale")
+    if shape.all("submesh"):
+        shape.warning("submesh-left-out", "the whole mesh is kept, not the submesh alone")
+    return Mesh(
+        cast(Literal["visual", "collision"], node.tag),
+        "" if uri is None else uri.text,
+        frames.in_link(node, node.subject.name),
+        (1.0, 1.0, 1.0) if scale is None else scale.vector3(),
+        node.attribute("name", ""),
+    )
+
+
+def note_missing_meshes(model: Node, links: list[Link]) -> None:
+    """Warn once if mesh files are not where their URIs say."""
+    uris = list(dict.fromkeys(mesh.uri for link in links for mesh in link.meshes))
+    missing = [uri for uri in uris if not is_file(mesh_file(uri, model.file.parent))]
+    if missing:
+        problem = (
+            f"{len(missing)} of {len(uris)} mesh files are not found, such as "
+            f"{shortened(missing[0])}; it moves all the same"
+        )
+        model.warning("missing-meshes", problem)

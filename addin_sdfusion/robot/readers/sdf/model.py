@@ -1,0 +1,118 @@
+"""Reads a robot from an SDF model and the cardsflow.xml beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from ...finding import Subject
+from ...model.pose import IDENTITY, Pose
+from ...model.robot import Robot
+from ...model.rotations import compose, inverse
+from ...transforms.repair import diagnose
+from ...transforms.repair import repair as repair_inertias
+from ..xml import Node, Notes, parse, shortened
+from .chains import join_chains
+from .extras import read_extras
+from .frames import TRUE, Frames, read_pose
+from .joints import Model, parents_first, read_joint, welds
+from .links import note_missing_meshes, read_link
+
+VERSIONS = tuple(f"1.{minor}" for minor in range(4, 13))
+
+
+def read_sdf(
+    file: Path, cable_set: str | None, notes: Notes, *, repair: bool = False
+) -> Robot | None:
+    """The robot in an SDF file with one model.
+
+    Muscles come from the plugin's cable sets, as `write_sdf` makes them; without those, from the
+    cardsflow.xml beside the file; without that, from muscles directly in the plugin.
+
+    Args:
+        file: The SDF file.
+        cable_set: The cable set to make active; the file's own choice if None.
+        notes: Where findings, places and files go.
+        repair: Whether to undo the known defects of published inertias.
+
+    Raises:
+        InputError: A file is not readable XML.
+        UnknownNameError: There is no such cable set.
+    """
+    root = parse(file, Subject("robot", file.stem), notes)
+    node = _model(root)
+    if node is None:
+        return None
+    node = node.about(Subject("robot", node.attribute("name")))
+    frames = Frames(node)
+    model = Model(frames, _placed(node, frames), root.attribute("version", ""))
+    joints = [read_joint(_about(child, "joint"), model) for child in node.all("joint")]
+    roots = welds(node, joints, model)
+    joints, inner = join_chains(joints, node.all("plugin"))
+    links = [read_link(_about(child, "link"), frames) for child in node.all("link")]
+    links = [link for link in links if link.name not in inner]
+    note_missing_meshes(node, links)
+    robot = Robot(node.subject.name, tuple(links), tuple(parents_first([*roots, *joints])))
+    robot = _diagnosed(robot, frames, node, undo=repair)
+    return read_extras(robot, node, cable_set)
+
+
+def _about(node: Node, kind: str) -> Node:
+    return node.about(Subject(kind, node.attribute("name")))
+
+
+def _model(root: Node) -> Node | None:
+    """The one model of a file, directly or in a world."""
+    if root.tag != "sdf":
+        root.error("not-sdf", f"<{root.tag}> is not <sdf>")
+        return None
+    if root.attribute("version") not in VERSIONS:
+        version = shortened(root.attribute("version", ""))
+        root.warning("sdf-version", f"SDF {version} is read as SDF {VERSIONS[-1]}")
+    places = [root, *root.all("world")]
+    for node in [child for place in places for child in place.all("include")]:
+        node.error("unsupported-element", "<include> is not supported; put the model itself here")
+    models = [node for place in places for node in place.all("model")]
+    if len(models) != 1:
+        names = ", ".join(repr(node.attribute("name", "")) for node in models[:10]) or "none"
+        at = models[1] if models else root
+        at.error("not-one-model", f"the file holds {len(models)} models ({names}); give one each")
+        return None
+    for node in models[0].all("model", "include"):
+        problem = f"<{node.tag}> in a model is not supported; put its links and joints here"
+        node.error("unsupported-element", problem)
+    static = models[0].optional("static")
+    if static is not None and static.text in TRUE:
+        static.warning("static-model", "the model is static; its joints move all the same")
+    return models[0]
+
+
+def _placed(model: Node, frames: Frames) -> Pose:
+    """T_world_model: the pose of the model, or of the frame in it that the pose is for."""
+    pose = model.optional("pose")
+    T_world_frame = IDENTITY if pose is None else read_pose(pose)
+    if pose is not None and pose.attribute("relative_to", "") not in ("", "world"):
+        pose.error("unknown-frame", "the pose of a model can be relative to the world only")
+    name = model.attribute("placement_frame", "")
+    key = frames.named(name)
+    if key is None:
+        problem = f"placement_frame {shortened(name)}: no link, joint or frame of the name"
+        model.error("unknown-frame", problem)
+        return T_world_frame
+    return compose(T_world_frame, inverse(frames.in_model(key)))
+
+
+def _diagnosed(robot: Robot, frames: Frames, model: Node, *, undo: bool) -> Robot:
+    """The robot, with its inertias repaired if that is wanted; what is wrong with them is noted."""
+    poses = [frames.in_model(("link", link.name)) for link in robot.links]
+    diagnosis = diagnose(robot.links, poses)
+    if diagnosis is None:
+        return robot
+    findings = diagnosis.findings(model.subject)
+    if undo:
+        robot, findings = repair_inertias(robot, diagnosis)
+    notes = model.notes
+    for finding in findings:
+        file, line = notes.places.get(finding.subject, (model.file, None))
+        notes.findings.append(replace(finding, file=file, line=line))
+    return robot

@@ -1,0 +1,1 @@
+"""Robots made from robots: simplified, combined, repaired."""

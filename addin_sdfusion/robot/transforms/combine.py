@@ -1,0 +1,162 @@
+"""Several robots as one: trees on one world, with names that tell whose part is whose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..errors import InputError
+from ..mesh_files import mesh_file
+from ..model.joint import Joint
+from ..model.muscle import BasePulley, CableSet, Muscle, ViaPoint, WrapSurface
+from ..model.pose import IDENTITY, Pose, Vector3
+from ..model.robot import WORLD, Link, Robot, TaskFrame, TaskSet
+from ..model.rotations import apply, compose, rotate, rotation
+
+_DIRECTIONS = ("cable_entry_vector", "winch_vector", "cable_pulley_entry_vector")
+"""The parameters of pulleys that are directions."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """A robot among several.
+
+    Attributes:
+        name: Its name; all its parts are called `<name>_<part>`.
+        robot: The robot.
+        pose: Of its world in the common one.
+        folder: Where its mesh files stand; None where its URIs are to stay as they are.
+    """
+
+    name: str
+    robot: Robot
+    pose: Pose = IDENTITY
+    folder: Path | None = None
+
+    def named(self, part: str) -> str:
+        """The name of one of its parts among those of all robots."""
+        return part if part == WORLD else f"{self.name}_{part}"
+
+
+def combine(name: str, members: Sequence[Member]) -> Robot:
+    """Several robots as one.
+
+    Its coordinates, muscles and task coordinates are those of the members' active sets, member
+    after member.
+
+    Args:
+        name: Its name.
+        members: The robots.
+
+    Raises:
+        InputError: There are none, two have the same name or parts that come to have the same, or
+            they live under different gravity.
+    """
+    if not members:
+        raise InputError("no robots to combine; name at least one")
+    _refuse_equal("robots", [member.name for member in members])
+    gravities = {member.robot.gravity for member in members}
+    if len(gravities) > 1:
+        told = ", ".join(f"{member.name} {member.robot.gravity}" for member in members)
+        raise InputError(f"the robots live under different gravity ({told}); give all the same")
+    links = tuple(_link(link, member) for member in members for link in member.robot.links)
+    joints = tuple(_joint(joint, member) for member in members for joint in member.robot.joints)
+    muscles = tuple(_muscle(m, member) for member in members for m in member.robot.muscles)
+    frames = tuple(_frame(f, member) for member in members for f in member.robot.task_frames)
+    surfaces = tuple(_surface(s, member) for member in members for s in member.robot.wrap_surfaces)
+    _refuse_equal("links", [link.name for link in links])
+    _refuse_equal("joints", [joint.name for joint in joints])
+    _refuse_equal("coordinates", [c.name for joint in joints for c in joint.coordinates])
+    _refuse_equal("muscles", [muscle.name for muscle in muscles])
+    _refuse_equal("task frames", [frame.name for frame in frames])
+    _refuse_equal("wrap surfaces", [surface.name for surface in surfaces])
+    return Robot(
+        name,
+        links,
+        joints,
+        (CableSet("all", muscles),) if muscles else (),
+        "all" if muscles else "",
+        (TaskSet("all", frames),) if frames else (),
+        "all" if frames else "",
+        gravities.pop(),
+        surfaces,
+    )
+
+
+def _refuse_equal(what: str, names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError(f"two {what} would be called {name!r}; rename a robot")
+        seen.add(name)
+
+
+def _link(link: Link, member: Member) -> Link:
+    meshes = link.meshes
+    if member.folder is not None:
+        meshes = tuple(
+            replace(mesh, uri=str(mesh_file(mesh.uri, member.folder.resolve()))) for mesh in meshes
+        )
+    return replace(link, name=member.named(link.name), meshes=meshes)
+
+
+def _joint(joint: Joint, member: Member) -> Joint:
+    return replace(
+        joint,
+        name=member.named(joint.name),
+        parent=member.named(joint.parent),
+        child=member.named(joint.child),
+        coordinates=tuple(replace(c, name=member.named(c.name)) for c in joint.coordinates),
+        T_parent_joint=_placed(joint.parent, joint.T_parent_joint, member),
+    )
+
+
+def _muscle(muscle: Muscle, member: Member) -> Muscle:
+    points = tuple(
+        ViaPoint(member.named(point.link), _point(point.link, point.position, member))
+        for point in muscle.via_points
+    )
+    wraps = tuple(replace(wrap, surface=member.named(wrap.surface)) for wrap in muscle.wraps)
+    pulley = muscle.pulley
+    if pulley is not None and muscle.via_points[0].link == WORLD:
+        pulley = _turned(pulley, member)
+    name = member.named(muscle.name)
+    return replace(muscle, name=name, via_points=points, wraps=wraps, pulley=pulley)
+
+
+def _turned(pulley: BasePulley, member: Member) -> BasePulley:
+    """A pulley on a robot's world, its directions turned with that world."""
+    R = rotation(member.pose.rpy)
+    parameters = tuple(
+        (key, rotate(R, (values[0], values[1], values[2])) if key in _DIRECTIONS else values)
+        for key, values in pulley.parameters
+    )
+    return replace(pulley, parameters=parameters)
+
+
+def _frame(frame: TaskFrame, member: Member) -> TaskFrame:
+    return replace(
+        frame,
+        name=member.named(frame.name),
+        link=member.named(frame.link),
+        position=_point(frame.link, frame.position, member),
+    )
+
+
+def _surface(surface: WrapSurface, member: Member) -> WrapSurface:
+    return replace(
+        surface,
+        name=member.named(surface.name),
+        link=member.named(surface.link),
+        pose=_placed(surface.link, surface.pose, member),
+    )
+
+
+def _placed(link: str, pose: Pose, member: Member) -> Pose:
+    """A pose on a link; what is fixed to a robot's world moves along with that world."""
+    return compose(member.pose, pose) if link == WORLD else pose
+
+
+def _point(link: str, position: Vector3, member: Member) -> Vector3:
+    return apply(member.pose, position) if link == WORLD else position

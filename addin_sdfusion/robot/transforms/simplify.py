@@ -1,0 +1,193 @@
+"""The same robot in a simpler form: without fixed joints, or with frames as CASPR has them.
+
+Neither changes how the robot moves: M, C, G, l, L, y and J are the same at any q. What is on a link
+moves with it: inertias, meshes, via points, task frames, wrap surfaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ..model.joint import Joint, Motion
+from ..model.muscle import CableSet, Muscle, ViaPoint, WrapSurface
+from ..model.pose import IDENTITY, Pose, Vector3
+from ..model.robot import WORLD, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
+from ..model.rotations import (
+    Matrix3,
+    add,
+    apply,
+    compose,
+    inverse,
+    normalized,
+    point_inertia,
+    rotate,
+    rotate_inertia,
+    rotation,
+    subtract,
+)
+
+Homes = Mapping[str, tuple[str, Pose]]
+"""For each link, the link that takes over what is on it, and its pose there."""
+
+
+def merge_fixed_joints(robot: Robot) -> Robot:
+    """The robot with links that are fixed to one another made one.
+
+    The link nearest to the world keeps its name, frame and far end. Links fixed to the world
+    disappear, mass and meshes included: their via points and wrap surfaces are fixed in the world.
+    A link stays, with its fixed joint, where a task frame on it could not be kept: on a link fixed
+    to the world, and an orientation on a link that is turned against the one it would be merged
+    into.
+
+    Args:
+        robot: A robot without errors.
+    """
+    homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
+    for joint in robot.joints:
+        home, T_home_parent = homes[joint.parent]
+        T_home_joint = compose(T_home_parent, joint.T_parent_joint)
+        T_home_child = compose(T_home_joint, inverse(joint.T_child_joint))
+        merged = not joint.motions and _may_merge(robot, joint.child, home, T_home_child)
+        homes[joint.child] = (home, T_home_child) if merged else (joint.child, IDENTITY)
+    parts: dict[str, list[Link]] = {link.name: [] for link in robot.links}
+    for link in robot.links:
+        home, T_home_link = homes[link.name]
+        if home != WORLD:
+            parts[home].append(_moved(link, T_home_link))
+    links = tuple(_union(link, parts[link.name]) for link in robot.links if parts[link.name])
+    joints = tuple(_rehung(j, homes) for j in robot.joints if homes[j.child][0] == j.child)
+    return _rehomed(replace(robot, links=links, joints=joints), homes)
+
+
+def align_frames(robot: Robot) -> Robot:
+    """The robot with link frames at their joints and parallel to the world at q = 0.
+
+    T_child_joint becomes the identity and T_parent_joint a translation; axes that were along a
+    frame's axes may become tilted. An orientation that is controlled is then that of the turned
+    frame: its angles count from the pose at q = 0.
+
+    Args:
+        robot: A robot without errors.
+    """
+    homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
+    joints = []
+    for joint in robot.joints:
+        T_parent_joint = compose(homes[joint.parent][1], joint.T_parent_joint)
+        turned = Pose(rpy=T_parent_joint.rpy)
+        homes[joint.child] = (joint.child, compose(turned, inverse(joint.T_child_joint)))
+        joints.append(
+            replace(
+                joint,
+                motions=tuple(_turned(motion, turned) for motion in joint.motions),
+                T_parent_joint=Pose(T_parent_joint.position),
+                T_child_joint=IDENTITY,
+            )
+        )
+    links = []
+    for link in robot.links:
+        T_new_link = homes[link.name][1]
+        end = None if link.end is None else apply(T_new_link, link.end)
+        links.append(replace(_moved(link, T_new_link), end=end))
+    return _rehomed(replace(robot, links=tuple(links), joints=tuple(joints)), homes)
+
+
+def _may_merge(robot: Robot, link: str, home: str, T_home_link: Pose) -> bool:
+    """Whether every task frame on a link can be one on its new home."""
+    frames = [f for group in robot.task_sets for f in group.frames if f.link == link]
+    turned = any(T_home_link.rpy) and any(frame.is_orientation for frame in frames)
+    return not turned and (home != WORLD or not frames)
+
+
+def _turned(motion: Motion, by: Pose) -> Motion:
+    if not any(by.rpy):
+        return motion
+    return replace(motion, axis=normalized(rotate(rotation(by.rpy), motion.axis)))
+
+
+def _rehung(joint: Joint, homes: Homes) -> Joint:
+    home, T_home_parent = homes[joint.parent]
+    return replace(joint, parent=home, T_parent_joint=compose(T_home_parent, joint.T_parent_joint))
+
+
+def _moved(link: Link, T_home_link: Pose) -> Link:
+    """A link as seen from another frame, but for its far end."""
+    own = link.inertia
+    matrix = own.matrix
+    if any(T_home_link.rpy):
+        matrix = rotate_inertia(rotation(T_home_link.rpy), matrix)
+    inertia = _inertia(own.mass, apply(T_home_link, own.com), matrix)
+    return replace(link, inertia=inertia, meshes=tuple(_mesh(m, T_home_link) for m in link.meshes))
+
+
+def _mesh(mesh: Mesh, T_home_link: Pose) -> Mesh:
+    return replace(mesh, pose=compose(T_home_link, mesh.pose))
+
+
+def _union(link: Link, parts: list[Link]) -> Link:
+    """A link and all that is fixed to it, as one; every part in the link's frame."""
+    meshes = tuple(mesh for part in parts for mesh in part.meshes)
+    if len(parts) == 1:
+        return replace(link, inertia=parts[0].inertia, meshes=meshes)
+    return replace(link, inertia=_sum([part.inertia for part in parts]), meshes=meshes)
+
+
+def _sum(parts: list[Inertia]) -> Inertia:
+    """The inertia of several bodies that move as one; a massless one is at the first's place."""
+    mass = sum(part.mass for part in parts)
+    com = parts[0].com
+    if mass > 0.0:
+        x, y, z = (sum(part.mass * part.com[i] for part in parts) / mass for i in range(3))
+        com = (x, y, z)
+    matrix: Matrix3 = ((0.0, 0.0, 0.0),) * 3
+    for part in parts:
+        away = point_inertia(part.mass, subtract(part.com, com))
+        own = part.matrix
+        matrix = (
+            add(matrix[0], add(own[0], away[0])),
+            add(matrix[1], add(own[1], away[1])),
+            add(matrix[2], add(own[2], away[2])),
+        )
+    return _inertia(mass, com, matrix)
+
+
+def _inertia(mass: float, com: Vector3, matrix: Matrix3) -> Inertia:
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
+    return Inertia(mass, com, xx, yy, zz, xy, xz, yz)
+
+
+def _rehomed(robot: Robot, homes: Homes) -> Robot:
+    """The robot with everything that is fixed to a link fixed to that link's home."""
+    return replace(
+        robot,
+        cable_sets=tuple(
+            CableSet(group.name, tuple(_muscle(muscle, homes) for muscle in group.muscles))
+            for group in robot.cable_sets
+        ),
+        task_sets=tuple(
+            TaskSet(group.name, tuple(_task_frame(frame, homes) for frame in group.frames))
+            for group in robot.task_sets
+        ),
+        wrap_surfaces=tuple(_surface(surface, homes) for surface in robot.wrap_surfaces),
+    )
+
+
+def _muscle(muscle: Muscle, homes: Homes) -> Muscle:
+    points = [
+        ViaPoint(home, apply(T_home_link, point.position))
+        for point in muscle.via_points
+        for home, T_home_link in [homes[point.link]]
+    ]
+    return replace(muscle, via_points=tuple(points))
+
+
+def _task_frame(frame: TaskFrame, homes: Homes) -> TaskFrame:
+    home, T_home_link = homes[frame.link]
+    if frame.is_orientation:
+        return replace(frame, link=home)
+    return replace(frame, link=home, position=apply(T_home_link, frame.position))
+
+
+def _surface(surface: WrapSurface, homes: Homes) -> WrapSurface:
+    home, T_home_link = homes[surface.link]
+    return replace(surface, link=home, pose=compose(T_home_link, surface.pose))

@@ -1,0 +1,1 @@
+"""Writers of robot files, a module or a folder a format."""

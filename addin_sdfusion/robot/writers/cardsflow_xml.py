@@ -1,0 +1,191 @@
+"""Writes muscles and task frames as cardsflow.xml and the SDF plugin have them.
+
+A muscle names its links in order, each with the via points on it, in the frame of that link. What
+the original format has no word for stands in attributes and elements that its readers pass over:
+
+    myoMuscle    f_min f_max       force limits, in [N]
+    cable_model  kind              how the cable behaves; parameter elements by name
+    base_pulley  kind              a swivelling pulley at the first point; parameters likewise
+    endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
+
+In cardsflow.xml a wrap surface stands where it lies in the path, as the original format has it: a
+via point SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state says how it starts:
+0 straight, 1 the shorter way round, 2 the longer one; after that the old plugin follows the cable.
+`surface`, `length` and `side`, the sense of turning about the z axis, are additions. In the plugin
+the surfaces stand by themselves and a muscle's `wrap` elements name them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ..checks.check import require_valid
+from ..files import write_files
+from ..finding import Finding, Subject
+from ..finding_builders import warning
+from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
+from ..model.robot import Robot, TaskFrame
+from .common_losses import other_sets
+from .wrap_side import is_shorter_way
+from .xml_text import document, element, numbers
+
+WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
+"""The via point types of the wrap shapes."""
+WRAP_STATES = ("0", "1", "2")
+"""The `state` of a wrapping via point: straight at first, the shorter way, the longer way."""
+INSIDE = "inside"
+"""The `side` of a wrap within its surface."""
+
+
+def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
+    """Write cardsflow.xml alone, to stand beside a model.sdf.
+
+    Args:
+        robot: What to write the active muscles and task frames of.
+        folder: Where to; made if it does not exist.
+
+    Returns:
+        The file written.
+
+    Raises:
+        RobotError: The robot has errors.
+        InputError: The folder cannot be written.
+    """
+    require_valid(robot)
+    return write_files(folder, {"cardsflow.xml": cardsflow_xml(robot)})
+
+
+def cardsflow_losses(robot: Robot) -> list[Finding]:
+    """What cardsflow.xml alone cannot hold.
+
+    Args:
+        robot: A robot without errors.
+    """
+    problem = "cardsflow.xml holds muscles and end effectors; links and joints stand in model.sdf"
+    links = warning(Subject("robot", robot.name), "links-left-out", problem)
+    return [links, *other_sets(robot, "cardsflow.xml"), *wrap_losses(robot)]
+
+
+def wrap_losses(robot: Robot) -> Iterator[Finding]:
+    """The wraps that cardsflow.xml leaves out."""
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    for muscle in robot.muscles:
+        left = len(muscle.wraps) - len(held_wraps(muscle, surfaces))
+        if left:
+            problem = (
+                "cardsflow.xml holds one wrap a segment, and cylinders along a link's z axis; "
+                f"{left} of its wraps are left out there"
+            )
+            yield warning(Subject("muscle", muscle.name), "wraps-left-out", problem)
+
+
+def muscle_element(parent: ElementTree.Element, muscle: Muscle) -> ElementTree.Element:
+    """Add a muscle with everything but its wraps: `<myoMuscle name f_min f_max>`."""
+    return _muscle(parent, muscle, [_Step(point) for point in muscle.via_points])
+
+
+def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
+    """Add `<wrap surface segment side turns>` to a muscle's element."""
+    for wrap in muscle.wraps:
+        words = {"segment": str(wrap.segment), "side": _side(wrap), "turns": str(wrap.turns)}
+        element(node, "wrap", surface=wrap.surface, **words)
+
+
+def end_effector_element(parent: ElementTree.Element, frame: TaskFrame) -> None:
+    """Add `<endEffector name link axes>` to its parent."""
+    text = numbers(frame.position)
+    letters = all(len(axis) == 1 for axis in frame.axes)
+    axes = ("" if letters else " ").join(frame.axes)
+    element(parent, "endEffector", text, name=frame.name, link=frame.link, axes=axes)
+
+
+def cardsflow_xml(robot: Robot) -> str:
+    """The text of a cardsflow.xml: the active muscles and task frames of a robot."""
+    root = element(None, "cardsflow")
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    for muscle in robot.muscles:
+        held = {wrap.segment: wrap for wrap in held_wraps(muscle, surfaces)}
+        steps = []
+        for i, point in enumerate(muscle.via_points):
+            steps.append(_Step(point))
+            if i in held:
+                steps.append(_wrap_step(robot, muscle, held[i], surfaces[held[i].surface]))
+        _muscle(root, muscle, steps)
+    for frame in robot.task_frames:
+        end_effector_element(root, frame)
+    return document(root)
+
+
+def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
+    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis.
+
+    Args:
+        muscle: A muscle of a valid robot.
+        surfaces: The robot's wrap surfaces by name.
+    """
+    counts = Counter(wrap.segment for wrap in muscle.wraps)
+    return [
+        wrap
+        for wrap in muscle.wraps
+        if counts[wrap.segment] == 1
+        and (surfaces[wrap.surface].shape == "sphere" or not any(surfaces[wrap.surface].pose.rpy))
+    ]
+
+
+class _Step:
+    """A via point element to be: where it is, and its attributes."""
+
+    def __init__(self, point: ViaPoint, **attributes: str) -> None:
+        self.point = point
+        self.attributes = attributes or {"type": "FIXPOINT"}
+
+
+def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
+    more = {} if surface.length == math.inf else {"length": numbers([surface.length])}
+    state = WRAP_STATES[0]
+    if wrap.inside:
+        more["side"] = INSIDE
+    elif wrap.side:
+        state = WRAP_STATES[1 if is_shorter_way(robot, muscle, wrap) else 2]
+        more["side"] = str(wrap.side)
+    return _Step(
+        ViaPoint(surface.link, surface.pose.position),
+        type=WRAP_TYPES[surface.shape],
+        radius=numbers([surface.radius]),
+        state=state,
+        revCounter=str(wrap.turns),
+        surface=surface.name,
+        **more,
+    )
+
+
+def _side(wrap: Wrap) -> str:
+    return INSIDE if wrap.inside else str(wrap.side)
+
+
+def _muscle(
+    parent: ElementTree.Element, muscle: Muscle, steps: Iterable[_Step]
+) -> ElementTree.Element:
+    limits = {"f_min": numbers([muscle.f_min]), "f_max": numbers([muscle.f_max])}
+    node = element(parent, "myoMuscle", name=muscle.name, **limits)
+    for link, group in groupby(steps, key=lambda step: step.point.link):
+        block = element(node, "link", name=link)
+        for step in group:
+            element(block, "viaPoint", numbers(step.point.position), **step.attributes)
+    if muscle.model.kind != "ideal" or muscle.model.parameters:
+        rows = ((name, (number,)) for name, number in muscle.model.parameters)
+        _parameters(element(node, "cable_model", kind=muscle.model.kind), rows)
+    if muscle.pulley is not None:
+        pulley = element(node, "base_pulley", kind=muscle.pulley.kind)
+        _parameters(pulley, muscle.pulley.parameters)
+    return node
+
+
+def _parameters(parent: ElementTree.Element, rows: Iterable[tuple[str, tuple[float, ...]]]) -> None:
+    for name, values in rows:
+        element(parent, "parameter", numbers(values), name=name)

@@ -1,0 +1,1 @@
+"""CASPR's XML files."""

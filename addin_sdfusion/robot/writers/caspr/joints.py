@@ -1,0 +1,76 @@
+"""CASPR's joint types: their words, motions and coordinates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ...model.joint import Motion, MotionKind
+from ...model.pose import Vector3
+
+AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}
+
+
+class CasprJoint(NamedTuple):
+    """A joint type of CASPR.
+
+    Attributes:
+        motions: From the parent to the child.
+        suffixes: What tells the coordinates of one joint apart, in the order of CASPR's q.
+    """
+
+    motions: tuple[Motion, ...]
+    suffixes: tuple[str, ...]
+
+
+def _joint(translations: str, rotations: str, order: str | None = None) -> CasprJoint:
+    """Translations and then rotations along and about the parent's axes, one letter each.
+
+    Args:
+        translations: Axes of the translations.
+        rotations: Axes of the rotations, from the parent to the child.
+        order: The rotations in the order of q, where that is another.
+    """
+    names = order or rotations
+    motions = [Motion("translation", AXES[axis], k) for k, axis in enumerate(translations)]
+    motions += [
+        Motion("rotation", AXES[axis], len(translations) + names.index(axis)) for axis in rotations
+    ]
+    single = len(motions) == 1
+    suffixes = ("",) if single else (*translations, *(ANGLES[axis] for axis in names))
+    return CasprJoint(tuple(motions), suffixes)
+
+
+CASPR_JOINTS: dict[str, CasprJoint] = {
+    "R_X": _joint("", "x"),
+    "R_Y": _joint("", "y"),
+    "R_Z": _joint("", "z"),
+    "U_XY": _joint("", "xy"),
+    "U_YZ": _joint("", "yz"),
+    "U_XZ": _joint("", "xz"),
+    "P_X": _joint("x", ""),
+    "P_XY": _joint("xy", ""),
+    "P_XZ": _joint("xz", ""),
+    "T_XYZ": _joint("xyz", ""),
+    "PLANAR_XY": _joint("xy", "z"),
+    "PLANAR_YZ": _joint("yz", "x"),
+    "PLANAR_XZ": _joint("xz", "y"),
+    "S_EULER_XYZ": _joint("", "xyz"),
+    "S_FIXED_XYZ": _joint("", "zyx", order="xyz"),
+    "SPATIAL_EULER_XYZ": _joint("xyz", "xyz"),
+}
+"""The types without an axis of their own, by CASPR's word."""
+
+CASPR_AXIS_JOINTS: dict[str, MotionKind] = {"R_AXIS": "rotation", "P_AXIS": "translation"}
+"""The types whose axis the file gives, and the kind of their motion."""
+
+
+def caspr_word(motions: tuple[Motion, ...]) -> str | None:
+    """CASPR's word for a joint with these motions, None if it has none."""
+    for word, joint in CASPR_JOINTS.items():
+        if joint.motions == motions:
+            return word
+    for word, kind in CASPR_AXIS_JOINTS.items():
+        if len(motions) == 1 and motions[0].kind == kind:
+            return word
+    return None

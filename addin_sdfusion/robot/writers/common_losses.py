@@ -1,0 +1,81 @@
+"""What several formats cannot hold, as findings."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator
+
+from ..errors import RobotError
+from ..finding import Finding, Subject
+from ..finding_builders import warning
+from ..model.joint import Joint
+from ..model.robot import Robot
+
+
+def refuse(findings: Iterable[Finding]) -> None:
+    """Go on only if nothing stands against it.
+
+    Raises:
+        RobotError: One of the findings is an error.
+    """
+    found = list(findings)
+    if any(finding.is_error for finding in found):
+        raise RobotError(found)
+
+
+def other_sets(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Cable sets and task sets beside the active ones."""
+    cables = [group.name for group in robot.cable_sets if group.name != robot.cable_set]
+    if cables:
+        problem = f"{format_} holds one cable set; left out: {', '.join(cables)}"
+        yield warning(Subject("robot", robot.name), "cable-sets-left-out", problem)
+    tasks = [group.name for group in robot.task_sets if group.name != robot.task_set]
+    if tasks:
+        problem = f"{format_} holds one operational space; left out: {', '.join(tasks)}"
+        yield warning(Subject("robot", robot.name), "task-sets-left-out", problem)
+
+
+def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Finding]:
+    """What cables are beyond ideal ones between fixed points.
+
+    Args:
+        robot: A valid robot.
+        format_: The format's name.
+        held: The kinds of cables that it has beside ideal ones.
+    """
+    for muscle in robot.muscles:
+        subject = Subject("muscle", muscle.name)
+        if muscle.model.kind != "ideal" and muscle.model.kind not in held:
+            problem = f"{format_} has no cable {muscle.model.kind!r}; written as an ideal one"
+            yield warning(subject, "cable-model-left-out", problem)
+        if muscle.pulley is not None:
+            problem = f"{format_} has no swivelling pulley; its fixed location is a via point"
+            yield warning(subject, "pulley-left-out", problem)
+
+
+def task_axes(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Which axes of the task frames count."""
+    if robot.task_frames:
+        problem = f"{format_} holds the points of the task frames, not which of their axes count"
+        yield warning(Subject("robot", robot.name), "task-axes-left-out", problem)
+
+
+def link_ends(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Far ends of links, which are for drawing only."""
+    if any(link.end is not None for link in robot.links):
+        problem = f"{format_} does not hold the far ends of links; they were for drawing only"
+        yield warning(Subject("robot", robot.name), "link-ends-left-out", problem)
+
+
+def chained_joints(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Joints of several motions that become chains of single ones."""
+    for joint in robot.joints:
+        if len(joint.motions) > 1:
+            problem = (
+                f"{format_} gets its {len(joint.motions)} motions as single joints, with links "
+                f"without mass between them; their order is {_order(joint)}"
+            )
+            yield warning(Subject("joint", joint.name), "joint-in-a-chain", problem)
+
+
+def _order(joint: Joint) -> str:
+    return ", ".join(joint.coordinates[motion.coordinate].name for motion in joint.motions)

@@ -1,0 +1,79 @@
+"""Masses and inertias as MuJoCo takes them: positive ones, or none at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from ...checks.masses import density_matrix
+from ...finding import Finding, Subject
+from ...finding_builders import error, warning
+from ...model.robot import Inertia, Link, Robot
+from ...model.rotations import Matrix3, cross, dot
+
+LEAST = 1e-14
+"""In [kg·m²]: a safe distance from the 1e-15 below which MuJoCo refuses a moment."""
+LEAST_SHARE = 1e-12
+"""The same as a share of the largest entry, a safe distance from rounding."""
+LEAST_MASS = 1e-12
+"""In [kg]; MuJoCo refuses moving bodies below 1e-15."""
+STEPS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
+"""What may be added to the moments of inertia, as multiples of the least."""
+
+
+def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
+    """The inertia to write, with what little MuJoCo needs; None where nothing is to be written.
+
+    Args:
+        link: A link that `inertia_losses` reports no error for.
+        moving: Whether its joint has motions.
+    """
+    inertia = link.inertia
+    if not moving and inertia.mass == 0.0 and not any(map(any, inertia.matrix)):
+        return None
+    return _increased(replace(inertia, mass=max(inertia.mass, LEAST_MASS)), _missing(inertia) or 0)
+
+
+def inertia_losses(robot: Robot) -> Iterator[Finding]:
+    """Inertias that MuJoCo refuses, and those that are changed a little so that it does not."""
+    moving = {joint.child: bool(joint.motions) for joint in robot.joints}
+    for link in robot.links:
+        written = mjcf_inertia(link, moving=moving[link.name])
+        if written is None:
+            continue
+        subject = Subject("link", link.name)
+        missing = _missing(link.inertia)
+        if missing is None:
+            problem = (
+                "MuJoCo refuses a principal moment of inertia above the sum of the other two; "
+                "correct the inertia"
+            )
+            yield error(subject, "inertia-triangle", problem)
+        elif missing:
+            problem = f"MuJoCo needs positive moments of inertia; {missing!r} kg·m² added to each"
+            yield warning(subject, "inertia-increased", problem)
+        if written.mass != link.inertia.mass:
+            problem = f"MuJoCo needs masses; it gets {written.mass!r} kg"
+            yield warning(subject, "mass-increased", problem)
+
+
+def _missing(inertia: Inertia) -> float | None:
+    """The least to add to the moments so that MuJoCo takes them, in [kg·m²]; None if too much."""
+    least = max(LEAST, LEAST_SHARE * max(abs(x) for row in inertia.matrix for x in row))
+    for step in STEPS:
+        matrix = _increased(inertia, step * least).matrix
+        if _exceeds(matrix, least / 2) and _exceeds(density_matrix(matrix), least / 8):
+            return step * least
+    return None
+
+
+def _increased(inertia: Inertia, by: float) -> Inertia:
+    return replace(inertia, ixx=inertia.ixx + by, iyy=inertia.iyy + by, izz=inertia.izz + by)
+
+
+def _exceeds(A: Matrix3, bound: float) -> bool:
+    """Whether all eigenvalues of a symmetric matrix exceed a bound: leading minors of A - bound."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = A
+    xx, yy, zz = xx - bound, yy - bound, zz - bound
+    x, y, z = (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+    return xx > 0.0 and xx * yy - xy * xy > 0.0 and dot(x, cross(y, z)) > 0.0

@@ -1,0 +1,151 @@
+"""Writes a robot as MJCF, ready to run in MuJoCo.
+
+Links are bodies with their own frames, coordinates are hinges and slides: a body with several of
+them moves as a joint of several motions does. Muscles are spatial tendons through a site at every
+via point (`<muscle>:<index>`) and over wrap geoms; each has a motor with gear -1, so that a control
+is a tension in [N], in the order of the muscles. Motors of the joints follow. Task frames are
+sites. The keyframe `initial` has the initial values. Equal limits become an equality constraint.
+
+Nothing touches: collision meshes have collisions off, as in this simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ...checks.check import require_valid
+from ...files import write_files
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...model.muscle import Muscle
+from ...model.robot import WORLD, Robot
+from ...transforms.joint_chains import Names
+from ..common_losses import cables, link_ends, other_sets, refuse, task_axes
+from ..file_names import file_name
+from ..xml_text import document, element, numbers
+from .bodies import add_body, coordinate_order, depth_losses
+from .inertia import inertia_losses
+from .meshes import add_meshes, mesh_losses
+from .tendons import add_tendons, add_wrap_geoms, wrap_losses
+
+MeshFiles = Mapping[str, str | Path]
+
+
+def write_mjcf(
+    robot: Robot, folder: str | Path, name: str | None = None, meshes: MeshFiles | None = None
+) -> list[Path]:
+    """Write `<name>.xml`.
+
+    Args:
+        robot: What to write.
+        folder: Where to; made if it does not exist.
+        name: How the file is called; the robot's name if None.
+        meshes: The file of each mesh by its uri, absolute or from the folder. MuJoCo opens all
+            meshes at once and fails without: those that are not here are left out.
+
+    Returns:
+        The file written.
+
+    Raises:
+        RobotError: The robot has errors, or MuJoCo refuses it.
+        InputError: The folder cannot be written.
+    """
+    files = dict(meshes or {})
+    require_valid(robot)
+    refuse(mjcf_losses(robot, files))
+    stem = robot.name if name is None else name
+    return write_files(folder, {file_name(stem, "xml"): _mjcf(robot, files)})
+
+
+def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
+    """What MJCF cannot hold of a valid robot; errors where MuJoCo refuses it.
+
+    Args:
+        robot: A valid robot.
+        meshes: As for `write_mjcf`.
+    """
+    return [
+        *depth_losses(robot),
+        *inertia_losses(robot),
+        *_order(robot),
+        *_equal_forces(robot),
+        *wrap_losses(robot),
+        *mesh_losses(robot, meshes or {}),
+        *cables(robot, "MJCF"),
+        *task_axes(robot, "MJCF"),
+        *link_ends(robot, "MJCF"),
+        *other_sets(robot, "MJCF"),
+    ]
+
+
+def _order(robot: Robot) -> Iterator[Finding]:
+    order = coordinate_order(robot)
+    if order != list(robot.coordinates):
+        names = ", ".join(coordinate.name for coordinate in order)
+        problem = f"MuJoCo's order of the coordinates is another: {names}"
+        yield warning(Subject("robot", robot.name), "coordinate-order", problem)
+
+
+def _equal_forces(robot: Robot) -> Iterator[Finding]:
+    for muscle in robot.muscles:
+        if muscle.f_min == muscle.f_max:
+            problem = f"MuJoCo has no equal limits of a control; command {muscle.f_min!r} N"
+            yield warning(Subject("muscle", muscle.name), "force-limits-left-out", problem)
+
+
+def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
+    root = element(None, "mujoco", model=robot.name)
+    flags = {"angle": "radian", "eulerseq": "XYZ", "autolimits": "false"}
+    element(root, "compiler", None, **flags, inertiafromgeom="false")
+    element(root, "option", gravity=numbers(robot.gravity))
+    assets = element(root, "asset")
+    bodies = {WORLD: element(root, "worldbody")}
+    for joint in robot.joints:
+        bodies[joint.child] = add_body(robot, joint, bodies[joint.parent])
+    add_meshes(robot, meshes, assets, bodies)
+    sites = _task_sites(robot, bodies)
+    add_wrap_geoms(robot, bodies)
+    add_tendons(robot, root, bodies, sites)
+    _equalities(robot, root)
+    _actuators(robot, root)
+    _initial(robot, root)
+    return document(root)
+
+
+def _task_sites(robot: Robot, bodies: dict[str, ElementTree.Element]) -> Names:
+    for frame in robot.task_frames:
+        element(bodies[frame.link], "site", name=frame.name, pos=numbers(frame.position))
+    return Names(frame.name for frame in robot.task_frames)
+
+
+def _equalities(robot: Robot, root: ElementTree.Element) -> None:
+    node = element(root, "equality")
+    for c in robot.coordinates:
+        if c.lower == c.upper:
+            element(node, "joint", joint1=c.name, polycoef=numbers((c.lower, 0, 0, 0, 0)))
+
+
+def _actuators(robot: Robot, root: ElementTree.Element) -> None:
+    node = element(root, "actuator")
+    names = Names()
+    for muscle in robot.muscles:
+        limits = _control_range(muscle)
+        name = names.give(muscle.name)
+        element(node, "motor", None, name=name, tendon=muscle.name, gear="-1", **limits)
+    for c in robot.coordinates:
+        if c.actuated:
+            element(node, "motor", None, name=names.give(c.name), joint=c.name)
+
+
+def _control_range(muscle: Muscle) -> dict[str, str]:
+    if muscle.f_min == muscle.f_max:
+        return {}
+    return {"ctrllimited": "true", "ctrlrange": numbers((muscle.f_min, muscle.f_max))}
+
+
+def _initial(robot: Robot, root: ElementTree.Element) -> None:
+    values = [coordinate.initial for coordinate in coordinate_order(robot)]
+    if values:
+        element(element(root, "keyframe"), "key", name="initial", qpos=numbers(values))

@@ -1,0 +1,114 @@
+"""Muscles in MJCF: spatial tendons through sites and over geoms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from xml.etree import ElementTree
+
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...model.muscle import Muscle, Wrap
+from ...model.robot import Robot, find
+from ...model.rotations import apply
+from ...transforms.joint_chains import Names
+from ..wrap_side import side_direction
+from ..xml_text import element, numbers
+from .bodies import placement
+
+DRAWN_LENGTH = 20.0
+"""Length at which a cylinder without ends is drawn, as a multiple of its radius."""
+SIDE_DISTANCE = 1.5
+"""How far from the axis the site of a chosen side is, as a multiple of the radius."""
+WRAP_GROUP = "3"
+
+Bodies = dict[str, ElementTree.Element]
+
+
+def add_wrap_geoms(robot: Robot, bodies: Bodies) -> None:
+    """Add the wrap surfaces to their bodies, as geoms that nothing collides with."""
+    for surface in robot.wrap_surfaces:
+        size = [surface.radius]
+        if surface.shape == "cylinder":
+            endless = math.isinf(surface.length)
+            size.append((DRAWN_LENGTH * surface.radius if endless else surface.length) / 2)
+        element(
+            bodies[surface.link],
+            "geom",
+            None,
+            name=surface.name,
+            type=surface.shape,
+            size=numbers(size),
+            **placement(surface.pose),
+            contype="0",
+            conaffinity="0",
+            group=WRAP_GROUP,
+        )
+
+
+def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: Names) -> None:
+    """Add a spatial tendon for every muscle, and the sites that it passes through.
+
+    Args:
+        robot: The robot.
+        root: The document.
+        bodies: The body of each link.
+        sites: The names of sites that are taken.
+    """
+    tendons = element(root, "tendon")
+    for muscle in robot.muscles:
+        tendon = element(tendons, "spatial", name=muscle.name)
+        wraps = _first_wraps(muscle)
+        for k, point in enumerate(muscle.via_points):
+            site = sites.give(f"{muscle.name}:{k}")
+            element(bodies[point.link], "site", name=site, pos=numbers(point.position))
+            element(tendon, "site", site=site)
+            if k in wraps:
+                _add_wrap(robot, muscle, wraps[k], tendon, bodies, sites)
+
+
+def wrap_losses(robot: Robot) -> Iterator[Finding]:
+    """What MuJoCo's wrapping lacks."""
+    for surface in robot.wrap_surfaces:
+        if surface.shape == "cylinder" and math.isfinite(surface.length):
+            problem = f"MuJoCo wraps over cylinders without ends; {surface.name!r} has some"
+            yield warning(Subject("robot", robot.name), "cylinder-ends-left-out", problem)
+    for muscle in robot.muscles:
+        subject, kept = Subject("muscle", muscle.name), _first_wraps(muscle).values()
+        for wrap in muscle.wraps:
+            if wrap not in kept:
+                problem = f"MuJoCo has one wrap a segment; {wrap.surface!r} is left out"
+                yield warning(subject, "wrap-left-out", problem)
+            elif wrap.turns:
+                problem = f"MuJoCo has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
+                yield warning(subject, "turns-left-out", problem)
+            elif wrap.side:  # a place inside the surface, for a way inside, says just that
+                problem = (
+                    f"a site shows on which side of {wrap.surface!r} it passes; it is placed for "
+                    "the initial coordinates"
+                )
+                yield warning(subject, "side-by-place", problem)
+
+
+def _first_wraps(muscle: Muscle) -> dict[int, Wrap]:
+    """The wrap of each segment that has one, by the index of the via point before it."""
+    return {wrap.segment: wrap for wrap in reversed(muscle.wraps)}
+
+
+def _add_wrap(
+    robot: Robot,
+    muscle: Muscle,
+    wrap: Wrap,
+    tendon: ElementTree.Element,
+    bodies: Bodies,
+    sites: Names,
+) -> None:
+    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    side = {}
+    if wrap.side or wrap.inside:
+        x, y, z = (0.0, 0.0, 0.0) if wrap.inside else side_direction(robot, muscle, wrap)
+        distance = SIDE_DISTANCE * surface.radius
+        place = apply(surface.pose, (distance * x, distance * y, distance * z))
+        side = {"sidesite": sites.give(f"{muscle.name}:{wrap.segment}:side")}
+        element(bodies[surface.link], "site", name=side["sidesite"], pos=numbers(place))
+    element(tendon, "geom", None, geom=surface.name, **side)

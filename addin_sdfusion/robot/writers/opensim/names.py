@@ -1,0 +1,102 @@
+"""Names as OpenSim takes them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...model.muscle import CableSet
+from ...model.robot import WORLD, Robot
+from ...transforms.joint_chains import Names
+
+GROUND = "ground"
+REFUSED = re.compile(r"[\s/\\*+]|^\.+$")
+"""Signs that OpenSim refuses in names, and the names that mean folders to it."""
+
+Renaming = dict[str, str]
+
+
+def with_legal_names(robot: Robot) -> Robot:
+    """The robot, active sets only, under names that OpenSim takes.
+
+    Args:
+        robot: A valid robot.
+    """
+    renaming = _renamings(robot)
+    links, joints = renaming["link"] | {WORLD: WORLD}, renaming["joint"]
+    coordinates, surfaces = renaming["coordinate"], renaming["wrap surface"]
+    legal = replace(
+        robot,
+        name=renaming["robot"][robot.name],
+        links=tuple(replace(link, name=links[link.name]) for link in robot.links),
+        joints=tuple(
+            replace(
+                joint,
+                name=joints[joint.name],
+                parent=links[joint.parent],
+                child=links[joint.child],
+                coordinates=tuple(replace(c, name=coordinates[c.name]) for c in joint.coordinates),
+            )
+            for joint in robot.joints
+        ),
+        wrap_surfaces=tuple(
+            replace(surface, name=surfaces[surface.name], link=links[surface.link])
+            for surface in robot.wrap_surfaces
+        ),
+    )
+    return _with_legal_sets(legal, renaming, links)
+
+
+def renamed(robot: Robot) -> Iterator[Finding]:
+    """The names that are changed."""
+    for kind, renaming in _renamings(robot).items():
+        for name, given in renaming.items():
+            if given != name:
+                problem = f"OpenSim refuses the name; written as {given!r}"
+                yield warning(Subject(kind.replace(" ", "_"), name), "renamed", problem)
+
+
+def _renamings(robot: Robot) -> dict[str, Renaming]:
+    return {
+        "robot": _legal([robot.name], ()),
+        "link": _legal((link.name for link in robot.links), (WORLD, GROUND)),
+        "joint": _legal((joint.name for joint in robot.joints), ()),
+        "coordinate": _legal((coordinate.name for coordinate in robot.coordinates), ()),
+        "muscle": _legal((muscle.name for muscle in robot.muscles), ()),
+        "task frame": _legal((frame.name for frame in robot.task_frames), ()),
+        "wrap surface": _legal((surface.name for surface in robot.wrap_surfaces), ()),
+    }
+
+
+def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
+    """Legal names stay; others are given what is left of the names."""
+    wanted = {name: REFUSED.sub("_", name) for name in names}
+    free = Names(taken)
+    kept = [name for name, legal in wanted.items() if name == legal]
+    changed = [name for name, legal in wanted.items() if name != legal]
+    return {name: free.give(wanted[name]) for name in (*kept, *changed)}
+
+
+def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:
+    surfaces = renaming["wrap surface"]
+    muscles = tuple(
+        replace(
+            muscle,
+            name=renaming["muscle"][muscle.name],
+            via_points=tuple(replace(p, link=links[p.link]) for p in muscle.via_points),
+            wraps=tuple(replace(wrap, surface=surfaces[wrap.surface]) for wrap in muscle.wraps),
+        )
+        for muscle in robot.muscles
+    )
+    frames = tuple(
+        replace(frame, name=renaming["task frame"][frame.name], link=links[frame.link])
+        for frame in robot.task_frames
+    )
+    cable_sets = (CableSet(robot.cable_set, muscles),) if robot.cable_set else ()
+    task_sets = tuple(
+        replace(group, frames=frames) for group in robot.task_sets if group.name == robot.task_set
+    )
+    return replace(robot, cable_sets=cable_sets, task_sets=task_sets)

@@ -1,0 +1,1 @@
+"""SDF for Gazebo, and the muscles in its plug-in's file."""

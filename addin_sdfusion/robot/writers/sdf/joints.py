@@ -1,0 +1,82 @@
+"""The joints of a robot as SDF has them: single ones, universal ones, and chains of single ones.
+
+SDF has no joint for three motions in coordinates of one's own (its ball has no coordinates at all).
+Such a joint is written as a chain of single ones through links without mass, and the plugin says
+which of them belong together, so that it reads back as the one joint that it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ...model.joint import Coordinate, Joint, Motion
+from ...model.pose import IDENTITY, Pose
+from ...model.robot import WORLD, Robot
+from ...transforms.joint_chains import Names
+
+
+@dataclass(frozen=True, slots=True)
+class SdfJoint:
+    """A joint element of an SDF file.
+
+    Attributes:
+        name, type: As in the file.
+        parent, child: Links of the file.
+        motions: None, one, or two for a universal joint.
+        coordinates: One for each motion.
+        T_parent_joint, T_child_joint: As of a `Joint`.
+        between: Whether the child is a link without mass that the robot does not have.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    motions: tuple[Motion, ...]
+    coordinates: tuple[Coordinate, ...]
+    T_parent_joint: Pose
+    T_child_joint: Pose
+    between: bool = False
+
+
+def sdf_joints(robot: Robot) -> dict[str, list[SdfJoint]]:
+    """What is written for each joint of a robot, by the joint's name."""
+    joints = [joint.name for joint in robot.joints]
+    names = Names([WORLD, *joints, *(link.name for link in robot.links)])
+    return {joint.name: list(_split(joint, names)) for joint in robot.joints}
+
+
+def is_chained(joint: Joint) -> bool:
+    """Whether a joint is written as a chain."""
+    return len(joint.motions) > 1 and joint.type != "universal"
+
+
+def needs_words(joint: Joint) -> bool:
+    """Whether the plugin says something about a joint: SDF's axes have no names nor motors."""
+    return len(joint.motions) > 1 or any(
+        coordinate.name != joint.name or coordinate.actuated for coordinate in joint.coordinates
+    )
+
+
+def _split(joint: Joint, names: Names) -> Iterator[SdfJoint]:
+    groups = [joint.motions] if not is_chained(joint) else [(motion,) for motion in joint.motions]
+    parent, T_parent_joint = joint.parent, joint.T_parent_joint
+    for k, motions in enumerate(groups, start=1):
+        last = k == len(groups)
+        child = joint.child if last else names.give(f"{joint.name}_link_{k}")
+        yield SdfJoint(
+            joint.name if len(groups) == 1 else names.give(f"{joint.name}_{k}"),
+            _TYPES[motions[0].kind] if is_chained(joint) else joint.type,
+            parent,
+            child,
+            motions,
+            tuple(joint.coordinates[motion.coordinate] for motion in motions),
+            T_parent_joint,
+            joint.T_child_joint if last else IDENTITY,
+            between=not last,
+        )
+        parent, T_parent_joint = child, IDENTITY
+
+
+_TYPES = {"rotation": "revolute", "translation": "prismatic"}

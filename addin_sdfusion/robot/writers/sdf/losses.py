@@ -1,0 +1,90 @@
+"""Tells what SDF cannot hold: errors where it would refuse the file, warnings elsewhere."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+from ...checks.masses import density_matrix, positive_semidefinite
+from ...finding import Finding, Subject
+from ...finding_builders import error, warning
+from ...model.robot import WORLD, Robot
+from ..cardsflow_xml import wrap_losses
+from .joints import is_chained, sdf_joints
+from .names import NO_LIMIT, joint_frame_name, needs_frame
+
+
+def sdf_losses(robot: Robot) -> list[Finding]:
+    """Everything that SDF with its plugin and cardsflow.xml cannot hold.
+
+    Args:
+        robot: A robot without errors.
+
+    Returns:
+        Errors, for which it is not written, then warnings for what is left out or doubtful.
+    """
+    found = [
+        *_names(robot),
+        *_mesh_texts(robot),
+        *_limits(robot),
+        *_chains(robot),
+        *_inertias(robot),
+        *wrap_losses(robot),
+    ]
+    return sorted(found, key=lambda finding: not finding.is_error)
+
+
+def _names(robot: Robot) -> Iterator[Finding]:
+    """SDF keeps the names of links, joints and frames in one drawer and reserves some."""
+    named = [Subject("link", link.name) for link in robot.links]
+    named += [Subject("joint", joint.name) for joint in robot.joints]
+    counts = Counter(subject.name for subject in named)
+    for parts in sdf_joints(robot).values():
+        counts.update(
+            joint_frame_name(part.name, part.child)
+            for part in parts
+            if needs_frame(part.T_child_joint)
+        )
+    named.append(Subject("robot", robot.name))
+    for subject in named:
+        name = subject.name
+        if counts[name] > 1 and subject.kind != "robot":
+            problem = "SDF needs different names for links, joints and frames; rename it"
+            yield error(subject, "sdf-name-clash", f"{problem}, {name!r} is taken")
+        if "::" in name or (name.startswith("__") and name.endswith("__")) or name == WORLD:
+            yield error(subject, "sdf-reserved-name", f"SDF reserves the name {name!r}; rename it")
+
+
+def _mesh_texts(robot: Robot) -> Iterator[Finding]:
+    for link in robot.links:
+        for text in (text for mesh in link.meshes for text in (mesh.uri, mesh.name)):
+            if text and (text != text.strip() or not text.isprintable()):
+                problem = (
+                    "a mesh's URI or name begins or ends with a space or has control characters"
+                )
+                yield error(Subject("link", link.name), "sdf-mesh-text", problem)
+
+
+def _limits(robot: Robot) -> Iterator[Finding]:
+    for c in robot.coordinates:
+        if any(NO_LIMIT <= abs(limit) < math.inf for limit in (c.lower, c.upper)):
+            problem = f"a limit of {NO_LIMIT:g} or more is none in SDF; make it infinite"
+            yield error(Subject("coordinate", c.name), "sdf-limit", problem)
+
+
+def _chains(robot: Robot) -> Iterator[Finding]:
+    for joint in robot.joints:
+        if is_chained(joint):
+            problem = (
+                f"SDF has no {joint.type} joint with coordinates; other programs see "
+                f"{len(joint.motions)} single joints with links without mass between them"
+            )
+            yield warning(Subject("joint", joint.name), "joint-in-a-chain", problem)
+
+
+def _inertias(robot: Robot) -> Iterator[Finding]:
+    for link in robot.links:
+        if not positive_semidefinite(density_matrix(link.inertia.matrix)):
+            problem = "libsdformat refuses its inertia; no body has it"
+            yield warning(Subject("link", link.name), "sdf-inertia-refused", problem)

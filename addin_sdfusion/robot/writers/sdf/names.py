@@ -1,0 +1,37 @@
+"""Names that an SDF file needs beside those of the robot."""
+
+from __future__ import annotations
+
+from ...model.pose import Pose
+from ...model.robot import Link
+from ...model.rotations import inverse
+
+MODEL_FRAME = "__model__"
+NO_LIMIT = 1e16
+"""SDF's own value for a limit that is none, in [rad] or [m]."""
+
+
+def joint_frame_name(joint: str, child: str) -> str:
+    """The name of the frame that keeps a rotated T_child_joint exactly."""
+    return f"{joint}_in_{child}"
+
+
+def needs_frame(T_child_joint: Pose) -> bool:
+    """Whether the inverse of T_child_joint does not give it back bit by bit."""
+    return inverse(inverse(T_child_joint)) != T_child_joint
+
+
+def mesh_names(link: Link) -> list[str]:
+    """A name for each mesh: its own, or where SDF needs it one that is there and not yet taken."""
+    taken = {(mesh.role, mesh.name) for mesh in link.meshes}
+    given: set[tuple[str, str]] = set()
+    names = []
+    for k, mesh in enumerate(link.meshes):
+        name = mesh.name
+        if not name or (mesh.role, name) in given:
+            name = f"{name or link.name}_{k}"
+            while (mesh.role, name) in taken or (mesh.role, name) in given:
+                name += "_"
+        given.add((mesh.role, name))
+        names.append(name)
+    return names

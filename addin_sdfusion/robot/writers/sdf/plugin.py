@@ -1,0 +1,83 @@
+"""Writes what SDF has no word for, in the plugin element of the model.
+
+gravity: x y z, in [m/s²].
+link_end link: the far end of a link, in its frame, in [m].
+mesh_name link role as: the name of a mesh, in place of the one that it is written as.
+joint name: its coordinates in the order of q, as coordinate elements.
+coordinate name joint motion actuated: the joint element that moves it, and its place among the
+    motions from the parent to the child, counted from 0.
+wrap_surface name link shape radius length: what muscles wrap over; its pose in the link's frame, in
+    [m, rad].
+cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
+task_set id active: endEffector elements as in cardsflow.xml.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from xml.etree import ElementTree
+
+from ...model.joint import Joint
+from ...model.muscle import WrapSurface
+from ...model.robot import Link, Robot
+from ..cardsflow_xml import end_effector_element, muscle_element, wrap_elements
+from ..xml_text import element, numbers
+from .joints import SdfJoint, needs_words, sdf_joints
+from .names import mesh_names
+
+PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo_plugin"}
+
+
+def plugin_element(model: ElementTree.Element, robot: Robot) -> None:
+    """Add the plugin to a model."""
+    plugin = element(model, "plugin", None, **PLUGIN)
+    element(plugin, "gravity", numbers(robot.gravity))
+    for link in robot.links:
+        _link(plugin, link)
+    written = sdf_joints(robot)
+    for joint in robot.joints:
+        if needs_words(joint):
+            _joint(plugin, joint, written[joint.name])
+    for surface in robot.wrap_surfaces:
+        _wrap_surface(plugin, surface)
+    for cable_set in robot.cable_sets:
+        node = element(plugin, "cable_set", **_member(cable_set.name, robot.cable_set))
+        for muscle in cable_set.muscles:
+            wrap_elements(muscle_element(node, muscle), muscle)
+    for task_set in robot.task_sets:
+        node = element(plugin, "task_set", **_member(task_set.name, robot.task_set))
+        for frame in task_set.frames:
+            end_effector_element(node, frame)
+
+
+def _member(name: str, active: str) -> dict[str, str]:
+    return {"id": name, "active": "true" if name == active else "false"}
+
+
+def _link(plugin: ElementTree.Element, link: Link) -> None:
+    if link.end is not None:
+        element(plugin, "link_end", numbers(link.end), link=link.name)
+    for mesh, name in zip(link.meshes, mesh_names(link), strict=True):
+        if mesh.name != name:
+            attributes = {"link": link.name, "role": mesh.role, "as": name}
+            element(plugin, "mesh_name", mesh.name, **attributes)
+
+
+def _joint(plugin: ElementTree.Element, joint: Joint, parts: Sequence[SdfJoint]) -> None:
+    node = element(plugin, "joint", name=joint.name)
+    movers = [part.name for part in parts for _ in part.motions]
+    places = {motion.coordinate: place for place, motion in enumerate(joint.motions)}
+    for i, coordinate in enumerate(joint.coordinates):
+        words = {"joint": movers[places[i]], "motion": str(places[i])}
+        actuated = "true" if coordinate.actuated else "false"
+        element(node, "coordinate", name=coordinate.name, **words, actuated=actuated)
+
+
+def _wrap_surface(plugin: ElementTree.Element, surface: WrapSurface) -> None:
+    words = {"name": surface.name, "link": surface.link, "shape": surface.shape}
+    words["radius"] = numbers([surface.radius])
+    if surface.length != math.inf:
+        words["length"] = numbers([surface.length])
+    text = numbers((*surface.pose.position, *surface.pose.rpy))
+    element(plugin, "wrap_surface", text, **words)

@@ -1,0 +1,90 @@
+"""On which side of a wrap surface a muscle passes, for formats that mark it by a direction.
+
+A chosen sense of turning belongs to the path, a direction to the surface: they say the same at the
+initial values of the coordinates and near them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..model.joint import Motion
+from ..model.muscle import Muscle, Wrap
+from ..model.pose import IDENTITY, Pose, Vector3
+from ..model.robot import WORLD, Robot, find
+from ..model.rotations import Matrix3, apply, compose, dot, inverse, normalized, rpy, subtract
+
+
+def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
+    """Where a muscle passes that turns in its wrap's sense about the surface's z axis.
+
+    Args:
+        robot: A valid robot, at its initial coordinates.
+        muscle: One of its muscles.
+        wrap: One of the muscle's wraps, with a chosen side.
+
+    Returns:
+        A unit vector in the surface's frame: for a cylinder orthogonal to its z axis, for a sphere
+        in the plane through both points and the centre, in which the muscle stays.
+    """
+    start, end = _ends(robot, muscle, wrap)
+    x, y, _ = subtract(end, start)
+    if x == y == 0.0:  # along the axis: either side is as good
+        return 1.0, 0.0, 0.0
+    across = normalized((wrap.side * y, -wrap.side * x, 0.0))
+    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    if surface.shape == "cylinder":
+        return across
+    way = normalized(subtract(end, start))
+    foot = subtract(start, tuple(dot(start, way) * w for w in way))  # type: ignore[arg-type]
+    x, y, z = normalized(foot)
+    sign = 1.0 if dot(start, across) >= 0.0 else -1.0
+    return (sign * x, sign * y, sign * z) if any(foot) else across
+
+
+def is_shorter_way(robot: Robot, muscle: Muscle, wrap: Wrap) -> bool:
+    """Whether the straight line passes on the chosen side; arguments as for `side_direction`."""
+    start, end = _ends(robot, muscle, wrap)
+    return wrap.side * (start[0] * end[1] - start[1] * end[0]) >= 0.0
+
+
+def _ends(robot: Robot, muscle: Muscle, wrap: Wrap) -> tuple[Vector3, Vector3]:
+    """The via points before and after a wrap, in the surface's frame."""
+    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    poses = initial_poses(robot)
+    T_surface_world = inverse(compose(poses[surface.link], surface.pose))
+    start, end = (
+        apply(T_surface_world, apply(poses[point.link], point.position))
+        for point in muscle.via_points[wrap.segment : wrap.segment + 2]
+    )
+    return start, end
+
+
+def initial_poses(robot: Robot) -> dict[str, Pose]:
+    """The pose of every link in the world, at the initial values of the coordinates."""
+    poses = {WORLD: IDENTITY}
+    for joint in robot.joints:
+        T = compose(poses[joint.parent], joint.T_parent_joint)
+        for motion in joint.motions:
+            T = compose(T, _moved(motion, joint.coordinates[motion.coordinate].initial))
+        poses[joint.child] = compose(T, inverse(joint.T_child_joint))
+    return poses
+
+
+def _moved(motion: Motion, q: float) -> Pose:
+    axis = normalized(motion.axis)
+    if motion.kind == "translation":
+        return Pose((q * axis[0], q * axis[1], q * axis[2]))
+    return Pose(rpy=rpy(axis_rotation(axis, q)))
+
+
+def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
+    """The rotation matrix of a turn about a unit vector by an angle in [rad]."""
+    x, y, z = axis
+    c, s = math.cos(angle), math.sin(angle)
+    d = 1.0 - c
+    return (
+        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
+        (d * x * y + s * z, c + d * y * y, d * y * z - s * x),
+        (d * x * z - s * y, d * y * z + s * x, c + d * z * z),
+    )

@@ -1,0 +1,1 @@
+"""Analyses without a run: sizing, motion check, information."""

@@ -1,0 +1,204 @@
+"""What a robot or an FMU is made of, for people and for scripts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import WORLD, InputError, Muscle, Robot, Vector3, read_robot
+from addin_sdfusion.robot.model.tension_laws import law_of, states_of
+from sim_dart.muscles.paths import MusclePaths
+
+
+def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]:
+    """What a robot is made of, as plain data in SI units.
+
+    Args:
+        path: A model.sdf, a CASPR `<name>_bodies.xml`, or their folder.
+        cable_set: The cable set to use; the file's own when None.
+
+    Raises:
+        InputError: The robot cannot be read or used.
+    """
+    robot = read_robot(path, cable_set)
+    lengths = MusclePaths(robot).evaluate([c.initial for c in robot.coordinates]).lengths
+    return {
+        "name": robot.name,
+        "mass": sum(link.inertia.mass for link in robot.links),
+        "reach": _reach(robot),
+        "links": [{"name": link.name, "mass": link.inertia.mass} for link in robot.links],
+        "joints": [
+            {"name": j.name, "type": j.type, "parent": j.parent, "child": j.child}
+            for j in robot.joints
+        ],
+        "coordinates": [
+            {
+                "name": c.name,
+                "unit": c.unit,
+                "lower": _limit(c.lower),
+                "upper": _limit(c.upper),
+                "initial": c.initial,
+                "damping": c.damping,
+                "actuated": c.actuated,
+                "stiffness": c.stiffness,
+                "rest": c.rest,
+                "friction": c.friction,
+            }
+            for c in robot.coordinates
+        ],
+        "cable_set": robot.cable_set,
+        "cable_sets": [cable_set.name for cable_set in robot.cable_sets],
+        "muscles": [
+            {
+                "name": muscle.name,
+                "via_points": len(muscle.via_points),
+                "links": list(dict.fromkeys(point.link for point in muscle.via_points)),
+                "model": muscle.model.kind,
+                "command": _command(muscle),
+                "states": [f"{state.name} [{state.unit}]" for state in states_of(muscle.model)],
+                "f_min": muscle.f_min,
+                "f_max": _limit(muscle.f_max),
+                "length": float(length),
+            }
+            for muscle, length in zip(robot.muscles, lengths, strict=True)
+        ],
+        "operational_space": robot.task_set,
+        "operational_spaces": [task_set.name for task_set in robot.task_sets],
+        "task_frames": [
+            {"name": frame.name, "link": frame.link, "axes": list(frame.axes)}
+            for frame in robot.task_frames
+        ],
+        "units": {"mass": "kg", "reach": "m", "length": "m", "f_min": "N", "f_max": "N"},
+    }
+
+
+def fmu_info(path: str | Path) -> dict[str, Any]:
+    """The variables of an FMU, as plain data.
+
+    Args:
+        path: The .fmu.
+
+    Raises:
+        InputError: It is no FMU.
+    """
+    import fmpy  # not needed for robots
+
+    try:
+        description = fmpy.read_model_description(str(path), validate=False)
+    except Exception as error:
+        raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=path) from None
+    return {
+        "name": description.modelName,
+        "fmi_version": description.fmiVersion,
+        "description": description.description,
+        "generated_by": description.generationTool,
+        "platforms": sorted(fmpy.supported_platforms(str(path))),
+        "variables": [
+            {
+                "name": variable.name,
+                "causality": variable.causality,
+                "variability": variable.variability,
+                "unit": variable.unit,
+                "start": variable.start,
+                "description": variable.description,
+            }
+            for variable in description.modelVariables
+        ],
+    }
+
+
+def describe_robot(info: dict[str, Any]) -> str:
+    """A robot's information as tables for people."""
+    title = (
+        f"{info['name']}: {len(info['links'])} links, {len(info['coordinates'])} coordinates, "
+        f"{len(info['muscles'])} muscles, {info['mass']:.6g} kg, reach {info['reach']:.4g} m"
+    )
+    parts = [title]
+    joints = [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]]
+    parts.append(table(["joint", "type", "parent", "child"], joints))
+    coordinates = [
+        [c["name"], c["unit"], _bound(c["lower"], "-"), _bound(c["upper"], ""), f"{c['initial']:g}"]
+        for c in info["coordinates"]
+    ]
+    parts.append(table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
+    muscles = [
+        [
+            m["name"],
+            m["model"],
+            m["command"] or "none",
+            f"{m['f_min']:g}",
+            _bound(m["f_max"], ""),
+            f"{m['length']:.6g}",
+            " - ".join(m["links"]),
+        ]
+        for m in info["muscles"]
+    ]
+    heads = ["muscle", "cable", "command", "f_min [N]", "f_max [N]", "length [m]", "links"]
+    parts.append(table(heads, muscles))
+    frames = [[f["name"], f["link"], " ".join(f["axes"])] for f in info["task_frames"]]
+    parts.append(table(["task frame", "link", "axes"], frames))
+    for what, active in (("cable_sets", "cable_set"), ("operational_spaces", "operational_space")):
+        if info[what]:
+            names = [f"{name} (active)" if name == info[active] else name for name in info[what]]
+            parts.append(f"{what.replace('_', ' ')}: {', '.join(names)}")
+    return "\n\n".join(part for part in parts if part)
+
+
+def describe_fmu(info: dict[str, Any]) -> str:
+    """An FMU's information as tables for people."""
+    title = (
+        f"{info['name']}: {info['description']}, FMI {info['fmi_version']}, "
+        f"for {', '.join(info['platforms']) or 'no platform'}"
+    )
+    rows = [
+        [v["name"], v["causality"], v["variability"], v["unit"] or "", v["start"] or ""]
+        for v in info["variables"]
+    ]
+    return f"{title}\n\n{table(['variable', 'causality', 'variability', 'unit', 'start'], rows)}"
+
+
+def _reach(robot: Robot) -> float:
+    """Length of the longest stretched chain from a first joint to an end or a centre of mass."""
+    length = {WORLD: 0.0}  # of the chain to where a link hangs
+    hangs_at: dict[str, Vector3] = {}
+    longest = 0.0
+    for joint in robot.joints:
+        chain = length[joint.parent]
+        if joint.parent in hangs_at:
+            chain += math.dist(hangs_at[joint.parent], joint.T_parent_joint.position)
+        length[joint.child] = chain
+        hangs_at[joint.child] = joint.T_child_joint.position
+        link = robot.link(joint.child)
+        longest = max(
+            longest, chain + math.dist(hangs_at[joint.child], link.end or link.inertia.com)
+        )
+    return longest
+
+
+def _command(muscle: Muscle) -> str | None:
+    """What a muscle is told, with its unit; None for a passive one."""
+    command = law_of(muscle.model).command
+    return None if command is None else f"{command.name} [{command.unit}]"
+
+
+def _limit(value: float) -> float | None:
+    """A limit for JSON, which has no infinity."""
+    return value if math.isfinite(value) else None
+
+
+def _bound(value: float | None, sign: str) -> str:
+    return f"{sign}unlimited" if value is None else f"{value:g}"
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns wide enough for their words; empty without rows."""
+    if not rows:
+        return ""
+    lines = [list(heads), *([str(cell) for cell in row] for row in rows)]
+    widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )

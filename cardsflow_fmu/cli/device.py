@@ -1,0 +1,310 @@
+"""`cardsflow device` and `cardsflow replay-hardware`: what stands for hardware."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from addin_sdfusion.robot import InputError
+
+from .common import FAILED, GOOD, add_command, settings_of
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+    from cardsflow_fmu.hardware.device.device import Device
+    from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+    from cardsflow_fmu.hardware.emulator.faults import FaultyWay
+    from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
+
+DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
+
+
+def add_hardware(commands: Any, common: argparse.ArgumentParser) -> None:
+    """Add `device` and `replay-hardware`."""
+    _add_device(commands, common)
+    _add_replay(commands, common)
+
+
+def _add_device(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = add_command(
+        commands,
+        common,
+        "device",
+        "Simulate a robot behind the hardware protocol, until Ctrl-C: it stands for hardware.",
+        "cardsflow device examples/planar_2r --listen udp://127.0.0.1:5005 --loss 0.01",
+    )
+    parser.add_argument("thing", metavar="ROBOT|EXPERIMENT", type=Path, help="what to simulate")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting of the experiment, such as plant.mass_scale=1.2; may be repeated",
+    )
+    parser.add_argument("--cable-set", help="the robot's cable set; the file's own when left out")
+    parser.add_argument(
+        "--step", type=float, metavar="S", help="internal step of a robot, in s; 0.001"
+    )
+    _add_imperfections(parser)
+    _add_serving(parser)
+    parser.set_defaults(command=_device)
+
+
+def _add_replay(commands: Any, common: argparse.ArgumentParser) -> None:
+    parser = add_command(
+        commands,
+        common,
+        "replay-hardware",
+        "Be the device of a recorded run, until Ctrl-C: the same states, whatever is commanded.",
+        "cardsflow replay-hardware results/hardware.rec --listen udp://127.0.0.1:5005",
+    )
+    parser.add_argument("recording", type=Path, help="the hardware.rec of a run")
+    _add_serving(parser)
+    parser.set_defaults(command=_replay)
+
+
+def _add_imperfections(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("motors and sensors")
+    group.add_argument(
+        "--encoder",
+        type=float,
+        default=math.inf,
+        metavar="COUNTS",
+        help="counts of the encoders per rad or m; velocities are then differences of counts",
+    )
+    group.add_argument(
+        "--noise", type=float, default=0.0, metavar="X", help="of positions, in rad or m (1 sigma)"
+    )
+    group.add_argument(
+        "--differences", action="store_true", help="velocities are differences of positions"
+    )
+    group.add_argument(
+        "--motor-lag", type=float, default=0.0, metavar="MS", help="motors' time constant"
+    )
+
+
+def _add_serving(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--listen",
+        default=DEFAULT_ADDRESS,
+        metavar="udp://HOST:PORT",
+        help=f"where to listen; port 0 takes a free one; {DEFAULT_ADDRESS}",
+    )
+    parser.add_argument(
+        "--watchdog",
+        type=float,
+        metavar="MS",
+        help="without a command for so long the device goes to its safe state; that of the "
+        "experiment, or 20",
+    )
+    parser.add_argument(
+        "--key-file",
+        type=Path,
+        help="the key that frames must be signed with; that of the experiment, or of the "
+        "environment variable CARDSFLOW_HARDWARE_KEY_FILE, when left out",
+    )
+    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--json", action="store_true", help="print every line as JSON")
+    _add_faults(parser)
+
+
+def _add_faults(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("faults of the link, in each direction")
+    for name, what in (
+        ("loss", "are lost"),
+        ("duplicate", "come twice"),
+        ("reorder", "are overtaken by the next"),
+        ("corrupt", "are damaged"),
+    ):
+        text = f"part of the frames that {what}, 0 to 1"
+        group.add_argument(f"--{name}", type=float, default=0.0, metavar="P", help=text)
+    group.add_argument("--delay", type=float, default=0.0, metavar="MS", help="time on the way")
+    group.add_argument(
+        "--jitter", type=float, default=0.0, metavar="MS", help="largest additional time on the way"
+    )
+    group.add_argument(
+        "--outage",
+        action="append",
+        default=[],
+        metavar="START:LENGTH",
+        help="no frame gets through, in s from the first frame on; may be repeated",
+    )
+    group.add_argument("--seed", type=int, default=0, metavar="N", help="of noise and faults; 0")
+
+
+def _device(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.hardware.emulator.emulated_device import device_of
+
+    robot, settings = _emulated(options)
+    if options.watchdog is not None:
+        settings = replace(settings, watchdog=options.watchdog * 1e-3)
+    device = device_of(robot, settings, _key(options, settings.key_file))
+    _serve(device, options)
+    return FAILED if device.counters["faults"] else GOOD
+
+
+def _emulated(options: argparse.Namespace) -> tuple[EmulatedRobot, HardwareSettings]:
+    """The robot of an experiment or of a robot's files, and what is said of its hardware."""
+    from cardsflow_fmu.experiment.experiment import Experiment
+    from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+    from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+
+    thing, lag, sensors = options.thing, options.motor_lag * 1e-3, _sensors(options)
+    if (thing / "experiment.toml").is_file() or thing.suffix in (".toml", ".json"):
+        for option, key in (("cable_set", "robot.cable_set"), ("step", "plant.step")):
+            if getattr(options, option) is not None:
+                what = f"of an experiment is changed by --set {key}=..."
+                raise InputError(what, key=f"--{option.replace('_', '-')}")
+        experiment = Experiment.load(thing, settings_of(options.set))
+        emulated = EmulatedRobot.of_experiment(experiment, motor_lag=lag, sensors=sensors)
+        return emulated, experiment.hardware
+    from addin_sdfusion.robot.readers import read
+
+    if options.set:
+        raise InputError("changes an experiment, and this is a robot", key="--set")
+    robot = read(thing, options.cable_set).require()
+    step = 1e-3 if options.step is None else options.step
+    return EmulatedRobot(robot, step, motor_lag=lag, sensors=sensors), HardwareSettings()
+
+
+def _sensors(options: argparse.Namespace) -> SensorSettings:
+    from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
+
+    counts = options.encoder
+    if not counts > 0:
+        raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
+    return SensorSettings(
+        joint_counts=counts,
+        length_counts=counts,
+        noise=options.noise,
+        differences=options.differences or not math.isinf(counts),
+        seed=options.seed,
+    )
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.hardware.device.device import Device
+    from cardsflow_fmu.hardware.emulator.replay import ReplayedRobot
+    from cardsflow_fmu.hardware.protocol.recording import read_recording
+
+    recording = read_recording(options.recording)
+    if recording.lost_bytes:
+        what = f"the last {recording.lost_bytes} bytes are no whole record, and are left out"
+        print(f"cardsflow: warning: {options.recording}: {what}", file=sys.stderr)
+    header, robot = recording.header, ReplayedRobot(recording)
+    device = Device(
+        robot,
+        header.signature,
+        header.step,
+        scale=header.scale,
+        key=_key(options, None),
+        watchdog=20e-3 if options.watchdog is None else options.watchdog * 1e-3,
+        f_min=-math.inf,
+        f_max=math.inf,
+    )
+    _serve(device, options, lambda: {"largest change of a command": robot.deviation})
+    return GOOD
+
+
+def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
+    from cardsflow_fmu.hardware.session.connect import KEY_FILE
+    from cardsflow_fmu.utils.key_file import key_warning, read_key
+
+    given = options.key_file or own or os.environ.get(KEY_FILE)
+    if not given:
+        return None
+    warning = key_warning(Path(given))
+    if warning is not None:
+        print(f"cardsflow: warning: {warning}", file=sys.stderr)
+    return read_key(given)
+
+
+def _serve(
+    device: Device, options: argparse.Namespace, report: Callable[[], dict[str, Any]] = dict
+) -> None:
+    """Serve a device until Ctrl-C or SIGTERM, or as long as asked for; tell what becomes of it."""
+    from cardsflow_fmu.cosim.pacing import real_time_priority
+    from cardsflow_fmu.hardware.device.server import DeviceServer
+    from cardsflow_fmu.hardware.device.status import Event, Status
+    from cardsflow_fmu.utils.interrupts import interruptible
+
+    way = _way(device, options)
+    duration = _duration(options)
+
+    def say(text: str, **data: Any) -> None:
+        print(json.dumps(data) if options.json else text, flush=True)
+
+    def tell(event: Event) -> None:
+        say(str(event), **asdict(event))
+
+    with interruptible() as pressed, DeviceServer(device, options.listen, way=way) as server:
+        status = Status(device, tell)
+        say(f"listening on {server.uri}", listening=server.uri)
+        end = time.monotonic() + duration
+
+        def stop() -> bool:
+            status.look()
+            return bool(pressed) or time.monotonic() >= end
+
+        with real_time_priority():
+            server.run(stop)
+        status.look()
+        totals = {"device": dict(device.counters), "slipped": server.slipped, **report()}
+        totals |= {} if way is None else {"faults": way.counters}
+        say("\n".join(_lines(totals)), **totals)
+
+
+def _lines(totals: Mapping[str, Any], place: str = "") -> list[str]:
+    """Totals for people, a line a group."""
+    groups = {name: value for name, value in totals.items() if isinstance(value, Mapping)}
+    numbers = {name: value for name, value in totals.items() if name not in groups}
+    shown = ", ".join(
+        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
+        for name, value in numbers.items()
+    )
+    lines = [f"{place or 'totals'}: {shown}"] if shown else []
+    for name, group in groups.items():
+        lines += _lines(group, f"{place} {name}".strip())
+    return lines
+
+
+def _way(device: Device, options: argparse.Namespace) -> FaultyWay | None:
+    """The way of frames to the device; None where nothing happens to them."""
+    from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyWay
+
+    faults = Faults(
+        loss=options.loss,
+        delay=options.delay * 1e-3,
+        jitter=options.jitter * 1e-3,
+        duplicate=options.duplicate,
+        reorder=options.reorder,
+        corrupt=options.corrupt,
+        outages=tuple(map(_outage, options.outage)),
+        seed=options.seed,
+    )
+    return FaultyWay(device, faults) if faults.any else None
+
+
+def _outage(text: str) -> tuple[float, float]:
+    begin, _, length = text.partition(":")
+    try:
+        return float(begin), float(length)
+    except ValueError:
+        what = f"must be START:LENGTH in s, such as 2:0.2, not {text!r}"
+        raise InputError(what, key="--outage") from None
+
+
+def _duration(options: argparse.Namespace) -> float:
+    if options.duration is None:
+        return math.inf
+    if not options.duration > 0:
+        raise InputError(f"must be above 0 s, not {options.duration!r}", key="--duration")
+    return float(options.duration)

@@ -1,0 +1,51 @@
+"""Progress of long work: on a terminal only, where it can be taken back."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.cosim.master import Progress
+    from cardsflow_fmu.studies.run_study import Progress as StudyProgress
+
+
+@contextmanager
+def progress_bar(steps: int | None = None) -> Iterator[Progress | None]:
+    """A progress bar on a terminal, nothing elsewhere.
+
+    Args:
+        steps: How many there will be; None if nobody knows.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=steps, unit="step", leave=False) as bar:
+
+        def show(done: int) -> None:
+            bar.update(done - bar.n)
+
+        yield show
+
+
+@contextmanager
+def study_progress() -> Iterator[StudyProgress | None]:
+    """Runs, rate and remaining time on a terminal, nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    with tqdm(unit="run", leave=False, smoothing=0.1) as bar:
+
+        def show(done: int, total: int, failed: int) -> None:
+            bar.total = total
+            if failed:
+                bar.set_postfix(failed=failed, refresh=False)
+            bar.update(done - bar.n)
+
+        yield show

@@ -1,0 +1,178 @@
+"""`cardsflow run`: an experiment, or the FMUs of an .ssp file, with hardware or without."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from addin_sdfusion.robot import InputError
+
+from .common import GOOD, add_command, add_experiment, add_json, experiment_of, settings_of
+from .progress import progress_bar
+from .view import add_live_options, refuse_view, watched
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.experiment.experiment import Experiment
+    from cardsflow_fmu.results.result import SystemResult
+    from cardsflow_fmu.simulation.participants import Through
+
+
+def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> None:
+    """Add `run`.
+
+    Args:
+        commands: Where to.
+        common: Options that all commands have.
+        started: `time.perf_counter()` at the start of the program.
+    """
+    parser = add_command(
+        commands,
+        common,
+        "run",
+        "Build the FMUs of an experiment, or take those of an .ssp file; co-simulate them; "
+        "write results and a figure.",
+        "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
+    )
+    add_experiment(parser, "; or an .ssp file")
+    parser.add_argument("-o", "--output", type=Path, help="folder for the results")
+    stepped = parser.add_mutually_exclusive_group()
+    stepped.add_argument(
+        "--direct", action="store_true", help="step plain Python objects instead of FMUs"
+    )
+    stepped.add_argument(
+        "--native", action="store_true", help="step models in C, all in C, instead of FMUs"
+    )
+    parser.add_argument(
+        "--hardware",
+        metavar="URI",
+        help="drive hardware instead of the plant, such as udp://127.0.0.1:5005",
+    )
+    parser.add_argument(
+        "--realtime", action="store_true", help="let steps wait for their time by the clock"
+    )
+    add_json(parser, "the summary")
+    parser.add_argument(
+        "--as-script", action="store_true", help="print the Python that does it, and run nothing"
+    )
+    parser.add_argument(
+        "--view", action="store_true", help="show the run in the browser while it goes on"
+    )
+    add_live_options(parser)
+    parser.set_defaults(command=partial(_run, started))
+
+
+def _run(started: float, options: argparse.Namespace) -> int:
+    if options.experiment.suffix == ".ssp":
+        return _run_system(started, options)
+    from cardsflow_fmu.simulation.run import RunError, run
+
+    if options.hardware is not None:
+        options.set += [f"hardware.link={json.dumps(options.hardware)}", "hardware.use=true"]
+    experiment = experiment_of(options)
+    _require_hardware(experiment)
+    for warning in experiment.warnings():
+        print(f"cardsflow: warning: {warning}", file=sys.stderr)
+    if options.as_script:
+        return _print_script(options)
+    try:
+        with watched(experiment, options) as (watch, replay):
+            with progress_bar(experiment.run.steps) as progress:
+                result = run(
+                    experiment,
+                    options.output,
+                    through=_through(options),
+                    realtime=options.realtime,
+                    progress=progress,
+                    watch=watch,
+                    started=started,
+                )
+            _print_result(result, options.json)
+            replay(result)
+    except RunError as error:
+        _print_result(error.result, options.json)
+        raise
+    return GOOD
+
+
+def _require_hardware(experiment: Experiment) -> None:
+    """Refuse, before anything is built, hardware that is not told of well enough to reach it.
+
+    Raises:
+        InputError: The address is missing or none, the key cannot be read, a bound is missing.
+    """
+    from cardsflow_fmu.hardware.session.connect import session_of
+
+    if experiment.hardware.use and "hardware" not in experiment.fmus:
+        session_of(experiment)
+
+
+def _run_system(started: float, options: argparse.Namespace) -> int:
+    from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+    from cardsflow_fmu.hardware.links.link import open_link
+    from cardsflow_fmu.hardware.session.connect import environment
+    from cardsflow_fmu.ssp.run import SystemRunError, run_system
+
+    refuse_view(options, "draws experiments; run the .ssp, and then view its results")
+    if options.direct or options.native:
+        option = "--direct" if options.direct else "--native"
+        raise InputError(f"holds FMUs, which {option} cannot do without", file=options.experiment)
+    settings = settings_of(options.set)
+    if options.hardware is not None:
+        if not options.hardware.startswith(
+            ("loopback:", "emulated:")
+        ):  # whose device hardware.fmu makes
+            open_link(options.hardware)  # is refused where no link understands it
+        settings["variant"] = "hardware"
+    if options.as_script:
+        if options.hardware is not None:
+            what = "FMUs of an .ssp learn of hardware by the environment, which is not in a script"
+            raise InputError(what, key="--hardware")
+        return _print_script(options)
+    try:
+        link = HardwareSettings(link=options.hardware or "")
+        with environment(link), progress_bar() as progress:
+            result = run_system(
+                options.experiment,
+                options.output,
+                settings,
+                realtime=options.realtime,
+                progress=progress,
+                started=started,
+            )
+    except SystemRunError as error:
+        _print_result(error.result, options.json)
+        raise
+    _print_result(result, options.json)
+    return GOOD
+
+
+def _through(options: argparse.Namespace) -> Through:
+    return "direct" if options.direct else "native" if options.native else "fmu"
+
+
+def _print_script(options: argparse.Namespace) -> int:
+    from .run_script import run_script
+
+    refuse_view(options, "is not in a script; leave it out")
+    print(
+        run_script(
+            options.experiment,
+            options.output,
+            settings_of(options.set),
+            through=_through(options),
+            realtime=options.realtime,
+        ),
+        end="",
+    )
+    return GOOD
+
+
+def _print_result(result: SystemResult, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(result.summary, indent=1))
+    else:
+        print(result.describe())

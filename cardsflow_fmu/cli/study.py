@@ -1,0 +1,120 @@
+"""`cardsflow study`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .common import FAILED, GOOD, add_command
+from .progress import study_progress
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.studies.execution.executors import Crew
+    from cardsflow_fmu.studies.run_study import StudyResult
+
+
+_ERRORS = 5
+
+
+def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
+    """Add `study`."""
+    parser = add_command(
+        commands,
+        common,
+        "study",
+        "Run an experiment many times, varied; or search for its best robot. Writes a table, a "
+        "report, and a file a run, so that it can be resumed.",
+        "cardsflow study examples/design_study/attachments.toml -j 2",
+    )
+    parser.add_argument("study", type=Path, help="a study.toml, or its folder")
+    parser.add_argument(
+        "-j", "--jobs", type=int, metavar="N", help="runs at once; one a core if left out"
+    )
+    parser.add_argument("-o", "--output", type=Path, help="folder for runs, table and report")
+    parser.add_argument("--resume", action="store_true", help="go on where runs are there already")
+    parser.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="a Dask scheduler, such as tcp://host:8786, or `local`; needs the extra `sweep`",
+    )
+    parser.add_argument(
+        "--only", metavar="HASH", help="do the one run whose hash begins so, and write nothing"
+    )
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    parser.set_defaults(command=_study)
+
+
+def _study(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.studies.definition.study import Study
+    from cardsflow_fmu.studies.run_study import run_study, summary_text
+
+    study = Study.load(options.study)
+    if options.only is not None:
+        return _only(options)
+    with _crew(options) as crew, study_progress() as progress:
+        result = run_study(
+            study,
+            jobs=options.jobs,
+            crew=crew,
+            resume=options.resume,
+            output=options.output,
+            progress=progress,
+        )
+    if options.json:
+        print(summary_text(result.summary), end="")
+    else:
+        _print(result)
+    has_found = study.optimise is None or result.summary["best"] is not None
+    return GOOD if result.summary["complete"] and has_found else FAILED
+
+
+def _only(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.studies.definition.study import Study
+    from cardsflow_fmu.studies.run_study import only_run
+
+    command, outcome = only_run(Study.load(options.study), options.only, options.output)
+    print(command, file=sys.stderr)
+    row = {"status": "complete" if outcome.complete else "failed", "error": outcome.error}
+    print(json.dumps(row | {"metrics": outcome.metrics}, indent=1))
+    return GOOD if outcome.complete else FAILED
+
+
+@contextlib.contextmanager
+def _crew(options: argparse.Namespace) -> Iterator[Crew | None]:
+    """Dask's workers where they are asked for."""
+    if options.dask is None:
+        yield None
+        return
+    import os
+
+    from cardsflow_fmu.studies.execution.dask_executor import dask_crew
+
+    jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
+    with dask_crew(options.dask, jobs) as crew:
+        yield crew
+
+
+def _print(result: StudyResult) -> None:
+    summary = result.summary
+    print(f"{summary['study']}: {summary['runs']} runs, {summary['failed']} failed")
+    for error, count in list(summary["failures"].items())[:_ERRORS]:
+        print(f"  {count} of them: {error}")
+    for name, numbers in summary["metrics"].items():
+        print(
+            f"  {name:<24} median {numbers['median']:.4g}, 5 to 95 % {numbers['p05']:.4g} to "
+            f"{numbers['p95']:.4g}, {numbers['min']:.4g} to {numbers['max']:.4g}"
+        )
+    if "best" in summary:
+        best = summary["best"]
+        print("best: none meets the constraints" if best is None else _best_line(best))
+    for name, path in sorted(result.files.items()):
+        print(f"{name:<18} {path}")
+
+
+def _best_line(best: dict[str, Any]) -> str:
+    return f"best: {best['objective']:.6g} in run {best['run']}, {best['hash']}; its robot: best/"

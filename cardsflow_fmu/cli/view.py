@@ -1,0 +1,145 @@
+"""`cardsflow view`, and the live view of `cardsflow run --view`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from addin_sdfusion.robot import InputError
+
+from .common import GOOD, add_command, add_json, print_files
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.cosim.master import Watch
+    from cardsflow_fmu.experiment.experiment import Experiment
+    from cardsflow_fmu.results.result import Result
+
+
+def add_view(commands: Any, common: argparse.ArgumentParser) -> None:
+    """Add `view`."""
+    parser = add_command(
+        commands,
+        common,
+        "view",
+        "Show the results of a run, or a robot, in 3-D: live in the browser of this machine, or "
+        "as a page that opens from disk.",
+        "cardsflow view results --html arm.html",
+    )
+    parser.add_argument(
+        "thing", type=Path, help="the folder of a run; or a model.sdf, a *_bodies.xml, their folder"
+    )
+    parser.add_argument(
+        "other", type=Path, nargs="?", help="the folder of another run, shown beside the first"
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page and open nothing")
+    parser.add_argument("--cable-set", help="the cable set of a robot; the file's own if left out")
+    parser.add_argument(
+        "--full-scale",
+        action="store_true",
+        help="colours reach to f_max, instead of the largest tension of the run",
+    )
+    parser.add_argument(
+        "--rrd",
+        type=Path,
+        metavar="FILE",
+        help="write a recording for Rerun and open nothing; needs the extra `rerun`",
+    )
+    add_live_options(parser)
+    add_json(parser, "the files of --html and --rrd")
+    parser.set_defaults(command=_view)
+
+
+def add_live_options(parser: argparse.ArgumentParser) -> None:
+    """Add where the live view is found."""
+    parser.add_argument(
+        "--port", type=_port, help="port of the live view; a free one from 8080 on if left out"
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="print the address and open no browser"
+    )
+
+
+def _port(text: str) -> int:
+    port = int(text)
+    if not 0 < port < 65536:
+        raise ValueError
+    return port
+
+
+def _view(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.viewer.view import acts_of, view, write_page, write_recording
+
+    paths = [options.thing] + ([options.other] if options.other else [])
+    if options.html or options.rrd:
+        acts = acts_of(paths, cable_set=options.cable_set, full_scale=options.full_scale)
+        files = [write_page(acts, options.html)] if options.html else []
+        files += [write_recording(acts, options.rrd)] if options.rrd else []
+        print_files(files, options.json)
+    elif options.json:
+        raise InputError("tells of files: give --html or --rrd besides", key="--json")
+    else:
+        view(
+            paths,
+            cable_set=options.cable_set,
+            full_scale=options.full_scale,
+            port=options.port,
+            browser=not options.no_browser,
+            tell=_tell,
+        )
+    return GOOD
+
+
+@contextlib.contextmanager
+def watched(
+    experiment: Experiment, options: argparse.Namespace
+) -> Iterator[tuple[Watch | None, Callable[[Result], None]]]:
+    """What draws a run while it goes on, and what replays it behind its end, until Ctrl-C.
+
+    Args:
+        experiment: What is run.
+        options: Of the command line: `view`, `port` and `no_browser`.
+    """
+    if not options.view:
+        yield None, lambda result: None
+        return
+    from cardsflow_fmu.viewer import view
+    from cardsflow_fmu.viewer.html.page_data import Act
+    from cardsflow_fmu.viewer.live import live
+    from cardsflow_fmu.viewer.scene.meshes import link_meshes
+    from cardsflow_fmu.viewer.scene.motion import motion_of
+    from cardsflow_fmu.viewer.scene.stage import Stage
+
+    robot, world = experiment.robot, experiment.scene
+    meshes = link_meshes(robot, experiment.robot_path.parent)
+    with live.server(options.port, browser=not options.no_browser) as opened:
+        _tell(f"{live.address(opened)}  (Ctrl-C ends)")
+
+        def replay(result: Result) -> None:
+            motion = motion_of(robot, result, world=world)
+            stage = Stage(robot, motion, meshes, world=world)
+            with view.interruption() as ended:
+                live.replay(opened, [Act(stage, experiment.name, view.notes(result))], ended)
+
+        yield live.follower(opened, robot, meshes, world), replay
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def refuse_view(options: argparse.Namespace, what: str) -> None:
+    """Refuse `--view` where there is nothing to draw.
+
+    Args:
+        options: Of the command line.
+        what: Why not.
+
+    Raises:
+        InputError: It is asked for.
+    """
+    if options.view:
+        raise InputError(what, key="--view")

@@ -1,0 +1,1 @@
+"""TOML files: key paths, tables, error messages."""

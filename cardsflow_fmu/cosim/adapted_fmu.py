@@ -1,0 +1,266 @@
+"""FMUs of others in an experiment: any co-simulation FMU, by an explicit name map."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.config.table import Table
+from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
+
+from .participant import FloatArray, Participant
+from .wiring import Ported, Wiring, members
+
+ROLES = ("plant", "controller", "reference")
+HARDWARE = "hardware"
+"""The role of an FMU that stands for the plant in an .ssp file's second variant."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForeignFmu:
+    """An FMU that takes the place of one of the experiment's own.
+
+    Attributes:
+        file: The .fmu.
+        key: Where it is named, such as `fmus.plant`, for messages.
+        inputs: The FMU's variable for each port of the experiment that it takes, by the port's
+            name. A name may stand for several ports, or for an array.
+        outputs: The same for the ports that it gives.
+        units: Units of variables that the FMU does not tell, by the variable's name.
+        parameters: Start values by the FMU's own names, in its own units.
+    """
+
+    file: Path
+    key: str = "fmus"
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+def read_fmus(table: Table) -> dict[str, ForeignFmu]:
+    """The FMUs of others that an experiment names, by their role.
+
+    Args:
+        table: The table `fmus`: a path, or a table with a path and a name map, for each role.
+
+    Raises:
+        InputError: Something in it is wrong.
+    """
+    roles = (*ROLES, HARDWARE)
+    fmus = {role: _read_fmu(table, role) for role in roles if role in table}
+    for role in roles:
+        table.value(role, None)
+    table.close()
+    return fmus
+
+
+def _read_fmu(table: Table, role: str) -> ForeignFmu:
+    key = table.key(role)
+    if isinstance(table.value(role), str):
+        return ForeignFmu(_existing(table, role), key)
+    own = table.table(role)
+    fmu = ForeignFmu(
+        _existing(own, "path"),
+        key,
+        _texts(own, "inputs"),
+        _texts(own, "outputs"),
+        _texts(own, "units"),
+        {name: values.number(name) for values, name in _entries(own, "parameters")},
+    )
+    own.close()
+    for name, unit in fmu.units.items():
+        if unit not in KNOWN_UNITS:
+            raise own.table("units").unknown(name, "unit", unit, KNOWN_UNITS)
+    return fmu
+
+
+def _existing(table: Table, key: str) -> Path:
+    file = table.file.parent / table.text(key)
+    try:
+        is_there = file.is_file()
+    except OSError:  # such as a name that is too long
+        is_there = False
+    if not is_there:
+        raise table.error(key, f"there is no file {file}")
+    return file
+
+
+def _texts(table: Table, key: str) -> dict[str, str]:
+    return {name: values.text(name) for values, name in _entries(table, key)}
+
+
+def _entries(table: Table, key: str) -> list[tuple[Table, str]]:
+    values = table.table(key)
+    return [(values, name) for name in table.value(key, {})]
+
+
+def fitting_wiring(
+    wiring: Wiring, fmus: Collection[str], parts: Iterable[Ported], loads: Sequence[str]
+) -> dict[str, str | float]:
+    """An experiment's wiring without loads from outside that FMUs of others do not take.
+
+    Args:
+        wiring: The experiment's wiring.
+        fmus: The roles that FMUs of others take.
+        parts: The participants.
+        loads: Names of the inputs for loads.
+    """
+    missing = {
+        f"{part.name}.{load}"
+        for part in parts
+        if part.name in fmus
+        for load in loads
+        if load not in part.input_names
+    }
+    return {
+        target: source
+        for target, source in wiring.items()
+        if target not in missing or isinstance(source, str)
+    }
+
+
+class AdaptedFmu:
+    """A participant under the experiment's names and units.
+
+    Mapped ports carry the experiment's names and are converted into its units; every other variable
+    keeps its own.
+
+    Args:
+        inner: The FMU, initialised.
+        foreign: What the experiment says of it.
+        ports: The experiment's table for the role that the FMU takes.
+
+    Raises:
+        InputError: A size or a unit does not fit.
+        UnknownNameError: The map names something that does not exist.
+    """
+
+    def __init__(self, inner: Participant, foreign: ForeignFmu, ports: Sequence[Port]) -> None:
+        self.name = inner.name
+        self._inner = inner
+        known = {port.name: port for port in ports}
+        units = {**inner.units, **stated_units(foreign, (*inner.input_names, *inner.output_names))}
+        taken, given = (
+            _Side(own, renamed(foreign, side, own, ports), units, known, f"{foreign.key}.{side}s")
+            for side, own in (("input", inner.input_names), ("output", inner.output_names))
+        )
+        self._taken, self._given = taken, given
+        self.input_names, self.output_names = taken.names, given.names
+        self.units: Mapping[str, Unit] = {**given.units, **taken.units}
+        self.inputs: FloatArray = taken.outside(inner.inputs)
+        self.outputs: FloatArray = given.outside(inner.outputs)
+
+    def step(self, t: float, h: float) -> None:
+        """Convert the inputs, step the FMU, convert its outputs."""
+        self._taken.inside(self.inputs, self._inner.inputs)
+        self._inner.step(t, h)
+        self.outputs[:] = self._given.outside(self._inner.outputs)
+
+    def close(self) -> None:
+        """Free the FMU."""
+        self._inner.close()
+
+
+class _Side:
+    """The inputs, or the outputs, of an FMU under other names and in other units."""
+
+    def __init__(
+        self,
+        own: Sequence[str],
+        renamed: Mapping[str, str],
+        units: Mapping[str, Unit],
+        ports: Mapping[str, Port],
+        key: str,
+    ) -> None:
+        self.names = tuple(renamed.get(name, name) for name in own)
+        if len(set(self.names)) < len(self.names):
+            twice = next(name for name in self.names if self.names.count(name) > 1)
+            raise InputError(f"two variables would be {twice!r}", key=key)
+        self.units: dict[str, Unit] = {}
+        changes = []
+        for name in own:
+            unit, new = units.get(name), renamed.get(name)
+            change = Conversion()
+            if new is not None:
+                port_unit = KNOWN_UNITS[ports[new].unit] if ports[new].unit else None
+                change, unit = _conversion(unit, port_unit, f"{key}: {name} -> {new}"), port_unit
+            if unit is not None:
+                self.units[new or name] = unit
+            changes.append(change)
+        self._factors = np.array([change.factor for change in changes])
+        self._offsets = np.array([change.offset for change in changes])
+
+    def outside(self, values: FloatArray) -> FloatArray:
+        """The FMU's values in the experiment's units."""
+        converted: FloatArray = self._factors * values + self._offsets
+        return converted
+
+    def inside(self, values: FloatArray, target: FloatArray) -> None:
+        """The experiment's values in the FMU's units."""
+        target[:] = (values - self._offsets) / self._factors
+
+
+def _conversion(source: Unit | None, target: Unit | None, route: str) -> Conversion:
+    try:
+        return conversion(source, target)
+    except InputError as error:
+        raise InputError(error.what, key=route) from None
+
+
+def stated_units(foreign: ForeignFmu, own: Sequence[str]) -> dict[str, Unit]:
+    """The units that the experiment states for variables of an FMU.
+
+    Args:
+        foreign: What the experiment says of the FMU.
+        own: Names of the FMU's inputs and outputs.
+
+    Raises:
+        UnknownNameError: There is no such variable.
+    """
+    units: dict[str, Unit] = {}
+    for name, unit in foreign.units.items():
+        variables = members(name, own)
+        if not variables:
+            raise UnknownNameError("variable of the FMU", name, own, key=f"{foreign.key}.units")
+        units |= dict.fromkeys(variables, KNOWN_UNITS[unit])
+    return units
+
+
+def renamed(
+    foreign: ForeignFmu, side: str, own: Sequence[str], ports: Sequence[Port]
+) -> dict[str, str]:
+    """The experiment's name of each of an FMU's variables that the map names.
+
+    Args:
+        foreign: What the experiment says of the FMU.
+        side: `input` or `output`.
+        own: Names of the FMU's variables on that side.
+        ports: The experiment's table for the role that the FMU takes.
+
+    Raises:
+        InputError: A size does not fit.
+        UnknownNameError: The map names something that does not exist.
+    """
+    wanted = [port.name for port in ports if port.causality == side]
+    key = f"{foreign.key}.{side}s"
+    names: dict[str, str] = {}
+    for name, variable in (foreign.inputs if side == "input" else foreign.outputs).items():
+        theirs, variables = members(name, wanted), members(variable, own)
+        if not theirs:
+            raise UnknownNameError(side, name, wanted, key=key)
+        if not variables:
+            raise UnknownNameError(f"{side} of the FMU", variable, own, key=f"{key}.{name}")
+        if len(theirs) != len(variables):
+            what = f"{name} has {len(theirs)}, {variable} of the FMU {len(variables)}"
+            raise InputError(f"sizes do not fit: {what}", key=f"{key}.{name}")
+        for port, one in zip(theirs, variables, strict=True):
+            if one in names:
+                raise InputError(f"{one} is mapped twice", key=f"{key}.{name}")
+            names[one] = port
+    return names

@@ -1,0 +1,208 @@
+"""The calls of FMI 2.0 and FMI 3.0 that a co-simulation makes, through one interface.
+
+FMPy loads and instantiates an FMU; the calls of a step go to its library directly, since FMPy
+builds new arrays at every call. Each call answers with FMI's status.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import fmpy.fmi1
+import fmpy.fmi2
+import fmpy.fmi3
+
+from .fmu_variables import Bank, Row
+
+DISCARD = 2
+"""The first status that means failure."""
+
+Log = Callable[[int, str], None]
+"""Takes the status and the text of a message."""
+
+
+class FmuCalls(ABC):
+    """An instance of an FMU.
+
+    Args:
+        name: Of the instance.
+        description: The model description, as FMPy reads it.
+        folder: Where the FMU is.
+        log: What takes its messages.
+
+    Raises:
+        Exception: FMPy cannot load the library, or the FMU refuses to be instantiated.
+    """
+
+    _prefix: str
+
+    def __init__(self, name: str, description: Any, folder: Path, log: Log) -> None:
+        self._log = log
+        self._slave = self._instantiate(name, description, folder)
+        self._library = self._slave.dll
+        self._instance = ctypes.c_void_p(self._slave.component)
+
+    @abstractmethod
+    def _instantiate(self, name: str, description: Any, folder: Path) -> Any: ...
+
+    @abstractmethod
+    def _arguments(self, bank: Bank) -> tuple[Any, ...]:
+        """What a function that gets or sets is called with."""
+
+    @abstractmethod
+    def enter_initialization(self) -> int:
+        """Set up the experiment and enter the initialization mode."""
+
+    @abstractmethod
+    def step(self, t: float, h: float) -> int:
+        """Advance from t to t + h, in [s]."""
+
+    def exit_initialization(self) -> int:
+        """Leave the initialization mode."""
+        return self._call("ExitInitializationMode")
+
+    def terminate(self) -> int:
+        """End the simulation, for what an FMU holds besides its memory."""
+        return self._call("Terminate")
+
+    def getter(self, row: Row) -> Callable[[], int]:
+        """What gets all variables of a row into its buffers."""
+        return self._all("Get", row.banks)
+
+    def setter(self, row: Row) -> Callable[[], int]:
+        """What sets all variables of a row from its buffers."""
+        return self._all("Set", row.banks)
+
+    def free(self) -> None:
+        """Free the instance; its library stays loaded, as other instances may use it."""
+        function = self._library[f"{self._prefix}FreeInstance"]
+        function.restype = None
+        function(self._instance)
+
+    def _all(self, verb: str, banks: Sequence[Bank]) -> Callable[[], int]:
+        calls = [
+            (self._library[f"{self._prefix}{verb}{bank.function}"], self._arguments(bank))
+            for bank in banks
+        ]
+        made = [partial(function, *arguments) for function, arguments in calls]  # all in C
+        if not made:
+            return int  # which is 0
+        if len(made) == 1:
+            return made[0]
+        if len(made) == 2:
+            first, second = made
+            return lambda: max(first(), second())
+        return lambda: max((call() for call in made), default=0)
+
+    def _call(self, name: str, *arguments: Any) -> int:
+        return int(self._library[self._prefix + name](self._instance, *arguments))
+
+
+class Fmi2Calls(FmuCalls):
+    """An instance of an FMI 2.0 FMU."""
+
+    _prefix = "fmi2"
+
+    def __init__(self, name: str, description: Any, folder: Path, log: Log) -> None:
+        super().__init__(name, description, folder, log)
+        self._do_step = self._library["fmi2DoStep"]
+        self._do_step.argtypes = [
+            ctypes.c_void_p,
+            ctypes.c_double,
+            ctypes.c_double,
+            ctypes.c_int,
+        ]
+
+    def _instantiate(self, name: str, description: Any, folder: Path) -> Any:
+        callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+        callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(self._on_log)
+        callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        slave = fmpy.fmi2.FMU2Slave(
+            instanceName=name,
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=str(folder),
+        )
+        slave.instantiate(callbacks=callbacks)
+        return slave
+
+    def _on_log(
+        self, _: int | None, instance: bytes, status: int, category: bytes, message: bytes
+    ) -> None:
+        """Pass a message on, with FMI 2's doubled `%` and `#` undone.
+
+        FMPy's own formatting proxy is left alone: it serves one logger a process.
+        """
+        text = message.decode("utf-8", "replace")
+        self._log(status, text.replace("%%", "%").replace("##", "#"))
+
+    def _arguments(self, bank: Bank) -> tuple[Any, ...]:
+        return self._instance, bank.references, ctypes.c_size_t(bank.count), bank.buffer
+
+    def enter_initialization(self) -> int:
+        """No stop time: the last tick of a slower controller may reach beyond the end."""
+        zero, none = ctypes.c_double(0.0), ctypes.c_int(0)
+        status = self._call("SetupExperiment", none, zero, zero, none, zero)
+        return status if status >= DISCARD else self._call("EnterInitializationMode")
+
+    def step(self, t: float, h: float) -> int:
+        """Advance from t to t + h, in [s]."""
+        status: int = self._do_step(self._instance, t, h, 1)
+        return status
+
+
+class Fmi3Calls(FmuCalls):
+    """An instance of an FMI 3.0 FMU."""
+
+    _prefix = "fmi3"
+
+    def __init__(self, name: str, description: Any, folder: Path, log: Log) -> None:
+        super().__init__(name, description, folder, log)
+        self._flags = [ctypes.c_bool() for _ in range(3)]
+        self._time = ctypes.c_double()
+        self._outs = (*map(ctypes.byref, self._flags), ctypes.byref(self._time))
+        self._do_step = self._library["fmi3DoStep"]
+        self._do_step.argtypes = [
+            ctypes.c_void_p,
+            ctypes.c_double,
+            ctypes.c_double,
+            ctypes.c_bool,
+            *[ctypes.c_void_p] * 4,
+        ]
+
+    def _instantiate(self, name: str, description: Any, folder: Path) -> Any:
+        slave = fmpy.fmi3.FMU3Slave(
+            instanceName=name,
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=str(folder),
+        )
+        slave.instantiate(logMessage=self._on_log)
+        return slave
+
+    def _on_log(self, _: int | None, status: int, category: bytes, message: bytes) -> None:
+        self._log(status, message.decode("utf-8", "replace"))
+
+    def _arguments(self, bank: Bank) -> tuple[Any, ...]:
+        count, size = ctypes.c_size_t(bank.count), ctypes.c_size_t(len(bank.buffer))
+        return self._instance, bank.references, count, bank.buffer, size
+
+    def enter_initialization(self) -> int:
+        """No stop time: the last tick of a slower controller may reach beyond the end."""
+        zero, none = ctypes.c_double(0.0), ctypes.c_bool(False)
+        return self._call("EnterInitializationMode", none, zero, zero, none, zero)
+
+    def step(self, t: float, h: float) -> int:
+        """Advance from t to t + h, in [s]; an FMU that asks to end has failed."""
+        status: int = self._do_step(self._instance, t, h, True, *self._outs)
+        if status < DISCARD and self._flags[1].value:
+            self._log(DISCARD, "the FMU asks to end the simulation")
+            return DISCARD
+        return status

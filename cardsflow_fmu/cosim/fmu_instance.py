@@ -1,0 +1,201 @@
+"""An FMI 2.0 or FMI 3.0 co-simulation FMU as a participant."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+from cardsflow_fmu.signals.units import Unit
+from cardsflow_fmu.utils.interrupts import interruptible
+
+from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
+from .fmu_variables import Row, Signal, read_signals
+
+_TOLD = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
+"""The class of an error that tells what is wrong and what to do."""
+
+
+class FmuInstance:
+    """A loaded, initialised FMU; elements of arrays are ports of their own.
+
+    Args:
+        name: Its name in the wiring.
+        file: The .fmu.
+        folder: An empty folder to unpack it into, or one that holds it unpacked; it must live as
+            long as the instance.
+        start_values: Values for parameters and other variables at the start, by name.
+
+    Raises:
+        InputError: The file is no FMU that can be used.
+        SimulationError: The FMU refuses to start; the message is its own.
+        UnknownNameError: There is no variable for a start value.
+        KeyboardInterrupt: Ctrl-C or SIGTERM came while it started.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        file: Path,
+        folder: Path,
+        start_values: Mapping[str, float] | None = None,
+    ) -> None:
+        self.name = name
+        self._file = file
+        self._log: list[str] = []
+        self._calls: FmuCalls | None = None
+        self._is_stepping = False
+        description = _description(file, folder)
+        try:
+            signals = read_signals(description, folder)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"is no FMU: {error}", file=file) from None
+        taken = Row([signal for signal in signals if signal.causality == "input"])
+        given = Row([signal for signal in signals if signal.causality == "output"])
+        self.input_names, self.inputs = taken.names, taken.values
+        self.output_names, self.outputs = given.names, given.values
+        self.units: Mapping[str, Unit] = {n: u for s in signals for n, u in s.units.items()}
+        self._taken, self._given = taken, given
+        calls = Fmi2Calls if description.fmiVersion.startswith("2") else Fmi3Calls
+        try:
+            with contextlib.chdir("."):  # FMPy leaves it where a library cannot be loaded
+                self._calls = calls(name, description, folder, self._on_log)
+        except Exception as error:
+            if self._messages():
+                raise SimulationError(f"{file}: {self._messages()}") from None
+            reason = " ".join(str(error).split())
+            raise InputError(f"cannot be loaded: {reason}", file=file) from None
+        try:
+            self._bind(self._calls)
+            self._start(self._calls, self._started(signals, start_values or {}))
+        except BaseException:
+            self.close()
+            raise
+
+    def step(self, t: float, h: float) -> None:
+        """Set the inputs, advance from t to t + h, get the outputs."""
+        if self._taken.is_apart:
+            self._taken.write()
+        if self._set() >= DISCARD or self._advance(t, h) >= DISCARD:
+            self._fail(f"at t = {t:.6g} s")
+        if self._get() >= DISCARD:
+            self._fail("while reading its outputs")
+        if self._given.is_apart:
+            self._given.read()
+
+    def close(self) -> None:
+        """Terminate the simulation unless it has failed, and free the instance."""
+        calls, self._calls = self._calls, None
+        if calls is None:
+            return
+        try:
+            if self._is_stepping:
+                calls.terminate()
+        finally:
+            calls.free()
+
+    def _bind(self, calls: FmuCalls) -> None:
+        self._set, self._get = calls.setter(self._taken), calls.getter(self._given)
+        self._advance = calls.step
+
+    def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
+        """What to set before the initialization: whole variables, with the new values in them."""
+        by_element = {name: signal for signal in signals for name in signal.names}
+        for name in values:
+            if name not in by_element:
+                raise UnknownNameError("variable", name, by_element, file=self._file)
+        changed = {by_element[name].names: by_element[name] for name in values}
+        rows = []
+        for signal in changed.values():
+            pairs = zip(signal.names, signal.start, strict=True)
+            start = tuple(float(values.get(name, old)) for name, old in pairs)
+            rows.append(Row([replace(signal, start=start)]))
+            if signal.causality == "input":
+                for name, value in zip(signal.names, start, strict=True):
+                    self.inputs[self.input_names.index(name)] = value
+        return rows
+
+    def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
+        """Initialize it; Ctrl-C waits for that, as hardware takes its time to answer.
+
+        Raises:
+            KeyboardInterrupt: It was pressed meanwhile.
+        """
+        with interruptible() as interrupted:
+            try:
+                self._initialize(calls, rows)
+            except SimulationError:
+                if not interrupted:
+                    raise
+        if interrupted:
+            raise KeyboardInterrupt
+
+    def _initialize(self, calls: FmuCalls, rows: list[Row]) -> None:
+        for row in rows:
+            row.write()
+            if calls.setter(row)() >= DISCARD:
+                self._fail("at the start")
+        if calls.enter_initialization() >= DISCARD or calls.exit_initialization() >= DISCARD:
+            self._fail("at the start")
+        self._is_stepping = True
+        self._read_outputs()
+
+    def _read_outputs(self) -> None:
+        if self._get() >= DISCARD:
+            self._fail("while reading its outputs")
+        self._given.read()
+
+    def _on_log(self, status: int, text: str) -> None:
+        if status:
+            self._log.append(text)
+
+    def _messages(self) -> str:
+        """What was logged; as one text, since FMI 2.0's messages are cut into pieces."""
+        return _words("\n".join(self._log)).strip()
+
+    def _fail(self, when: str) -> None:
+        self._is_stepping = False
+        raise SimulationError(
+            f"{self._file.name} failed {when}: {self._messages() or 'no message'}"
+        )
+
+
+def _words(text: str) -> str:
+    """Of an error that this package's models mean to tell, its words; of any other, all of it."""
+    summary, trace, _ = text.partition("\nTraceback (most recent call last):")
+    return _TOLD.sub("", summary, count=1) if trace and _TOLD.search(summary) else text
+
+
+def _description(file: Path, folder: Path) -> Any:
+    """Unpack the FMU, unless that is done, and read its description."""
+    try:
+        if not (folder / "modelDescription.xml").is_file():
+            fmpy.extract(str(file), str(folder))
+        description = fmpy.read_model_description(str(folder), validate=False)
+    except Exception as error:
+        reason = re.sub(r"\s+", " ", str(error))
+        raise InputError(f"is no FMU: {reason}", file=file) from None
+    version = str(description.fmiVersion)
+    if not version.startswith(("2.", "3.")):
+        raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is needed", file=file)
+    if description.coSimulation is None:
+        kinds = [
+            name
+            for name, kind in (
+                ("model exchange", description.modelExchange),
+                ("scheduled execution", getattr(description, "scheduledExecution", None)),
+            )
+            if kind is not None
+        ]
+        raise InputError(
+            f"is for {' and '.join(kinds) or 'nothing'} only, not for co-simulation: "
+            "export it for co-simulation",
+            file=file,
+        )
+    return description

@@ -1,0 +1,209 @@
+"""Variables of an FMU as rows of numbers, with buffers that are laid out once."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.fmu.fmi3 import ELEMENTS
+from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit, variable_units
+
+from .participant import FloatArray
+
+_KINDS: dict[str, dict[str, tuple[str, Any]]] = {
+    "2.0": {
+        "Real": ("Real", ctypes.c_double),
+        "Integer": ("Integer", ctypes.c_int),
+        "Enumeration": ("Integer", ctypes.c_int),
+        "Boolean": ("Boolean", ctypes.c_int),
+    },
+    "3.0": {
+        "Float64": ("Float64", ctypes.c_double),
+        "Float32": ("Float32", ctypes.c_float),
+        **{
+            f"{sign}Int{bits}": (
+                f"{sign}Int{bits}",
+                getattr(ctypes, f"c_{sign.lower()}int{bits}"),
+            )
+            for sign in ("", "U")
+            for bits in (8, 16, 32, 64)
+        },
+        "Enumeration": ("Int64", ctypes.c_int64),
+        "Boolean": ("Boolean", ctypes.c_bool),
+    },
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A variable of an FMU whose values are numbers.
+
+    Attributes:
+        function: The type in the names of FMI's functions, such as `Real` or `Float64`.
+        ctype: The type of its values in C.
+        reference: The value reference.
+        names: A name for each element; the variable's own for a scalar.
+        units: Units of elements, by their names.
+        causality: As in the model description.
+        start: Start values; zeros where there are none.
+    """
+
+    function: str
+    ctype: Any
+    reference: int
+    names: tuple[str, ...]
+    units: Mapping[str, Unit]
+    causality: str
+    start: tuple[float, ...]
+
+
+def read_signals(description: Any, folder: Path) -> list[Signal]:
+    """The variables of an unpacked FMU that are numbers, in the order of its description.
+
+    Args:
+        description: The model description, as FMPy reads it.
+        folder: Where the FMU is.
+    """
+    units = variable_units(description)
+    kinds = _KINDS[description.fmiVersion[:3]]
+    elements = _elements(folder) if description.fmiVersion.startswith("3") else {}
+    return [
+        _signal(variable, *kinds[variable.type], elements.get(variable.name), units)
+        for variable in description.modelVariables
+        if variable.type in kinds
+    ]
+
+
+def _signal(
+    variable: Any,
+    function: str,
+    ctype: Any,
+    elements: list[dict[str, str]] | None,
+    units: Mapping[str, Unit],
+) -> Signal:
+    shape = tuple(variable.shape or ())
+    size = math.prod(shape)
+    names = _element_names(variable.name, shape)
+    own = {}
+    if elements is not None and len(elements) == size:
+        names = tuple(element["name"] for element in elements)
+        own = {e["name"]: KNOWN_UNITS[e["unit"]] for e in elements if e["unit"] in KNOWN_UNITS}
+    if variable.name in units:
+        own = dict.fromkeys(names, units[variable.name])
+    start = _start(variable.start, size)
+    return Signal(
+        function, ctype, variable.valueReference, names, own, variable.causality or "local", start
+    )
+
+
+def _element_names(name: str, shape: tuple[int, ...]) -> tuple[str, ...]:
+    """`q[1]`, `q[2]` for an array `q`, in the order in which FMI passes its values."""
+    if not shape:
+        return (name,)
+    indices = product(*(range(1, size + 1) for size in shape))
+    return tuple(f"{name}[{','.join(map(str, index))}]" for index in indices)
+
+
+def _start(text: str | None, size: int) -> tuple[float, ...]:
+    words = (text or "").split()
+    values = [{"true": 1.0, "false": 0.0}.get(word) for word in words]
+    numbers = [
+        float(word) if value is None else value for word, value in zip(words, values, strict=True)
+    ]
+    if len(numbers) == 1:
+        numbers *= size
+    return tuple(numbers) if len(numbers) == size else (0.0,) * size
+
+
+def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
+    """What this package's annotations say of the elements of arrays, by the array's name."""
+    root = ET.parse(folder / "modelDescription.xml").getroot()  # read by FMPy before
+    found = {}
+    for variable in root.iterfind("ModelVariables/*"):
+        for annotation in variable.iterfind(f"Annotations/Annotation[@type='{ELEMENTS}']"):
+            found[variable.get("name", "")] = json.loads(annotation.text or "[]")
+    return found
+
+
+class Bank:
+    """Variables of one type in a buffer.
+
+    Args:
+        signals: The variables.
+        place: Where their values stand in the row.
+        memory: Memory for doubles; another buffer is made for other types.
+
+    Attributes:
+        function: The type in the names of FMI's functions.
+        references: The value references, for C.
+        count: Their number.
+        buffer: The values, for C.
+        values: The same, for numpy.
+        place: Where they stand in the row.
+        is_apart: Whether values have to be copied between the row and the buffer.
+    """
+
+    def __init__(self, signals: Sequence[Signal], place: slice, memory: FloatArray) -> None:
+        first = signals[0]
+        references = [signal.reference for signal in signals]
+        self.function = first.function
+        self.count = len(references)
+        self.references = (ctypes.c_uint * self.count)(*references)
+        self.place = place
+        self.is_apart = first.ctype is not ctypes.c_double
+        size = place.stop - place.start
+        array = first.ctype * size
+        self.buffer = array() if self.is_apart else array.from_buffer(memory[place])
+        self.values: NDArray[Any] = np.frombuffer(self.buffer, dtype=np.dtype(first.ctype))
+
+
+class Row:
+    """Signals of an FMU as one row of numbers.
+
+    Args:
+        signals: The signals.
+
+    Attributes:
+        names: Of all elements.
+        values: The numbers, shape (len(names),), at their start values at first.
+        banks: What the numbers are got from and set to, a type each.
+        is_apart: Whether some have to be brought into their buffers, and back.
+    """
+
+    def __init__(self, signals: Sequence[Signal]) -> None:
+        functions = dict.fromkeys(signal.function for signal in signals)
+        ordered = [[s for s in signals if s.function == function] for function in functions]
+        flat = [signal for group in ordered for signal in group]
+        self.names = tuple(name for signal in flat for name in signal.names)
+        self.values: FloatArray = np.array([v for signal in flat for v in signal.start], float)
+        self.banks: list[Bank] = []
+        begin = 0
+        for group in ordered:
+            end = begin + sum(len(signal.names) for signal in group)
+            if end > begin:
+                self.banks.append(Bank(group, slice(begin, end), self.values))
+            begin = end
+        self._apart = [bank for bank in self.banks if bank.is_apart]
+        self.is_apart = bool(self._apart)
+
+    def write(self) -> None:
+        """Bring the numbers into the buffers."""
+        for bank in self._apart:
+            numbers = self.values[bank.place]
+            is_float = bank.values.dtype.kind == "f"
+            bank.values[:] = numbers if is_float else np.rint(numbers)
+
+    def read(self) -> None:
+        """Bring the buffers into the numbers."""
+        for bank in self._apart:
+            self.values[bank.place] = bank.values

@@ -1,0 +1,62 @@
+"""What the master steps: a model in this process, or an FMU; the same verbs for both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.models.model import FmuModel
+from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
+
+FloatArray = NDArray[np.float64]
+
+
+class Participant(Protocol):
+    """One of the coupled models, initialised and ready to step.
+
+    Attributes:
+        name: Its name in the wiring, such as `plant`.
+        input_names, output_names: Names of its ports. Elements of an array stand one after another,
+            each with a name of its own: `q[1]`, `q[2]`.
+        units: Units of ports, by name; ports without an entry have none.
+        inputs: Written before a step, shape (len(input_names),); at their start values at first.
+        outputs: Read after a step, shape (len(output_names),).
+    """
+
+    name: str
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    units: Mapping[str, Unit]
+    inputs: FloatArray
+    outputs: FloatArray
+
+    def step(self, t: float, h: float) -> None:
+        """Advance from t to t + h, in [s]; SimulationError if that fails."""
+
+    def close(self) -> None:
+        """Release what it holds."""
+
+
+class DirectParticipant:
+    """A model stepped as a plain Python object.
+
+    Args:
+        name: Its name in the wiring.
+        model: The model; it is initialised.
+    """
+
+    def __init__(self, name: str, model: FmuModel) -> None:
+        self.name = name
+        self.input_names = tuple(p.name for p in model.ports if p.causality == "input")
+        self.output_names = tuple(p.name for p in model.ports if p.causality == "output")
+        self.units: Mapping[str, Unit] = {
+            p.name: KNOWN_UNITS[p.unit] for p in model.ports if p.unit
+        }
+        self.inputs = model.inputs
+        self.outputs = model.outputs
+        self.step = model.step
+        self.close = model.close
+        model.initialize()

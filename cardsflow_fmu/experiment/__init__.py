@@ -1,0 +1,1 @@
+"""Experiments: their settings, readers and writers."""

@@ -1,0 +1,45 @@
+"""The controllers that an experiment may ask for, by the name of their type."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from addin_sdfusion.robot.model.trajectory import Space
+from controllers.laws.operational_space import FORCE_WEIGHT
+from controllers.laws.reactive_qp import TASK_WEIGHT
+
+
+@dataclass(frozen=True, slots=True)
+class ControlType:
+    """A type of controller.
+
+    Attributes:
+        law: Its class in `controllers`.
+        space: What it follows: joint positions, or task coordinates.
+        torque_gains: Whether its gains make torques of errors, instead of accelerations.
+        force_weight: Default of the weights of the muscles, in [1/N²].
+        task_weight: Default of the weights of tasks; None if they are to be met exactly.
+    """
+
+    law: str
+    space: Space
+    torque_gains: bool = False
+    force_weight: float = 1.0
+    task_weight: float | None = None
+
+
+TYPES: dict[str, ControlType] = {
+    "joint_space": ControlType("JointSpaceController", "joint"),
+    "force_position": ControlType("ForcePositionController", "joint"),
+    "torque_position": ControlType("TorquePositionController", "joint", torque_gains=True),
+    "lyapunov": ControlType("LyapunovController", "joint", torque_gains=True),
+    "operational_space": ControlType(
+        "OperationalSpaceController", "operational", force_weight=FORCE_WEIGHT
+    ),
+    "reactive_qp": ControlType(
+        "ReactiveQPController",
+        "operational",
+        force_weight=FORCE_WEIGHT,
+        task_weight=TASK_WEIGHT,
+    ),
+}

@@ -1,0 +1,1 @@
+"""FMU files: model descriptions, terminals, binaries, sources."""

@@ -1,0 +1,102 @@
+"""Writes the page documentation/index.html of an FMU: its ports, and how it is to be run."""
+
+from __future__ import annotations
+
+from html import escape
+
+from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.version import __version__
+
+from .model_description import FmuDescription
+
+_HEADS = ("variable", "size", "unit", "variability", "start", "what it is")
+_TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}
+_STYLE = (
+    "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
+    "table{border-collapse:collapse}td,th{border:1px solid #bbb;padding:.2em .6em;text-align:left}"
+    "td:first-child{font-family:monospace}"
+)
+
+
+def documentation_page(fmu: FmuDescription) -> bytes:
+    """The contents of index.html.
+
+    Args:
+        fmu: What to describe.
+    """
+    title = escape(f"{fmu.model_name}: {fmu.description}")
+    parts = [
+        "<!DOCTYPE html>",
+        f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+        f"<style>{_STYLE}</style></head><body>",
+        f"<h1>{title}</h1>",
+        *(f"<p>{escape(line)}</p>" for line in _notes(fmu)),
+    ]
+    for causality, heading in _TITLES.items():
+        variables = [v for v in fmu.variables if v.port.causality == causality]
+        if variables:
+            parts += [f"<h2>{heading}</h2>", *_table(variables)]
+    parts.append("</body></html>")
+    return "\n".join(parts).encode() + b"\n"
+
+
+def _notes(fmu: FmuDescription) -> list[str]:
+    multiple = (
+        "Communication steps may have any length."
+        if fmu.any_step
+        else f"Communication steps are {fmu.step!r} s"
+        + (
+            f", or whole multiples of {fmu.internal_step!r} s."
+            if fmu.internal_step is not None
+            else "; other lengths may be refused."
+        )
+    )
+    derivatives = (
+        "Directional derivatives are of the outputs behind a step of the preferred length, with "
+        "respect to inputs and tunable parameters at its beginning, and to positions and "
+        "velocities of a plant; in initialization mode of the outputs at the start, with respect "
+        "to inputs and parameters. "
+        + (
+            "They are central differences, each known changed by at most 1e-6 (1 + |value|)."
+            if fmu.needs_tool
+            else "They are exact, and with respect to states of muscles, too."
+        )
+        if fmu.has_derivatives
+        else "There are no directional derivatives."
+    )
+    model = (
+        "The model is Python: the FMU needs an interpreter with "
+        f"the package cardsflow {__version__}, which is the importer's own, or one that a worker "
+        "process is started with."
+        if fmu.needs_tool
+        else "The model is compiled: the FMU needs no other program."
+    )
+    return [
+        f"Made by CARDSFlow {__version__}. {model}",
+        "All values are in SI units. Outputs change with steps alone, not with inputs.",
+        multiple,
+        derivatives,
+        "The state can be saved, restored and serialised; restoring it continues bit by bit."
+        if fmu.has_state
+        else "The state cannot be saved or restored: the world does not go back.",
+    ]
+
+
+def _table(variables: list[Variable]) -> list[str]:
+    heads = "".join(f"<th>{head}</th>" for head in _HEADS)
+    return ["<table>", f"<tr>{heads}</tr>", *map(_row, variables), "</table>"]
+
+
+def _row(variable: Variable) -> str:
+    ports = variable.ports
+    has_start = variable.port.causality != "output"
+    units = list(dict.fromkeys(port.unit or "-" for port in ports))
+    cells = (
+        variable.name,
+        str(len(ports)) if variable.is_array else "",
+        ", ".join(units) if variable.is_array or units != ["-"] else "",
+        variable.port.variability,
+        ", ".join(f"{port.start:g}" for port in ports) if has_start else "",
+        variable.description,
+    )
+    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"

@@ -1,0 +1,58 @@
+"""The files of an FMU that are there for people and their tools: page, licence, icon, terminals."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from addin_sdfusion.robot import InputError
+
+from .documentation import documentation_page
+from .model_description import FmiVersion, FmuDescription
+from .terminals import terminals_and_icons
+
+_HERE = Path(__file__).parent
+
+
+def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
+    """The files by their path in the FMU.
+
+    Args:
+        fmu: What to describe.
+        fmi: Version of FMI.
+
+    Raises:
+        InputError: The installation is incomplete.
+    """
+    icon, drawing = (_read(_HERE / "icon" / f"icon.{kind}") for kind in ("png", "svg"))
+    files = {
+        "documentation/index.html": documentation_page(fmu),
+        "documentation/licenses/license.txt": _license().encode(),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(fmu.variables, fmi),
+        "terminalsAndIcons/icon.png": icon,
+        "terminalsAndIcons/icon.svg": drawing,
+    }
+    if fmi == "2.0":
+        files["model.png"] = icon
+    return files
+
+
+def _license() -> str:
+    """The licence: in a source tree's root, or with the installed package's metadata."""
+    path = _HERE.parents[1] / "LICENSE"
+    if path.is_file():
+        return path.read_text("utf-8")
+    try:
+        text = distribution("cardsflow").read_text("licenses/LICENSE")
+    except PackageNotFoundError:
+        text = None
+    if text is None:
+        raise InputError("the package's licence is missing: install the package again")
+    return text
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:
+        raise InputError("is missing: install the package again", file=path) from None

@@ -1,0 +1,126 @@
+"""The model description of FMI 3.0 for co-simulation."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.signals.variables import Variable
+
+from .model_description import (
+    FmuDescription,
+    default_experiment,
+    flag,
+    log_categories,
+    number,
+    root_element,
+    start,
+    type_names,
+    unit_definitions,
+)
+
+ELEMENTS = "org.cardsflow.elements"
+"""Type of the annotation with name and unit of the elements of an array, as a JSON list."""
+
+_TIME = "time"
+
+
+def describe(fmu: FmuDescription, token: str) -> ET.Element:
+    """The root element.
+
+    Args:
+        fmu: What to describe.
+        token: What the library has to answer to.
+
+    Raises:
+        InputError: A variable has the name of the independent variable.
+    """
+    if _TIME in {variable.name for variable in fmu.variables}:
+        raise InputError(f"{_TIME!r} is the name of FMI 3.0's independent variable")
+    root = root_element(fmu, fmiVersion="3.0", instantiationToken=token)
+    root.append(_co_simulation(fmu))
+    root.extend(unit_definitions(fmu))
+    types = type_names(fmu)
+    if types:
+        root.append(_type_definitions(types))
+    root.append(log_categories())
+    root.append(default_experiment(fmu))
+    variables = ET.SubElement(root, "ModelVariables")
+    variables.extend(_variable(variable, types) for variable in fmu.variables)
+    variables.append(_independent(len(fmu.ports)))
+    root.append(_model_structure(fmu))
+    return root
+
+
+def _co_simulation(fmu: FmuDescription) -> ET.Element:
+    element = ET.Element(
+        "CoSimulation",
+        modelIdentifier=fmu.model_name,
+        needsExecutionTool=flag(fmu.needs_tool),
+        canBeInstantiatedOnlyOncePerProcess="false",
+        canGetAndSetFMUState=flag(fmu.has_state),
+        canSerializeFMUState=flag(fmu.has_state),
+        providesDirectionalDerivatives=flag(fmu.has_derivatives),
+        canHandleVariableCommunicationStepSize=flag(fmu.any_step),
+        providesIntermediateUpdate="true",
+        hasEventMode="false",
+    )
+    if fmu.internal_step is not None:
+        element.set("fixedInternalStepSize", number(fmu.internal_step))
+    return element
+
+
+def _type_definitions(types: dict[str, str]) -> ET.Element:
+    definitions = ET.Element("TypeDefinitions")
+    for unit, name in types.items():
+        ET.SubElement(definitions, "Float64Type", name=name, quantity=name, unit=unit)
+    return definitions
+
+
+def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
+    port, unit = variable.port, variable.unit
+    element = ET.Element(
+        "Boolean" if port.boolean else "Float64",
+        name=variable.name,
+        valueReference=str(variable.reference),
+        description=variable.description,
+        causality=port.causality,
+        variability=port.variability,
+    )
+    if port.causality == "output":
+        element.set("initial", "calculated")
+        element.set("intermediateUpdate", "true")
+    else:
+        element.set("start", " ".join(start(one) for one in variable.ports))
+    if unit in types and not port.boolean:
+        element.set("declaredType", types[unit])
+    if unit and not port.boolean:
+        element.set("unit", unit)
+    if variable.is_array:
+        annotations = ET.SubElement(element, "Annotations")
+        annotation = ET.SubElement(annotations, "Annotation", type=ELEMENTS)
+        elements = [{"name": one.name, "unit": one.unit} for one in variable.ports]
+        annotation.text = json.dumps(elements)
+        ET.SubElement(element, "Dimension", start=str(len(variable.ports)))
+    return element
+
+
+def _independent(reference: int) -> ET.Element:
+    return ET.Element(
+        "Float64",
+        name=_TIME,
+        valueReference=str(reference),
+        description="Simulation time",
+        causality="independent",
+        variability="continuous",
+    )
+
+
+def _model_structure(fmu: FmuDescription) -> ET.Element:
+    """Every output depends on everything, at the start as well."""
+    structure = ET.Element("ModelStructure")
+    outputs = [str(v.reference) for v in fmu.variables if v.port.causality == "output"]
+    for tag in ("Output", "InitialUnknown"):
+        structure.extend(ET.Element(tag, valueReference=reference) for reference in outputs)
+    return structure

@@ -1,0 +1,67 @@
+"""The C sources that travel in a native FMU, so that others can compile it for their platform."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.runtime.sources import FLAGS, NATIVE, ROOT
+
+from .model_description import FmiVersion
+
+_OPTIONS = " ".join(FLAGS)
+_README = """\
+The sources of this FMU's binaries, for FMI 2.0 and FMI 3.0 alike. In this folder, on Linux:
+
+    gcc {options} -fPIC -shared -o ../binaries/{folder}/{name}.so \\
+        $(find . -name '*.c') -lm
+
+The plant's directional derivatives are computed with C99's complex numbers. What a compiler without
+them makes, as Microsoft's, refuses to give derivatives.
+
+-ffp-contract=off keeps a compiler from fusing multiplications and additions: with it every
+platform computes the same bits. The functions of FMI keep their plain names, for a shared library.
+"""
+
+
+def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
+    """Contents by path in the FMU.
+
+    Args:
+        model_name: Name of the model and of its library.
+        fmi: Version of FMI.
+
+    Raises:
+        InputError: The installation is incomplete.
+    """
+    folder = "linux64" if fmi == "2.0" else "x86_64-linux"
+    text = _README.format(options=_OPTIONS, folder=folder, name=model_name)
+    try:
+        files = {
+            name: (ROOT / name).read_bytes() for name in [*NATIVE.sources(), *NATIVE.headers()]
+        }
+    except OSError:
+        raise InputError("the C sources are missing: install the package again") from None
+    if fmi == "3.0":
+        files["buildDescription.xml"] = _build_description(model_name)
+    files["README.txt"] = text.encode()
+    return {f"sources/{name}": contents for name, contents in files.items()}
+
+
+def compiled_files() -> list[str]:
+    """What is to be compiled, relative to the FMU's sources."""
+    return NATIVE.sources()
+
+
+def _build_description(model_name: str) -> bytes:
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=model_name)
+    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
+    files.set("compiler", "gcc")
+    files.set("compilerOptions", _OPTIONS)
+    for name in compiled_files():
+        ET.SubElement(files, "SourceFile", name=name)
+    ET.SubElement(configuration, "Library", name="m", description="On Linux: sqrt, floor, fmod")
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"

@@ -1,0 +1,80 @@
+"""Writes terminalsAndIcons.xml: the signals of each joint, muscle and task frame as a terminal."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+
+from cardsflow_fmu.signals.variables import Variable
+
+from .model_description import FmiVersion
+
+_GROUPS = {
+    "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d")),
+    "muscles": ("Signals of muscles", ("f", "u", "l", "tension")),
+    "tasks": ("Signals of task frames", ("y", "y_d", "yd_d", "ydd_d", "w")),
+}
+_SIZE = "100"
+
+
+def terminals_and_icons(variables: Sequence[Variable], fmi: FmiVersion) -> bytes:
+    """The contents of terminalsAndIcons.xml.
+
+    Terminals are matched member by member, as the rule `bus` says: a plant's `joint_1` has `q` and
+    `qd`, which are members of a controller's `joint_1` as well. With arrays, a terminal is all
+    joints or all muscles.
+
+    Args:
+        variables: The variables of the FMU.
+        fmi: Version of FMI.
+    """
+    root = ET.Element("fmiTerminalsAndIcons", fmiVersion=fmi)
+    graphics = ET.SubElement(root, "GraphicalRepresentation")
+    corners = {"x1": f"-{_SIZE}", "y1": f"-{_SIZE}", "x2": _SIZE, "y2": _SIZE}
+    ET.SubElement(graphics, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")
+    ET.SubElement(graphics, "Icon", corners)
+    terminals = ET.Element("Terminals")
+    for name, (description, prefixes) in _GROUPS.items():
+        terminal = _group(name, description, prefixes, variables)
+        if len(terminal):
+            terminals.append(terminal)
+    if len(terminals):
+        root.append(terminals)
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
+
+
+def _group(
+    name: str, description: str, prefixes: Sequence[str], variables: Sequence[Variable]
+) -> ET.Element:
+    """A terminal with a member for each array and a terminal for each thing that has scalars."""
+    terminal = _terminal(name, description)
+    inner: dict[str, ET.Element] = {}
+    for variable in variables:
+        prefix, _, thing = variable.name.partition(".")
+        if prefix not in prefixes or variable.port.causality == "parameter":
+            continue
+        if variable.is_array:
+            _add_member(terminal, variable, prefix)
+            continue
+        thing, _, axis = thing.partition(".")
+        if thing not in inner:
+            inner[thing] = _terminal(thing, f"Signals of {thing}")
+        _add_member(inner[thing], variable, f"{prefix}.{axis}" if axis else prefix)
+    terminal.extend(inner.values())
+    return terminal
+
+
+def _terminal(name: str, description: str) -> ET.Element:
+    return ET.Element("Terminal", name=name, matchingRule="bus", description=description)
+
+
+def _add_member(terminal: ET.Element, variable: Variable, member: str) -> None:
+    ET.SubElement(
+        terminal,
+        "TerminalMemberVariable",
+        variableName=variable.name,
+        memberName=member,
+        variableKind="signal",
+    )

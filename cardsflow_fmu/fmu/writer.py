@@ -1,0 +1,145 @@
+"""Writes .fmu files: byte for byte the same for the same input."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.models.model import FmuModel
+from cardsflow_fmu.native.model_file import NATIVE_FILE, NativeModel
+from cardsflow_fmu.runtime.carried_module import carried_files
+from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
+from cardsflow_fmu.runtime.model_file import MODEL_FILE, ModelFile, class_path
+from cardsflow_fmu.runtime.port_table import encode_port_table, ports_digest
+from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.variables import array_variables, scalar_variables
+from cardsflow_fmu.utils.archive import write_archive
+from cardsflow_fmu.version import __version__
+
+from .extras import extra_files
+from .model_description import FmiVersion, FmuDescription, model_description
+from .native_sources import compiled_files, source_files
+
+_PORTS_FILE = "ports.bin"
+_PYTHON_FILE = "python.txt"  # the interpreter that a worker process uses, where it exists
+
+
+def write_fmu(
+    path: str | Path,
+    *,
+    model_class: type[FmuModel],
+    model_name: str,
+    ports: Sequence[Port],
+    resources: Mapping[str, bytes | Path],
+    step: float,
+    stop_time: float | None = None,
+    internal_step: float | None = None,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    libraries: Mapping[str, Path] | None = None,
+    native: NativeModel | None = None,
+) -> Path:
+    """Pack a model into an FMU for co-simulation.
+
+    Args:
+        path: The file to write.
+        model_class: The model; the FMU imports it by its name.
+        model_name: Name of the model and of its library: a C identifier.
+        ports: The variables, as the model made from the resources has them.
+        resources: What `model_class.from_resources` reads: relative path with `/`, and contents.
+        step: Preferred communication step, in [s].
+        stop_time: Preferred end, in [s].
+        internal_step: What communication steps have to be multiples of, in [s].
+        fmi: Version of FMI.
+        arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
+        libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
+            None.
+        native: From `native_model`: the model computes in C alone, without any Python.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: A name that FMI does not allow, or a file that cannot be read or written.
+    """
+    path = Path(path)
+    variables = array_variables(ports) if arrays and fmi == "3.0" else scalar_variables(ports)
+    fmu = FmuDescription(
+        variables,
+        model_name,
+        model_class.description,
+        step,
+        stop_time,
+        internal_step,
+        model_class.any_step,
+        model_class.has_derivatives if native is None else native.has_derivatives,
+        model_class.has_state,
+        needs_tool=native is None,
+        sources=() if native is None else compiled_files(),
+    )
+    files = {_resource_name(name): _contents(source) for name, source in resources.items()}
+    if native is None:
+        files |= _python_files(model_class, ports)
+    else:
+        files |= {f"resources/{NATIVE_FILE}": native.contents} | source_files(model_name, fmi)
+    guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
+    files["modelDescription.xml"] = model_description(fmu, guid, fmi)
+    files[f"resources/{_PORTS_FILE}"] = encode_port_table(
+        variables, guid=guid, model_name=model_name, package=__version__, step=step
+    )
+    if native is None:
+        # Not in the fingerprint: the same model built by another Python is the same FMU.
+        files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
+    if libraries is None:
+        libraries = {this_platform().tuple: library_path(native=native is not None)}
+    files |= _binaries(libraries, model_name, fmi) | extra_files(fmu, fmi)
+    write_archive(path, files)
+    return path
+
+
+def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:
+    """What a Python needs to make the model."""
+    record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
+    carried = carried_files(model_class)
+    files = {f"resources/{name}": _contents(source) for name, source in carried.items()}
+    return files | {f"resources/{MODEL_FILE}": record.encode()}
+
+
+def _binaries(libraries: Mapping[str, Path], model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
+    platforms = {find_platform(name): library for name, library in libraries.items()}
+    return {
+        f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": _contents(library)
+        for entry, library in platforms.items()
+    }
+
+
+def _resource_name(name: str) -> str:
+    parts = PurePosixPath(name).parts
+    if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+        raise InputError(f"{name!r} is not a relative path below an FMU's resources")
+    if name in (MODEL_FILE, NATIVE_FILE, _PORTS_FILE, _PYTHON_FILE):
+        raise InputError(f"the resource name {name!r} is taken by the FMU itself")
+    return str(PurePosixPath("resources", *parts))
+
+
+def _contents(source: bytes | Path) -> bytes:
+    if isinstance(source, bytes):
+        return source
+    try:
+        return source.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=source) from None
+
+
+def _guid(files: Mapping[str, bytes]) -> str:
+    """A fingerprint of the contents."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        digest.update(f"{name}\0{len(files[name])}\0".encode())
+        digest.update(files[name])
+    return f"{{{uuid.UUID(bytes=digest.digest()[:16])}}}"

@@ -1,0 +1,82 @@
+"""What has become of a device, told when it changes: for those who look after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cardsflow_fmu.hardware.protocol.handshake import REFUSALS, ErrorCode
+
+from .device import Device
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A change of a device.
+
+    Attributes:
+        state: The device's state, or "refused" where it has kept it and refused a run.
+        run: Number of its run.
+        reason: Why, for people; empty where there is nothing to say.
+    """
+
+    state: str
+    run: int
+    reason: str
+
+    def __str__(self) -> str:
+        """One line."""
+        reason = f": {self.reason}" if self.reason else ""
+        return f"run {self.run:08x} {self.state}{reason}"
+
+
+class Status:
+    """Tells the changes of a device, each once a run.
+
+    Args:
+        device: The device.
+        tell: Called with every change.
+    """
+
+    def __init__(self, device: Device, tell: Callable[[Event], object]) -> None:
+        self._device, self._tell = device, tell
+        self._before = (device.run_id, device.state, device.failure)
+        self._counted = dict(device.counters)
+        self._refused: set[ErrorCode] = set()
+
+    def look(self) -> None:
+        """Tell what has changed since the last look."""
+        device = self._device
+        now = (device.run_id, device.state, device.failure)
+        if now != self._before:
+            if now[0] != self._before[0]:
+                self._refused.clear()
+            self._before = now
+            if device.run_id:
+                self._tell(Event(device.state, device.run_id, self._reason()))
+        for code in ErrorCode:
+            if self._is_new(code.name.lower()) and code not in self._refused:
+                self._refused.add(code)
+                self._tell(Event("refused", device.run_id, REFUSALS[code]))
+
+    def _reason(self) -> str:
+        device, agreed = self._device, self._device.agreed
+        bitten, stopped = self._is_new("watchdog"), self._is_new("stops")
+        if device.failure:
+            return device.failure
+        if agreed is None:
+            return ""
+        if device.state == "safe":
+            silence = f"no command for {agreed.watchdog:g} s"
+            return silence if bitten else "stopped as asked" if stopped else ""
+        if device.state == "ready":
+            mode = "in lock step" if agreed.lockstep else "in real time"
+            return f"{mode}, a command every {agreed.step:g} s, watchdog {agreed.watchdog:g} s"
+        return ""
+
+    def _is_new(self, counter: str) -> bool:
+        """Whether a counter has grown since it was last asked for."""
+        count = self._device.counters[counter]
+        grown = count > self._counted.get(counter, 0)
+        self._counted[counter] = count
+        return grown

@@ -1,0 +1,1 @@
+"""Emulated hardware: plant, sensors, drives, faults of a link."""

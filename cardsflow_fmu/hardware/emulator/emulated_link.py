@@ -1,0 +1,119 @@
+"""The link to an emulated robot in a time of its own: faults and all, as fast as it computes.
+
+Both sides are whole, but for sockets: session, link and frames on ours; faults, device, watchdog
+and robot on the other. Time passes only where our side waits, so that a run is the same every time,
+and a controller takes no time.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.links.framed_link import FramedLink
+
+from .faults import Faults, FaultyWay
+
+EMULATED = "emulated"
+_PEER = "ours"
+_BEGIN = 1.0
+_AFTER = 1e-9
+"""A watchdog bites after its time, in [s]."""
+
+
+class EmulatedWorld:
+    """A clock, a device, and the way there and back.
+
+    Args:
+        device: The device.
+        faults: What happens to frames on the way.
+
+    Attributes:
+        answers: Frames that have come back.
+    """
+
+    def __init__(self, device: Device, faults: Faults) -> None:
+        self._device = device
+        self._way = FaultyWay(device, faults)
+        self._now = _BEGIN
+        self._steps = 0
+        self.answers: deque[bytes] = deque()
+
+    def monotonic(self) -> float:
+        """The time, in [s]."""
+        return self._now
+
+    def monotonic_ns(self) -> int:
+        """The time, in [ns]."""
+        return int(self._now * 1e9)
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass, in [s]."""
+        self.wait(self._now + seconds, lambda: False)
+
+    def send(self, data: bytes) -> None:
+        """Send a frame to the device."""
+        self._way.send(data, _PEER, self._now)
+        self._happen()
+
+    def wait(self, until: float, is_over: Callable[[], object]) -> None:
+        """Let time pass from one event to the next.
+
+        Args:
+            until: In [s].
+            is_over: Whether there is nothing left to wait for.
+        """
+        while not is_over():
+            event = min(
+                self._next_step, self._way.next_due, self._device.next_deadline + _AFTER, until
+            )
+            self._now = max(self._now, event)
+            self._happen()
+            if event >= until:
+                return
+
+    @property
+    def _next_step(self) -> float:
+        """When the robot has gone on by another step; counted, so that rounding does not add up."""
+        return _BEGIN + (self._steps + 1) * self._device.step
+
+    def _happen(self) -> None:
+        """Everything that is due."""
+        while self._next_step <= self._now:
+            self._device.advance(self._device.step)
+            self._steps += 1
+        self._device.tick(self._now)
+        self.answers.extend(data for data, _ in self._way.due(self._now))
+
+
+class EmulatedLink(FramedLink):
+    """Our side's end of the way into an emulated world.
+
+    Args:
+        world: The world.
+        key: The pre-shared key; unsigned frames when None.
+
+    Raises:
+        InputError: The key is too short.
+    """
+
+    def __init__(self, world: EmulatedWorld, *, key: bytes | None = None) -> None:
+        super().__init__(f"{EMULATED}:", key=key, clock=world)
+        self._world = world
+
+    def _connect(self) -> None:
+        self._world.answers.clear()
+
+    def _disconnect(self) -> None:
+        pass
+
+    def _send(self, data: bytes) -> None:
+        self._world.send(data)
+        self.counters["sent"] += 1
+
+    def _receive(self, deadline: float) -> bytes | None:
+        answers = self._world.answers
+        if not answers:
+            self._world.wait(deadline, lambda: answers)
+        return answers.popleft() if answers else None

@@ -1,0 +1,190 @@
+"""An emulated robot: the simulated plant with motors and sensors, to stand behind a device."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import Robot, SimulationError
+from cardsflow_fmu.experiment.experiment import DisturbanceSettings, Experiment
+from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from controllers.validation import named_vector
+from sim_dart import Plant
+
+from .drives import Drive, Lag, force_bounds, make_drive
+from .sensors import Sensors, SensorSettings
+
+FloatArray = NDArray[np.float64]
+
+_ROUNDING = 1e-6
+"""Part of a step by which a time may miss a whole number of steps."""
+
+
+class EmulatedRobot:
+    """A simulated robot that takes commands and tells its state, as a device's robot does.
+
+    Without imperfections it goes through the very states of the plant's FMU.
+
+    Args:
+        robot: The robot as it is simulated.
+        step: Internal step, in [s].
+        q: Positions at the start, shape (n,), in [rad] or [m]; the robot's initial ones when None.
+        qd: Velocities at the start, shape (n,), in [rad/s] or [m/s]; zero when None.
+        disturbance: Forces from outside; none when None.
+        motors: What the motors take, or a model of them; forces when None.
+        motor_lag: Time constant of the motors, in [s].
+        sensors: How good the sensors are; perfect when None.
+        has_lengths: Whether path lengths are measured.
+        has_tensions: Whether tensions are measured.
+        safe_forces: Tensions of the safe state, a number or shape (m,), in [N]; f_min when None.
+
+    Raises:
+        InputError: A value is out of range.
+
+    Attributes:
+        plant: What is simulated.
+        drive: The motors.
+        commands: Number of commands, m.
+        states: Number of state values: q, qd, and what is measured of l and tension.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        step: float,
+        *,
+        q: Sequence[float] | None = None,
+        qd: Sequence[float] | None = None,
+        disturbance: DisturbanceSettings | None = None,
+        motors: MotorSettings | Drive | None = None,
+        motor_lag: float = 0.0,
+        sensors: SensorSettings | None = None,
+        has_lengths: bool = True,
+        has_tensions: bool = True,
+        safe_forces: ArrayLike | None = None,
+    ) -> None:
+        self.plant = Plant(robot, step)
+        n, m = len(robot.coordinates), len(robot.muscles)
+        self.commands, self.states = m, 2 * n + (has_lengths + has_tensions) * m
+        self._measured = (has_lengths, has_tensions)
+        self._start = (q, qd)
+        self._disturbance = disturbance
+        if motors is None or isinstance(motors, MotorSettings):
+            motors = make_drive(motors or MotorSettings(), robot)
+        self.drive: Drive = motors
+        self._lag = Lag(motor_lag)
+        self._sensors = Sensors(sensors or SensorSettings(), n, m)
+        names = [muscle.name for muscle in robot.muscles]
+        self._safe_forces, _ = force_bounds(robot)
+        if safe_forces is not None:
+            self._safe_forces = named_vector("safe_forces", safe_forces, names)
+        self.reset()
+
+    @classmethod
+    def of_experiment(
+        cls,
+        experiment: Experiment,
+        *,
+        motor_lag: float = 0.0,
+        sensors: SensorSettings | None = None,
+    ) -> EmulatedRobot:
+        """The robot of an experiment, with its start, masses, disturbance and motors.
+
+        Args:
+            experiment: The experiment.
+            motor_lag: Time constant of the motors, in [s].
+            sensors: How good the sensors are; perfect when None.
+        """
+        return cls(
+            experiment.plant_robot,
+            experiment.plant.step,
+            q=experiment.start.q,
+            qd=experiment.start.qd,
+            disturbance=experiment.disturbance,
+            motors=experiment.hardware.motors,
+            motor_lag=motor_lag,
+            sensors=sensors,
+            has_lengths=experiment.hardware.has_lengths,
+            has_tensions=experiment.hardware.has_tensions,
+        )
+
+    @property
+    def tension(self) -> FloatArray:
+        """Tension of every muscle, shape (m,), in [N]."""
+        return self._tension.copy()
+
+    def reset(self) -> None:
+        """Go to the start state; the motors hold the safe tensions."""
+        plant = self.plant
+        plant.reset(*self._start)
+        self._advances, self._owed, self._failed = 0, 0.0, False
+        self._tension = self._safe_forces
+        self._command: FloatArray | None = None
+        self._sensors.reset(plant.q, plant.qd, plant.lengths_view)
+        self.drive.calibrate(plant.muscle_lengths, self._rates(), self._tension)
+
+    def apply(self, command: FloatArray) -> None:
+        """Take the newest commands, shape (m,)."""
+        if self._command is None:
+            plant = self.plant
+            self.drive.resume(plant.muscle_lengths, self._rates(), self._tension)
+        self._command = command.copy()
+
+    def safe(self) -> None:
+        """Hold the safe tensions until the next command."""
+        self._command = None
+
+    def advance(self, dt: float) -> None:
+        """Go on by dt, in [s]; what is left of it beyond whole steps is kept for the next time.
+
+        Raises:
+            SimulationError: The state has diverged; from then on time stands still.
+        """
+        if self._failed:
+            return
+        try:
+            self._advance(dt)
+        except SimulationError:
+            self._failed = True
+            raise
+
+    def _advance(self, dt: float) -> None:
+        plant, step = self.plant, self.plant.step_size
+        loads = self._loads(dt)
+        self._owed += dt
+        steps = int(self._owed / step + _ROUNDING)
+        self._owed -= steps * step
+        for _ in range(steps):
+            self._tension = self._lag.follow(self._tension, self._wanted(), step)
+            plant.step(self._tension, loads=loads)
+        self._advances += 1
+        if steps:
+            self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
+
+    def state(self) -> FloatArray:
+        """q, qd, and what is measured of l and tension, as last read, shape (states,)."""
+        read = self._sensors
+        optional = zip(self._measured, (read.lengths, self._tension), strict=True)
+        return np.concatenate([read.q, read.qd, *(row for is_told, row in optional if is_told)])
+
+    def _wanted(self) -> FloatArray:
+        """The tensions that the motors go to, shape (m,)."""
+        if self._command is None:
+            return self._safe_forces
+        plant = self.plant
+        return self.drive.pull(self._command, plant.lengths_view, self._rates(), plant.step_size)
+
+    def _rates(self) -> FloatArray:
+        rates: FloatArray = self.plant.muscle_jacobian @ self.plant.qd
+        return rates
+
+    def _loads(self, dt: float) -> FloatArray | None:
+        """Forces from outside over the next dt, as the reference's FMU gives them at its start."""
+        disturbance, k = self._disturbance, self._advances
+        if disturbance is None:
+            return None
+        time = (k - 1) * dt + dt if k else 0.0  # rounded as the co-simulation does
+        acts = disturbance.begin <= time < disturbance.end
+        return np.ravel(disturbance.forces) if acts else None

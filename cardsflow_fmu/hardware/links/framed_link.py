@@ -1,0 +1,288 @@
+"""A link's side of the protocol, whatever carries frames: hello, set points, the newest state."""
+
+from __future__ import annotations
+
+import math
+import secrets
+import time
+from abc import ABC, abstractmethod
+from collections import Counter
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.hardware.protocol.clock import Clock
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.frame import (
+    Flag,
+    Frame,
+    FrameError,
+    FrameWriter,
+    Keys,
+    Kind,
+    is_newer,
+    pack,
+)
+from cardsflow_fmu.hardware.protocol.handshake import (
+    ACK_VALUES,
+    HELLO_VALUES,
+    REFUSALS,
+    ErrorCode,
+    Hello,
+    whole,
+)
+
+from .link import Exchange
+
+FloatArray = NDArray[np.float64]
+
+_HELLO_EVERY = 0.05
+_STOP_EVERY = 0.02
+_STOPS = 10
+_REPEAT_EVERY = 0.02
+"""In lock step a set point without answer is sent again after so long, in [s]."""
+_MOST_FRAMES = 1000
+"""An exchange takes no more frames than so many, so that a flood of them cannot hold it."""
+_LOCKSTEP = int(Flag.LOCKSTEP)
+_SETPOINT, _STATE = Kind.SETPOINT, Kind.STATE  # found sooner, for each exchange
+
+
+class FramedLink(ABC):
+    """What all links have in common; the others send bytes and wait for some.
+
+    Args:
+        uri: The address, for messages.
+        key: The pre-shared key; unsigned frames when None.
+        timeout: How long `open` waits, in [s].
+        clock: What tells the time at both ends.
+
+    Raises:
+        InputError: The key is too short.
+
+    Attributes:
+        uri: The address.
+        clock: What tells the time.
+        run_id: Number of the run; 0 before `open`.
+        agreed: What the device has agreed to; None before `open`.
+        start_state: The device's state when it agreed, shape (states,), in SI units.
+        counters: How many frames were sent, received, and dropped for what reason.
+    """
+
+    def __init__(
+        self, uri: str, *, key: bytes | None, timeout: float = 2.0, clock: Clock = time
+    ) -> None:
+        self.uri, self._timeout = uri, timeout
+        self.clock = clock
+        self.run_id = 0
+        self.agreed: Hello | None = None
+        self.start_state: FloatArray = np.zeros(0)
+        self.counters: Counter[str] = Counter()
+        self._pre_shared = Keys(key)
+        self._keys = self._pre_shared
+        self._key: bytes | None = None
+        self._writer = FrameWriter(0)
+        self._seq = self._newest_seq = 0
+        self._newest_at = -math.inf
+        self._moving = False
+
+    @abstractmethod
+    def _connect(self) -> None:
+        """Open the line.
+
+        Raises:
+            HardwareError: It cannot be opened.
+        """
+
+    @abstractmethod
+    def _disconnect(self) -> None:
+        """Close the line; a second time does nothing."""
+
+    @abstractmethod
+    def _send(self, data: bytes) -> None:
+        """Send a frame; what cannot be sent is lost, and counted."""
+
+    @abstractmethod
+    def _receive(self, deadline: float) -> bytes | None:
+        """What came, one frame; None if there is nothing until the deadline.
+
+        What has already come is given out even when the deadline has passed.
+
+        Args:
+            deadline: On the link's clock, in [s].
+        """
+
+    def open(self, hello: Hello) -> None:
+        """Agree with the device on a run; see `HardwareLink.open`."""
+        self.close()
+        self._connect()
+        try:
+            self._agree(hello)
+        except BaseException:
+            self._disconnect()
+            raise
+
+    def _agree(self, hello: Hello) -> None:
+        """Say hello until the device agrees."""
+        run_id = secrets.randbelow(0xFFFFFFFF) + 1
+        end = self.clock.monotonic() + self._timeout
+        busy = False
+        while self.clock.monotonic() < end:
+            flags = _LOCKSTEP if hello.lockstep else 0
+            sent = self.clock.monotonic_ns()
+            frame = Frame(Kind.HELLO, flags, run_id, 0, 0.0, sent, 0, hello.values())
+            self._send(pack(frame, self._pre_shared.pre_shared))
+            until = min(self.clock.monotonic() + _HELLO_EVERY, end)
+            while (answer := self._next(self._pre_shared, run_id, until)) is not None:
+                if answer.kind is Kind.HELLO_ACK:
+                    self._begin(hello, answer)
+                    return
+                if answer.kind is Kind.ERROR:
+                    busy = self._is_busy(answer) or busy
+        self._give_up(busy)
+
+    def _give_up(self, busy: bool) -> None:
+        if busy:
+            raise HardwareError(f"the device at {self.uri} refuses: {REFUSALS[ErrorCode.BUSY]}")
+        remedy = "is it running, and is the address right?"
+        if self.counters["signature"] or self.counters["unsigned"]:
+            remedy = "what came has another signature: give both sides the same key file"
+        elif self._pre_shared.pre_shared is not None:
+            remedy = "is it running, is the address right, and has it the same key?"
+        raise HardwareError(
+            f"nobody answers at {self.uri} within {self._timeout:g} s: {remedy} "
+            "(a device with a key does not answer frames that are not signed with it)"
+        )
+
+    def _is_busy(self, answer: Frame) -> bool:
+        """Whether a device refuses for now; raises if it does so for good."""
+        code = int(answer.values[0]) if len(answer.values) else 0
+        if code == ErrorCode.BUSY:
+            return True
+        known = code in REFUSALS
+        why = REFUSALS[ErrorCode(code)] if known else f"it gives the unknown reason {code}"
+        raise HardwareError(f"the device at {self.uri} refuses: {why}")
+
+    def _begin(self, hello: Hello, answer: Frame) -> None:
+        """Start the run that the device has agreed to."""
+        values = np.asarray(answer.values)
+        agreed = Hello.of_values(values, bool(answer.flags & _LOCKSTEP))
+        if agreed is None or len(values) != ACK_VALUES + hello.states:
+            raise HardwareError(f"the device at {self.uri} answers the hello with nonsense")
+        if agreed.with_watchdog(hello.watchdog) != hello:
+            raise HardwareError(
+                f"the device at {self.uri} agrees to {agreed}, which is not what was asked: {hello}"
+            )
+        nonce = whole(*map(float, values[HELLO_VALUES:ACK_VALUES]))
+        if nonce is None:
+            raise HardwareError(f"the device at {self.uri} answers the hello with nonsense")
+        self.agreed, self.run_id = agreed, answer.run_id
+        self.start_state = values[ACK_VALUES:] * hello.scale
+        self._keys = self._pre_shared.of_run(answer.run_id, nonce)
+        self._key = self._keys.of(_SETPOINT)
+        self._writer = FrameWriter(hello.commands)
+        self._seq = self._newest_seq = 0
+        self._newest_at = -math.inf
+        self._moving = True
+
+    def exchange(self, t: float, command: FloatArray, deadline: float) -> Exchange:
+        """Send a set point and wait for its answer; see `HardwareLink.exchange`."""
+        agreed = self.agreed
+        if agreed is None:
+            raise HardwareError(f"the link to {self.uri} is not open")
+        self._seq = seq = (self._seq + 1) & 0xFFFFFFFF
+        sent = self._set_point(t, command, agreed)
+        self._send(sent)
+        newest: Frame | None = None
+        until = (
+            min(deadline, self.clock.monotonic() + _REPEAT_EVERY) if agreed.lockstep else deadline
+        )
+        for _ in range(_MOST_FRAMES):
+            frame = self._next(self._keys, self.run_id, until)
+            if frame is None:
+                now = self.clock.monotonic()
+                if now >= deadline:
+                    break
+                self._send(sent)
+                self.counters["repeated"] += 1
+                until = min(deadline, now + _REPEAT_EVERY)
+            elif self._is_news(frame, agreed):
+                newest = frame
+                if frame.seq == seq:
+                    break
+        return self._outcome(newest, agreed)
+
+    def _set_point(self, t: float, command: FloatArray, agreed: Hello) -> bytes:
+        writer = self._writer
+        writer.values[:] = command if agreed.scale == 1.0 else command / agreed.scale
+        flags = _LOCKSTEP if agreed.lockstep else 0
+        now = self.clock.monotonic_ns()
+        return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, self._key)
+
+    def _is_news(self, frame: Frame, agreed: Hello) -> bool:
+        """Whether a frame is a state newer than all before, of a set point that was sent."""
+        if frame.kind is not _STATE or len(frame.values) != agreed.states:
+            self.counters["type" if frame.kind is not _STATE else "count"] += 1
+            return False
+        if not is_newer(frame.seq, self._newest_seq) or is_newer(frame.seq, self._seq):
+            self.counters["stale"] += 1
+            return False
+        self._newest_seq, self._newest_at = frame.seq, self.clock.monotonic()
+        return True
+
+    def _outcome(self, newest: Frame | None, agreed: Hello) -> Exchange:
+        age = self.clock.monotonic() - self._newest_at
+        if newest is None:
+            self.counters["missed"] += 1
+            return Exchange(None, self._newest_seq, age, math.nan, 0)
+        state = np.asarray(newest.values)
+        state = state * agreed.scale if agreed.scale != 1.0 else state
+        round_trip = self._newest_at - newest.echo_ns * 1e-9
+        return Exchange(state, newest.seq, age, round_trip, newest.flags)
+
+    def _next(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
+        """The next good frame of a run; what is not one is dropped and counted."""
+        for _ in range(_MOST_FRAMES):
+            data = self._receive(deadline)
+            if data is None:
+                return None
+            self.counters["received"] += 1
+            try:
+                frame = keys.unpack(data)
+            except FrameError as error:
+                self.counters[error.reason] += 1
+                continue
+            if frame.run_id == run_id:
+                return frame
+            self.counters["run"] += 1
+        return None
+
+    def stop(self) -> bool:
+        """Ask the device to go to its safe state; whether it has confirmed, in 0.2 s."""
+        if not self._moving:
+            return False
+        self._moving = False
+        key = self._keys.of(Kind.STOP)
+        for _ in range(_STOPS):
+            sent = self.clock.monotonic_ns()
+            frame = Frame(Kind.STOP, 0, self.run_id, self._seq, 0.0, sent, 0, ())
+            self._send(pack(frame, key))
+            until = self.clock.monotonic() + _STOP_EVERY
+            while (answer := self._next(self._keys, self.run_id, until)) is not None:
+                if answer.kind is Kind.STOPPED:
+                    return True
+        return False
+
+    def close(self) -> None:
+        """Stop if need be, and give the line back."""
+        try:
+            self.stop()
+        finally:
+            self._moving, self.agreed = False, None
+            self._disconnect()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()

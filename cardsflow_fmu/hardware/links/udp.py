@@ -1,0 +1,140 @@
+"""The link by UDP: one socket, connected, so that the system hears nobody but the device."""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+import time
+from functools import partial
+from typing import Any
+from urllib.parse import urlsplit
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
+
+from .datagram_wait import Waiter
+from .framed_link import FramedLink
+
+_FORM = "an address by UDP is udp://HOST:PORT, such as udp://127.0.0.1:5005"
+_EVERYBODY = "255.255.255.255"
+_MOST_SELECTED = 1024
+"""`select` takes file descriptors below this."""
+
+
+class UdpLink(FramedLink):
+    """Frames as datagrams.
+
+    Args:
+        uri: udp://HOST:PORT
+        key: The pre-shared key; unsigned frames when None.
+        bind: Address of this machine to send from. When empty it is the one that leads to the
+            device, so that a device on this machine is spoken to by loopback alone.
+        timeout: How long `open` waits, in [s].
+
+    Raises:
+        InputError: The address or the key cannot be used.
+    """
+
+    def __init__(
+        self, uri: str, *, key: bytes | None = None, bind: str = "", timeout: float = 2.0
+    ) -> None:
+        super().__init__(uri, key=key, timeout=timeout)
+        self._host, self._port = udp_address(uri)
+        if self._port == 0:
+            raise InputError(f"no port 0 to speak to in {uri!r}: {_FORM}")
+        self._bind = bind
+        self._socket: socket.socket | None = None
+        self._waiter: Waiter[bytes] | None = None
+
+    def _connect(self) -> None:
+        family, there = resolved(self._host, self._port, self.uri)
+        line = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            line.setblocking(False)
+            if self._bind:
+                line.bind((self._bind, 0))
+            line.connect(there)
+            if line.fileno() >= _MOST_SELECTED:
+                raise HardwareError("too many files are open in this process for another link")
+        except OSError as error:
+            line.close()
+            raise HardwareError(f"no link to {self.uri}: {error.strerror or error}") from error
+        except HardwareError:
+            line.close()
+            raise
+        self._socket = line
+        self._waiter = Waiter(line, partial(line.recv, MOST_BYTES + 1))
+
+    def _disconnect(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = self._waiter = None
+
+    def _send(self, data: bytes) -> None:
+        if self._socket is None:
+            return
+        try:
+            self._socket.send(data)
+            self.counters["sent"] += 1
+        except OSError:  # nobody listens, no way there, no room: as good as lost
+            self.counters["not sent"] += 1
+
+    def _receive(self, deadline: float) -> bytes | None:
+        waiter = self._waiter
+        while waiter is not None:
+            try:
+                return waiter.receive(deadline)
+            except OSError:  # the answer of a machine on which nobody listens to the last frame
+                self.counters["refused"] += 1
+                if time.monotonic() >= deadline:
+                    break
+        return None
+
+
+def udp_address(uri: str) -> tuple[str, int]:
+    """Host and port of udp://HOST:PORT; without a host it is this machine's loopback.
+
+    Raises:
+        InputError: It is no such address.
+    """
+    try:
+        parts = urlsplit(uri)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise InputError(f"cannot use {uri!r}: {_FORM}") from error
+    rest = parts.path.strip("/") or parts.query or parts.fragment or parts.username
+    if parts.scheme != "udp" or port is None or rest:
+        raise InputError(f"cannot use {uri!r}: {_FORM}")
+    return host or "127.0.0.1", port
+
+
+def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
+    """Family and address of a host.
+
+    Raises:
+        HardwareError: It is not known, or stands for many machines.
+    """
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    except (OSError, UnicodeError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise HardwareError(f"no host {host!r}, in {uri}: {why}") from error
+    family, _, _, _, address = found[0]
+    number = _without_zone(str(address[0]))
+    if number == _EVERYBODY or ipaddress.ip_address(number).is_multicast:
+        raise HardwareError(f"{uri} is no address of one machine: a run has two sides")
+    return family, address
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address is one that other machines cannot reach."""
+    try:
+        return ipaddress.ip_address(_without_zone(host)).is_loopback
+    except ValueError:
+        return False
+
+
+def _without_zone(host: str) -> str:
+    """An IPv6 address without the network card that it is to be reached by."""
+    return host.partition("%")[0]

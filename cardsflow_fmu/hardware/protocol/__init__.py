@@ -1,0 +1,1 @@
+"""The hardware protocol: frames, handshake, signatures, recordings."""

@@ -1,0 +1,95 @@
+"""The signals between a robot's hardware and those who drive it: names and units, in order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.experiment.hardware_settings import HardwareSettings, MotorSettings
+from cardsflow_fmu.signals.muscles import modelled_muscles
+from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
+
+from .signature import port_signature
+
+Signals = list[tuple[str, str]]
+
+
+class HardwareSignals(NamedTuple):
+    """What goes to the hardware, and what comes back.
+
+    Attributes:
+        commands: Name and unit of each value of a set point.
+        states: Name and unit of each value of a state.
+    """
+
+    commands: Signals
+    states: Signals
+
+
+def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignals:
+    """The signals of a robot.
+
+    Args:
+        robot: The robot.
+        settings: What its motors take, and what it measures.
+
+    Raises:
+        InputError: A muscle takes something else than its force.
+    """
+    require_forces(robot)
+    prefix, unit = _command(settings.motors)
+    states = [
+        *zip(coordinate_signals("q", robot), (c.unit for c in robot.coordinates), strict=True),
+        *zip(
+            coordinate_signals("qd", robot), (f"{c.unit}/s" for c in robot.coordinates), strict=True
+        ),
+    ]
+    for measured, letter, its_unit in (
+        (settings.has_lengths, "l", "m"),
+        (settings.has_tensions, "tension", "N"),
+    ):
+        states += [(name, its_unit) for name in muscle_signals(letter, robot) if measured]
+    return HardwareSignals([(name, unit) for name in muscle_signals(prefix, robot)], states)
+
+
+def require_forces(robot: Robot, file: Path | None = None) -> None:
+    """Refuse a robot with muscles that have laws of their own.
+
+    Args:
+        robot: The robot.
+        file: Where it is told of, for the message.
+
+    Raises:
+        InputError: It has one.
+    """
+    for k in modelled_muscles(robot):
+        muscle = robot.muscles[k]
+        raise InputError(
+            f"hardware takes forces, but muscle {muscle.name!r} has the law "
+            f"{muscle.model.kind!r}; leave the law out, and let [hardware.motors] map forces",
+            file=file,
+            key=f"muscles.{muscle.name}.model",
+        )
+
+
+def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
+    """The number that a device of this robot answers to.
+
+    Args:
+        robot: The robot.
+        settings: What its motors take, what it measures, and the scale.
+    """
+    commands, states = hardware_signals(robot, settings)
+    kind = settings.motors.command
+    return port_signature(commands, states, command_kind=kind, scale=settings.scale)
+
+
+def _command(motors: MotorSettings) -> tuple[str, str]:
+    """First part of the commands' names, and their unit."""
+    if motors.command == "force":
+        return "f", "N"
+    letter, unit = ("theta", "rad") if motors.spindle_radius else ("l0", "m")
+    if motors.encoder_scale:
+        unit = "count"
+    return (letter, unit) if motors.command == "length" else (f"{letter}d", f"{unit}/s")

@@ -1,0 +1,117 @@
+"""What motors are told so that their cables pull with given forces.
+
+    force      u = f
+    length     u = k (l0 - l_0)     or, of a spindle's angle,  u = k (l_0 - l0)/r
+    velocity   u = k l0'            or                         u = -k l0'/r
+
+with l0 = l - (f - D l')/K, the set point of the spring between motor and cable, k the encoder's
+scale, l_0 the set point at which it counts 0, r the spindle's radius.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from controllers import SpringMotors
+
+FloatArray = NDArray[np.float64]
+
+_CORRECTION = 0.05
+"""Part of the error of a reckoned l0 that a step makes good: what is measured may be a step old,
+and to make good all of it would swing."""
+_STEPS_APART = 2.0
+"""So many steps may lie between the measurements of a tension and of a length."""
+
+
+class MotorMap:
+    """The motors of m muscles.
+
+    Args:
+        settings: What they take.
+        muscle_names: m names.
+
+    Raises:
+        InputError: A constant is out of range; the message names the muscle.
+    """
+
+    def __init__(self, settings: MotorSettings, muscle_names: Sequence[str]) -> None:
+        self._command = settings.command
+        m = len(muscle_names)
+        self._scale = np.array(settings.encoder_scale) if settings.encoder_scale else np.ones(m)
+        self._offset = np.array(settings.offset) if settings.offset else np.zeros(m)
+        self._takes_start = settings.offset is None
+        self._takes_angles = bool(settings.spindle_radius)
+        self._set_points = np.zeros(m)
+        if settings.command == "force":
+            return
+        self._springs = SpringMotors(
+            muscle_names,
+            settings.stiffness,
+            damping=settings.damping or 0.0,
+            spindle_radius=settings.spindle_radius or 1.0,
+        )
+
+    def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
+        """Take the state at the start for what the motors hold, and count from there if asked to.
+
+        Args:
+            lengths: l, shape (m,), in [m].
+            rates: l', shape (m,), in [m/s].
+            forces: f that they hold, shape (m,), in [N].
+        """
+        if self._command == "force":
+            return
+        self._set_points = self._springs.set_points(lengths, rates, forces)
+        if self._takes_start:
+            self._offset = self._set_points
+
+    def commands(
+        self,
+        forces: FloatArray,
+        lengths: FloatArray,
+        rates: FloatArray,
+        tensions: FloatArray,
+        h: float,
+    ) -> FloatArray:
+        """What to tell the motors for the next step, shape (m,).
+
+        Args:
+            forces: f wanted, shape (m,), in [N].
+            lengths: l, shape (m,), in [m].
+            rates: l', shape (m,), in [m/s].
+            tensions: As measured, shape (m,), in [N]; shape (0,) where they are not.
+            h: Length of the step, in [s].
+        """
+        if self._command == "force":
+            return forces
+        wanted = self._springs.set_points(lengths, rates, forces)
+        if self._command == "length":
+            self._set_points = wanted
+            return self._scale * self._positions(wanted)
+        self._correct(lengths, rates, tensions, h)
+        speeds = (wanted - self._set_points) / h
+        self._set_points = wanted
+        return self._scale * (self._springs.speeds(speeds) if self._takes_angles else speeds)
+
+    def _positions(self, set_points: FloatArray) -> FloatArray:
+        if self._takes_angles:
+            return self._springs.angles(set_points, self._offset)
+        return set_points - self._offset
+
+    def _correct(
+        self, lengths: FloatArray, rates: FloatArray, tensions: FloatArray, h: float
+    ) -> None:
+        """Bring reckoned set points nearer to what taut cables tell: reckoning drifts.
+
+        What a cable's motion between two measurements explains is no error.
+        """
+        if not tensions.size:
+            return
+        error = self._springs.set_points(lengths, rates, tensions) - self._set_points
+        explained = _STEPS_APART * h * np.abs(rates)
+        beyond = np.sign(error) * np.maximum(np.abs(error) - explained, 0.0)
+        self._set_points = self._set_points + np.where(tensions > 0, _CORRECTION * beyond, 0.0)

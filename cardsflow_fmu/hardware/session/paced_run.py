@@ -1,0 +1,156 @@
+"""What runs by the clock need: where hardware begins, how steps are paced, what to report."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.master import Recording
+from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, without_collections
+from cardsflow_fmu.experiment.experiment import ApproachSettings, Experiment, StartSettings
+from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+
+from .connect import environment, measured_start
+
+FloatArray = NDArray[np.float64]
+
+
+def with_approach(experiment: Experiment) -> Experiment:
+    """The experiment, beginning where its hardware is if it is to approach from there.
+
+    The run is longer by the time that the approach takes; a way that the reference has of its own
+    is replaced.
+
+    Args:
+        experiment: The experiment.
+
+    Raises:
+        HardwareError: The hardware does not tell where it is.
+        InputError: The reference is an FMU of others, which begins where it begins.
+    """
+    seconds = experiment.hardware.approach
+    if seconds is None or not experiment.hardware.use:
+        return experiment
+    if "reference" in experiment.fmus:
+        what = "cannot lead an FMU of others to where the hardware is: leave it out"
+        raise InputError(what, file=experiment.file, key="hardware.approach")
+    with environment(experiment.hardware):
+        q = measured_start(experiment)
+    reference, run = experiment.reference, experiment.run
+    before = reference.approach.duration if reference.approach else 0.0
+    begin = q if reference.space == "joint" else _task_position(experiment, q)
+    return replace(
+        experiment,
+        start=StartSettings(q, (0.0,) * len(q)),
+        reference=replace(reference, approach=ApproachSettings(seconds, begin)),
+        run=replace(run, duration=run.duration + seconds - before),
+    )
+
+
+def _task_position(experiment: Experiment, q: tuple[float, ...]) -> tuple[float, ...]:
+    from sim_dart import MusclePaths
+
+    return tuple(MusclePaths(experiment.robot).task_position(np.array(q)).tolist())
+
+
+class Pace:
+    """The conditions for a run by the clock, as a context; none where a run needs no clock.
+
+    Args:
+        step: Communication step, in [s].
+        realtime: Whether steps are to be paced; those with hardware pace themselves.
+        hardware: The hardware that takes part; None where there is none.
+
+    Attributes:
+        pacer: What the master is to wait for; None where it need not.
+    """
+
+    def __init__(
+        self, step: float, realtime: bool, hardware: HardwareSettings | None = None
+    ) -> None:
+        self._step, self._hardware = step, hardware
+        self._paces_itself = hardware is not None and hardware.goes_by_clock
+        is_paced = realtime and not self._paces_itself
+        self.pacer = Pacer(step) if is_paced else None
+        self._conditions = ExitStack()
+        self._scheduling: str | None = None
+
+    def __enter__(self) -> Self:
+        if self.pacer is not None or self._paces_itself:
+            self._conditions.enter_context(without_collections())
+            self._scheduling = self._conditions.enter_context(real_time_priority())
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._conditions.close()
+
+    def judged(self, recording: Recording) -> Recording:
+        """The recording; of a run that was over before its hardware was missed, with that failure.
+
+        Who has had no state for longer than the device's watchdog cannot know whether it was heard.
+
+        Args:
+            recording: What the master recorded.
+        """
+        hardware = self._hardware
+        if recording.failure is not None or hardware is None or not hardware.is_paced:
+            return recording
+        silence = _columns(recording).get("age", np.zeros(1))[-1]
+        if silence <= hardware.watchdog:
+            return recording
+        what = f"the hardware was lost at the end: the newest state is {silence:.3g} s old"
+        return replace(recording, failure=HardwareError(what))
+
+    def report(self, recording: Recording) -> dict[str, Any]:
+        """What the summary says of it: nothing where neither clock nor hardware took part.
+
+        Args:
+            recording: What the master recorded.
+        """
+        columns = _columns(recording)
+        report: dict[str, Any] = {}
+        if self._scheduling is not None:
+            lateness = np.array(recording.lateness)
+            if self._paces_itself:
+                lateness = columns.get("lateness", np.empty(0))[1:]
+            report["real_time"] = {
+                **timeliness(lateness, self._step),
+                "scheduling": self._scheduling,
+            }
+        if self._hardware is not None:
+            report["hardware"] = {
+                "link": self._hardware.link,
+                "mode": self._hardware.mode,
+                **_exchanges(columns),
+            }
+        return report
+
+
+def _columns(recording: Recording) -> dict[str, FloatArray]:
+    return dict(zip(recording.names, recording.rows.T, strict=True))
+
+
+def _exchanges(columns: dict[str, FloatArray]) -> dict[str, Any]:
+    """What the diagnostics of the hardware's FMU tell, where they are recorded."""
+    missed, trips = columns.get("missed", np.empty(0))[1:], columns.get("round_trip_time")
+    if trips is None or not missed.size:
+        return {"missed": None, "round_trip": None, "oldest_state": None, "unit": "s"}
+    median, most = np.quantile(trips[1:], [0.5, 0.99])
+    return {
+        "missed": int(missed[-1]),
+        "round_trip": {"median": float(median), "p99": float(most), "max": float(trips[1:].max())},
+        "oldest_state": float(columns["age"][1:].max()),
+        "unit": "s",
+    }

@@ -1,0 +1,1 @@
+"""Native models: their files, library and loop."""

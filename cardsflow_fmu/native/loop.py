@@ -1,0 +1,309 @@
+"""Plant, controller and reference in C, stepped there as well: thousands of steps in one call.
+
+The master of the same name does the same with participants of any kind; here all are the models of
+native FMUs, and nothing of a step is Python. A call lets go of Python's lock: loops run in threads.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
+from cardsflow_fmu.cosim.master import Progress, Recording, Watch, columns_of
+from cardsflow_fmu.cosim.participant import FloatArray
+from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.experiment_model import ExperimentModel
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.models.reference import ReferenceModel
+from cardsflow_fmu.signals.ports import SOLVE_TIME, Port
+from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
+from cardsflow_fmu.utils.interrupts import interruptible
+
+from .library import native_library, native_models, opened_loop
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.cosim.pacing import Pacer
+    from cardsflow_fmu.results.journal import Journal
+
+MODELS: dict[str, type[ExperimentModel]] = {
+    "plant": PlantModel,
+    "reference": ReferenceModel,
+    "controller": ControllerModel,
+}
+"""In the order of the columns of a run."""
+
+_CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C is heard
+
+
+@dataclass(slots=True)
+class _Part:
+    """A model in C, as the wiring sees it: its inputs and outputs are the model's own memory."""
+
+    name: str
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    units: Mapping[str, Unit]
+    inputs: FloatArray
+    outputs: FloatArray
+
+    def step(self, t: float, h: float) -> None:
+        """The loop in C does that."""
+        raise AssertionError
+
+    def close(self) -> None:
+        """The loop in C does that."""
+
+
+class NativeLoop:
+    """An experiment that computes in C alone, with the verbs of `master.Master`.
+
+    Args:
+        experiment: What to run.
+
+    Raises:
+        InputError: It has something that the native models lack, which is named.
+
+    Attributes:
+        names: Name of every column; the first is `time`.
+        units: Unit of every column that has one, by its name.
+        count: Number of rows that a complete run gives.
+    """
+
+    def __init__(self, experiment: Experiment) -> None:
+        files = native_models(experiment, list(MODELS))
+        tables = {name: model.table(experiment) for name, model in MODELS.items()}
+        self._library = native_library()
+        self._loop: ctypes.c_void_p | None = opened_loop(files, tables, experiment.run.step)
+        parts = [self._part(k, *entry) for k, entry in enumerate(tables.items())]
+        self._check(self._library.native_loop_initialize(self._loop), "at the start")
+        self._experiment, run = experiment, experiment.run
+        self._step, self.count = run.step, run.steps + 1
+        self.names, self.units, _ = columns_of(parts)
+        every = round(experiment.controller.period / run.step)
+        self._every = {"plant": 1, "reference": 1, "controller": every}
+        self._has_run = False
+        self._plan(parts)
+
+    def run(
+        self,
+        progress: Progress | None = None,
+        pacer: Pacer | None = None,
+        watch: Watch | None = None,
+        journal: Journal | None = None,
+    ) -> Recording:
+        """Run to the end, to the first failure, or until Ctrl-C; once.
+
+        Args:
+            progress: As for `Master.run`.
+            pacer: None: these steps wait for nothing.
+            watch: As for `Master.run`.
+            journal: As for `Master.run`.
+
+        Raises:
+            InputError: It has run before, or is closed.
+        """
+        assert pacer is None, "refused before"
+        if self._loop is None or self._has_run:
+            raise InputError("a native loop runs once, before it is closed; make another")
+        self._has_run = True
+        rows = np.empty((self.count, len(self.names))) if journal is None else journal.rows
+        times = np.zeros(self.count)
+        failure: CardsflowError | None = None
+        done, steps = 0, self.count - 1
+        with interruptible() as interrupted:
+            try:
+                while done < steps and failure is None:
+                    taken, failure = self._advance(done, min(_CHUNK, steps - done), rows, times)
+                    done += taken
+                    if journal is not None:
+                        journal.update(done)
+                    if interrupted:
+                        raise SimulationError("interrupted")
+                    if progress:
+                        progress(done)
+                    if watch:
+                        watch(self.names, rows[:done])
+            except CardsflowError as error:
+                failure = error
+            except KeyboardInterrupt:
+                failure = SimulationError("interrupted")
+            recorded = self._recorded
+            if failure is None:
+                self._library.native_loop_record(
+                    self._loop, steps * self._step, rows[steps:].ctypes.data
+                )
+                recorded = self.count
+            if journal is not None:
+                failure = _ended(journal, recorded) or failure
+        every = self._every["controller"]
+        ticks = list(range(0, done, every))
+        return Recording(
+            self.names,
+            rows[:recorded],
+            self.units,
+            [k + self._tick_shows for k in ticks],
+            times[ticks].tolist(),
+            failure,
+        )
+
+    def close(self) -> None:
+        """Free the models."""
+        loop, self._loop = self._loop, None
+        if loop is not None:
+            self._library.native_loop_close(loop)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _advance(
+        self, first: int, count: int, rows: FloatArray, times: FloatArray
+    ) -> tuple[int, SimulationError | None]:
+        """Steps in C: how many were complete, and what stopped them."""
+        assert rows.flags.c_contiguous
+        assert first + count < min(len(rows), len(times) + 1)
+        done = (ctypes.c_int64 * 2)()
+        failed = self._library.native_loop_run(
+            self._loop,
+            self._step,
+            first,
+            count,
+            rows[first:].ctypes.data,
+            times[first:].ctypes.data,
+            done,
+        )
+        self._recorded = first + done[1]
+        if not failed:
+            return done[0], None
+        when = f"at t = {(first + done[0]) * self._step:.6g} s"
+        return done[0], self._error(failed, when)
+
+    def _part(self, k: int, name: str, ports: Sequence[Port]) -> _Part:
+        size = ctypes.c_size_t()
+        address = self._library.native_loop_values(self._loop, k, ctypes.byref(size))
+        assert size.value == len(ports)
+        values = np.ctypeslib.as_array(address, (size.value,))
+        inputs = tuple(p.name for p in ports if p.causality == "input")
+        outputs = tuple(p.name for p in ports if p.causality == "output")
+        units = {p.name: KNOWN_UNITS[p.unit] for p in ports if p.unit}
+        end = len(inputs)
+        taken, given = values[:end], values[end : end + len(outputs)]
+        return _Part(name, inputs, outputs, units, taken, given)
+
+    def _plan(self, parts: Sequence[_Part]) -> None:
+        """Hand the order of a step, its copies and its columns over."""
+        experiment = self._experiment
+        copies = connect(parts, experiment.wiring)
+        numbers = {part.name: k for k, part in enumerate(parts)}
+        groups, before = experiment.run.coupling.stages(list(numbers))
+        turns: list[list[int]] = []
+        ways: list[tuple[int, ...]] = []
+        changes: list[tuple[float, ...]] = []
+        for stage, group in enumerate(groups):
+            for name in group:
+                own = [way for copy in copies[name] for way in _ways(copy, name, parts)]
+                turns.append([numbers[name], self._every[name], len(own), stage])
+                ways += [places for places, _ in own]
+                changes += [change for _, change in own]
+        controller = parts[numbers["controller"]]
+        stages = {name: stage for stage, group in enumerate(groups) for name in group}
+        self._tick_shows = int(stages["controller"] >= before)
+        timer = [numbers["controller"], _places(controller).index(SOLVE_TIME)]
+        columns = [
+            [k, _places(part).index(name)]
+            for k, part in enumerate(parts)
+            for name in part.output_names
+            if name != SOLVE_TIME
+        ]
+        self._tables: list[NDArray[Any]] = [  # C looks at them
+            *(np.array(t, dtype=np.int32) for t in (turns, ways, columns, timer)),
+            np.array(changes, dtype=np.float64),
+        ]
+        order, ways_, columns_, timer_, changes_ = [table.ctypes.data for table in self._tables]
+        refused = self._library.native_loop_plan(
+            self._loop,
+            *(len(turns), order),
+            *(len(ways), ways_, changes_),
+            *(len(columns), columns_),
+            *(before, timer_),
+        )
+        assert not refused
+        self._recorded = 0
+
+    def _error(self, failed: int, when: str) -> SimulationError:
+        text = self._library.native_loop_message(self._loop).decode("utf-8", "replace")
+        return SimulationError(f"the {list(MODELS)[failed - 1]} failed {when}: {text}")
+
+    def _check(self, failed: int, when: str) -> None:
+        if failed:
+            error = self._error(failed, when)
+            self.close()
+            raise error
+
+
+def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recording]:
+    """Run several experiments, each in a thread.
+
+    Args:
+        experiments: What to run.
+        threads: How many at a time, from 1 on.
+
+    Returns:
+        What each of them gave, in their order; one that fails holds its failure.
+
+    Raises:
+        InputError: One of them has something that the native models lack, or there is no thread.
+    """
+    if threads < 1:
+        raise InputError(f"a batch needs a thread at least, not {threads}")
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(_run_one, experiments))
+
+
+def _run_one(experiment: Experiment) -> Recording:
+    with NativeLoop(experiment) as loop:
+        return loop.run()
+
+
+def _ways(
+    copy: Copy, target: str, parts: Sequence[_Part]
+) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
+    """Of every value: source, value there, target, value there; and factor and offset."""
+    source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
+    end = next(k for k, part in enumerate(parts) if part.name == target)
+    skipped = len(parts[source].input_names)
+    froms = np.arange(len(parts[source].output_names))[copy.source_indices] + skipped
+    tos = np.arange(len(parts[end].input_names))[copy.target_indices]
+    factors, offsets = np.ones(len(froms)), np.zeros(len(froms))
+    if isinstance(copy, ConvertingCopy):
+        factors, offsets = copy.factors, copy.offsets
+    return [
+        ((source, int(a), end, int(b)), (float(c), float(d)))
+        for a, b, c, d in zip(froms, tos, factors, offsets, strict=True)
+    ]
+
+
+def _places(part: _Part) -> tuple[str, ...]:
+    """Inputs and outputs in the order of the values."""
+    return (*part.input_names, *part.output_names)
+
+
+def _ended(journal: Journal, recorded: int) -> CardsflowError | None:
+    """Let the journal take the last rows; what is in its way, None if nothing."""
+    try:
+        journal.update(recorded)
+        journal.close()
+    except CardsflowError as error:
+        return error
+    return None

@@ -1,0 +1,118 @@
+"""Figures of results, by what they are to show: `cardsflow plot` and `Result.plot`."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Figure
+
+from addin_sdfusion.robot import UnknownNameError
+from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
+
+from .downsample import BINS, envelope
+from .panels import Panel, panels_of
+from .run_figures import _STYLE
+
+FORMATS = ("png", "svg", "pdf")
+
+_METADATA = {  # by whom, and no date: equal figures give equal files
+    "png": {"Software": MARK},
+    "svg": {"Creator": MARK, "Date": None},
+    "pdf": {"Creator": MARK, "CreationDate": None},
+}
+_MOST_IN_LEGEND = 32
+
+
+def plot(
+    result: SystemResult,
+    file: str | Path,
+    what: Sequence[str] = (),
+    columns: Sequence[str] = (),
+) -> Path:
+    """Write a figure of a result.
+
+    Args:
+        result: What a run gave.
+        file: A .png, .svg or .pdf.
+        what: Such as `forces` and `tracking`; forces, tracking and errors when both are empty.
+        columns: Patterns of names, such as `q.*`.
+
+    Raises:
+        InputError: There is nothing to draw, or the file cannot be written.
+    """
+    file = Path(file)
+    form = file.suffix.lower().removeprefix(".")
+    if form not in FORMATS:
+        raise UnknownNameError("kind of figure", form, FORMATS, file=file)
+    place = own_place(file, [f".{form}"])
+    return write_own(place, image(figure_of(result, what, columns), form))
+
+
+def figure_of(
+    result: SystemResult, what: Sequence[str] = (), columns: Sequence[str] = ()
+) -> Figure:
+    """A figure of a result. Arguments and errors as for `plot`."""
+    panels = panels_of(result, what, columns)
+    title = "" if result.summary.get("status", "complete") == "complete" else "incomplete run"
+    return figure_of_panels(panels, title=title)
+
+
+def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BINS) -> Figure:
+    """A figure with a panel above the other, over the same time.
+
+    Args:
+        panels: At least one.
+        title: Above all; nothing when empty.
+        bins: Of the envelope that is drawn of a long curve.
+    """
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(8.0, 0.6 + 2.4 * len(panels)), layout="constrained")
+        every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, panel in zip(every, panels, strict=True):
+            _draw(axes, panel, bins)
+        every[-1].set_xlabel("time [s]")
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def image(figure: Figure, form: str, *, salt: str = "cardsflow") -> bytes:
+    """A figure as the content of a file; equal figures give equal files.
+
+    Args:
+        figure: The figure.
+        form: One of `FORMATS`.
+        salt: Makes names within an SVG differ from those of another in the same page.
+    """
+    memory = io.BytesIO()
+    with mpl.rc_context(_STYLE | {"svg.hashsalt": salt}):
+        figure.savefig(memory, format=form, dpi=150, metadata=_METADATA[form])
+    return memory.getvalue()
+
+
+def _draw(axes: Axes, panel: Panel, bins: int) -> None:
+    colours = mpl.colormaps["tab20" if len(panel.curves) > 10 else "tab10"].colors  # type: ignore[attr-defined]
+    drawn = [curve for curve in panel.curves if not curve.reference]
+    for k, curve in enumerate(drawn):
+        points = envelope(curve.time, curve.values, bins)
+        name = curve.name if k < _MOST_IN_LEGEND else "_"
+        axes.plot(*points, label=name, color=colours[k % len(colours)], linewidth=1.1)
+    for k, curve in enumerate(curve for curve in panel.curves if curve.reference):
+        points = envelope(curve.time, curve.values, bins)
+        name = "_" if k else "reference"
+        axes.plot(*points, ":", label=name, color="black", linewidth=1.3)
+    if len(drawn) > _MOST_IN_LEGEND:
+        axes.plot([], [], " ", label=f"and {len(drawn) - _MOST_IN_LEGEND} more")
+    axes.set_ylabel(panel.label)
+    axes.legend(
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        ncols=1 + min(len(drawn), _MOST_IN_LEGEND) // 12,
+        frameon=False,
+        fontsize="small",
+    )

@@ -1,0 +1,36 @@
+"""How a result shows itself in a notebook."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+from addin_sdfusion.robot import InputError
+
+from .summary_html import summary_tables
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.results.result import SystemResult
+
+_BINS = 500
+
+
+def result_html(result: SystemResult) -> str:
+    """The summary and a figure of forces, tracking and errors.
+
+    Args:
+        result: What a run gave.
+    """
+    size = f"<p>{len(result.rows)} rows of {len(result.names)} columns</p>"
+    return "\n".join((*summary_tables(result.summary), size, *_figure(result)))
+
+
+def _figure(result: SystemResult) -> list[str]:
+    from .figures import figure_of_panels, image
+    from .panels import panels_of
+
+    try:
+        svg = image(figure_of_panels(panels_of(result), bins=_BINS), "svg").decode()
+    except InputError as error:
+        return [f"<p>{escape(str(error))}</p>"]
+    return [svg[svg.index("<svg") :]]

@@ -1,0 +1,164 @@
+"""`cardsflow report`: a run on one page that opens from disk and can be sent to anyone."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot.readers import read
+from cardsflow_fmu.analysis.info import robot_info
+from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.results.saved_run import opened_run
+from cardsflow_fmu.utils.overwrite import GENERATOR, own_place, write_own
+from cardsflow_fmu.viewer.html.page import replay_page
+from cardsflow_fmu.viewer.html.page_data import Act
+from cardsflow_fmu.viewer.view import PAGES, act_of
+
+from .figures import figure_of_panels, image
+from .html import section, table
+from .panels import all_panels
+from .summary_html import summary_tables
+
+# Nothing but what stands in the page itself may be loaded, whatever the page is opened from.
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+_BINS = 500
+
+
+def report(path: str | Path, file: str | Path) -> Path:
+    """Write the report of a run.
+
+    Args:
+        path: The folder of the run.
+        file: Where to.
+
+    Raises:
+        InputError: The folder does not hold what is needed, or the file cannot be written.
+    """
+    place = own_place(file, PAGES)
+    with opened_run(path) as result:
+        page = report_page(result)
+    return write_own(place, page)
+
+
+def report_page(result: Result) -> str:
+    """The report of a run as one page of HTML, which names no address.
+
+    Args:
+        result: The run, with its robot's files there.
+
+    Raises:
+        InputError: The run gave no rows.
+    """
+    name = str(result.summary.get("experiment", result.experiment.robot.name))
+    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    act = act_of(result)
+    return "\n".join(
+        (
+            "<!DOCTYPE html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            GENERATOR,
+            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+            '<meta name="viewport" content="width=device-width">',
+            f'<link rel="icon" href="data:,"><title>{escape(name)}: report</title>',
+            f"<style>{style}</style></head><body>",
+            f"<h1>{escape(name)}</h1>",
+            *_notice(result),
+            section("Summary", *summary_tables(result.summary)),
+            section("Replay", _replay(act)),
+            section("Figures", *_figures(result)),
+            section("Robot", *_robot(result)),
+            section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
+            section("Versions", table(("what", "version"), _versions(result.summary))),
+            "</body></html>",
+            "",
+        )
+    )
+
+
+def _notice(result: Result) -> list[str]:
+    if result.complete:
+        return []
+    error = result.summary.get("error") or "it ended early"
+    return [f'<p class="notice">Incomplete run: {escape(str(error))}</p>']
+
+
+def _replay(act: Act) -> str:
+    """The replay as a page of its own within this one, so that neither touches the other."""
+    page = escape(replay_page([act]))
+    return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{page}"></iframe>'
+
+
+def _figures(result: Result) -> Iterator[str]:
+    for kind, panels in all_panels(result).items():
+        svg = image(figure_of_panels(panels, bins=_BINS), "svg", salt=kind).decode()
+        # what stands before and beside the picture is for files: a page has it already
+        svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+        yield f"<figure>{svg}<figcaption>{escape(kind.replace('_', ' '))}</figcaption></figure>"
+
+
+def _robot(result: Result) -> Iterator[str]:
+    """Links, joints, muscles, and what `check` says."""
+    experiment = result.experiment
+    bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
+    for part in experiment.parts:
+        named = {m.name: bounds[f"{part.name}_{m.name}"] for m in part.robot.muscles}
+        yield f"<h3>{escape(part.name)}</h3>"
+        yield from _one_robot(part.files[0], part.robot.cable_set, named)
+    if not experiment.parts:
+        yield from _one_robot(experiment.robot_path, experiment.robot.cable_set, bounds)
+
+
+def _one_robot(
+    path: Path, cable_set: str, bounds: Mapping[str, tuple[float, float]]
+) -> Iterator[str]:
+    info = robot_info(path, cable_set or None)
+    yield (
+        f"<p>{escape(info['name'])}: {len(info['links'])} links, {len(info['coordinates'])} "
+        f"coordinates, {len(info['muscles'])} muscles, {info['mass']:.6g} kg, "
+        f"reach {info['reach']:.4g} m</p>"
+    )
+    yield table(("link", "mass [kg]"), ([x["name"], x["mass"]] for x in info["links"]))
+    yield table(
+        ("joint", "type", "parent", "child"),
+        ([j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]),
+    )
+    yield table(
+        ("coordinate", "unit", "lower", "upper", "initial", "damping"),
+        (
+            [c["name"], c["unit"], c["lower"], c["upper"], c["initial"], c["damping"]]
+            for c in info["coordinates"]
+        ),
+    )
+    yield table(
+        ("muscle", "model", "f_min [N]", "f_max [N]", "length [m]", "via points", "links"),
+        (
+            [
+                m["name"],
+                m["model"],
+                *bounds[m["name"]],
+                m["length"],
+                m["via_points"],
+                " - ".join(m["links"]),
+            ]
+            for m in info["muscles"]
+        ),
+    )
+    findings = read(path, cable_set or None).findings
+    rows = [["error" if f.is_error else "warning", f.message] for f in findings]
+    yield table(("check", "finding"), rows) if rows else "<p>check: nothing found</p>"
+
+
+def _experiment(result: Result) -> str:
+    """Everything that was set, defaults included; files as they stand beside the experiment."""
+    text = json.dumps(result.experiment.data, indent=2, ensure_ascii=False)
+    beside = json.dumps(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
+    return text.replace(beside, "")
+
+
+def _versions(summary: dict[str, Any]) -> list[Sequence[Any]]:
+    return [[name, version] for name, version in (summary.get("versions") or {}).items()]

@@ -1,0 +1,222 @@
+"""What a figure of results can show, by name: forces, tracking, errors and more, as curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.results.result import FloatArray, Result, SystemResult
+from cardsflow_fmu.signals.ports import coordinate_signals, identifier
+from sim_dart.muscles.paths import MusclePaths
+
+from .downsample import every_few
+
+_LARGEST = 1e100
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line of a figure.
+
+    Attributes:
+        name: For the legend.
+        time: In [s], shape (points,).
+        values: Shape (points,); what no axis has room for is left out, as what is no number is.
+        reference: Whether it is what others are to follow.
+    """
+
+    name: str
+    time: FloatArray
+    values: FloatArray
+    reference: bool = False
+
+    def __post_init__(self) -> None:
+        within = np.abs(self.values) < _LARGEST
+        if not within.all():
+            object.__setattr__(self, "values", np.where(within, self.values, np.nan))
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Curves over one another.
+
+    Attributes:
+        label: What they are, with the unit.
+        curves: At least one.
+    """
+
+    label: str
+    curves: list[Curve]
+
+
+def panels_of(
+    result: SystemResult, what: Sequence[str] = (), columns: Sequence[str] = ()
+) -> list[Panel]:
+    """The panels of a figure.
+
+    Args:
+        result: What a run gave.
+        what: Keys of `KINDS`; forces, tracking and errors when both are empty.
+        columns: Patterns of names, such as `q.*`.
+
+    Raises:
+        InputError: There is nothing of it to draw.
+        UnknownNameError: No kind has that name, or no column fits.
+    """
+    if not len(result.rows):
+        raise InputError("the run gave no rows: there is nothing to draw")
+    for kind in what:
+        if kind not in KINDS:
+            raise UnknownNameError("figure", kind, KINDS, key="--what")
+    panels = []
+    for kind in what:
+        found = KINDS[kind](result)
+        if not found:
+            raise InputError(f"the results hold nothing for {kind!r}", key="--what")
+        panels += found
+    if columns:
+        panels += _chosen(result, columns)
+    elif not what:
+        panels = [panel for kind in _USUAL for panel in KINDS[kind](result)]
+        panels = panels or _chosen(result, ["*"])
+    return panels
+
+
+def all_panels(result: SystemResult) -> dict[str, list[Panel]]:
+    """Every kind that the result has something of."""
+    found = {kind: panels(result) for kind, panels in KINDS.items()}
+    return {kind: panels for kind, panels in found.items() if panels}
+
+
+def chosen_columns(
+    names: Sequence[str], patterns: Sequence[str], key: str = "--columns"
+) -> list[str]:
+    """The names that fit one of the patterns, without `time`.
+
+    Args:
+        names: Names of columns.
+        patterns: Such as `q.*`, or a name.
+        key: For the message.
+
+    Raises:
+        UnknownNameError: A pattern fits none.
+    """
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise UnknownNameError("column", pattern, names, key=key)
+    return [n for n in names if n != "time" and any(fnmatchcase(n, p) for p in patterns)]
+
+
+def _chosen(result: SystemResult, patterns: Sequence[str]) -> list[Panel]:
+    """A panel for every unit, or for every prefix where units are not known."""
+    groups: dict[str, list[str]] = {}
+    for name in chosen_columns(result.names, patterns):
+        groups.setdefault(result.units.get(name) or f"{name.split('.')[0]}", []).append(name)
+    return [
+        Panel(f"[{label}]" if result.units.get(names[0]) else label, _curves(result, names))
+        for label, names in groups.items()
+    ]
+
+
+def _curves(result: SystemResult, names: Sequence[str]) -> list[Curve]:
+    return [Curve(name, result["time"], result[name]) for name in names]
+
+
+def _starting(prefix: str, label: str) -> Callable[[SystemResult], list[Panel]]:
+    """A panel, for each unit, of all columns that begin alike."""
+
+    def panels(result: SystemResult) -> list[Panel]:
+        by_unit: dict[str, list[str]] = {}
+        for name in result.names:
+            if name.startswith(f"{prefix}."):
+                by_unit.setdefault(result.units.get(name) or "-", []).append(name)
+        return [Panel(f"{label} [{unit}]", _curves(result, n)) for unit, n in by_unit.items()]
+
+    return panels
+
+
+def _pairs(result: SystemResult) -> dict[str, list[tuple[str, str]]]:
+    """What is followed and its reference, by unit."""
+    pairs: dict[str, list[tuple[str, str]]] = {}
+    for name in result.names:
+        desired = f"{name[:1]}_d{name[1:]}"
+        if name.startswith(("q.", "y.")) and desired in result.names:
+            pairs.setdefault(result.units.get(name) or "-", []).append((name, desired))
+    return pairs
+
+
+def _tracking(result: SystemResult) -> list[Panel]:
+    time = result["time"]
+    return [
+        Panel(
+            f"position [{unit}]",
+            _curves(result, [name for name, _ in pairs])
+            + [Curve(desired, time, result[desired], reference=True) for _, desired in pairs],
+        )
+        for unit, pairs in _pairs(result).items()
+    ]
+
+
+def _errors(result: SystemResult) -> list[Panel]:
+    time, panels = result["time"], []
+    for unit, pairs in _pairs(result).items():
+        curves = []
+        for name, desired in pairs:
+            with np.errstate(invalid="ignore"):  # of a run that diverged
+                error = result[name] - result[desired]
+            if name.startswith("y.") and unit == "rad":  # angles of a task frame come round
+                error = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
+            curves.append(Curve(name, time, error))
+        panels.append(Panel(f"error [{unit}]", curves))
+    return panels
+
+
+def _solve_times(result: SystemResult) -> list[Panel]:
+    times = result.solve_times
+    curve = [Curve("controller", times[:, 0], 1e6 * times[:, 1])]
+    return [Panel("time of a tick [us]", curve)] if len(times) else []
+
+
+def _moment_arms(result: SystemResult) -> list[Panel]:
+    """-dl/dq of every muscle about every joint that it acts on, along the motion."""
+    if not isinstance(result, Result):
+        return []
+    robot = result.experiment.robot
+    signals = coordinate_signals("q", robot)
+    if not set(signals) <= set(result.names):
+        return []
+    rows = every_few(len(result.rows), _POSES)
+    time, paths = result["time"][rows], MusclePaths(robot)
+    poses = result.columns(signals)[rows]
+    known = np.isfinite(poses).all(axis=1)
+    if not known.any():
+        return []
+    time = time[known]
+    arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in poses[known]])
+    panels = []
+    for j, coordinate in enumerate(robot.coordinates):
+        acting = [k for k in range(len(robot.muscles)) if np.abs(arms[:, k, j]).max() > _NO_ARM]
+        curves = [Curve(identifier(robot.muscles[k].name), time, arms[:, k, j]) for k in acting]
+        unit = "m" if coordinate.unit == "rad" else "1"
+        panels += [Panel(f"moment arm, {coordinate.name} [{unit}]", curves)] if curves else []
+    return panels
+
+
+_POSES = 1000
+_NO_ARM = 1e-12
+_USUAL = ("forces", "tracking", "errors")
+
+KINDS: dict[str, Callable[[SystemResult], list[Panel]]] = {
+    "forces": _starting("f", "force command"),
+    "tracking": _tracking,
+    "errors": _errors,
+    "lengths": _starting("l", "muscle length"),
+    "moment_arms": _moment_arms,
+    "solve_times": _solve_times,
+    "slack": _starting("slack", "missing"),
+}
+"""What can be drawn, by name; an empty list where a result has nothing of it."""

@@ -1,0 +1,1 @@
+"""Results of a run: tables, summaries, the files of a results folder."""

@@ -1,0 +1,151 @@
+"""Two results, column by column: the largest differences, and whether they are within bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.analysis.info import table
+from cardsflow_fmu.report.panels import chosen_columns
+
+from .result import FloatArray, SystemResult
+from .saved_run import read_results
+
+Rows = NDArray[np.int64]
+
+_SAME_TIME = 1e-9
+
+
+def compare(
+    first: str | Path,
+    second: str | Path,
+    tol: float = 0.0,
+    rtol: float = 0.0,
+    columns: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Compare two results at the times that both have.
+
+    Args:
+        first: The folder of a run, or a table: .csv, .parquet.
+        second: The other.
+        tol: Largest difference allowed, in the unit of each column.
+        rtol: Part of the second's magnitude that is allowed besides.
+        columns: Patterns of names to compare, such as `q.*`; all when empty.
+
+    Returns:
+        Plain data: `equal`, whether nothing is beyond the bounds or missing; `columns` by name;
+        `missing` columns and `rows` of each.
+
+    Raises:
+        InputError: A result cannot be read, or a bound is negative.
+    """
+    for key, value in (("--tol", tol), ("--rtol", rtol)):
+        if not value >= 0:
+            raise InputError(f"must be a number that is not negative, not {value!r}", key=key)
+    return compare_results(
+        read_results(Path(first)), read_results(Path(second)), tol, rtol, columns
+    )
+
+
+def compare_results(
+    a: SystemResult,
+    b: SystemResult,
+    tol: float = 0.0,
+    rtol: float = 0.0,
+    columns: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Compare two results that are read. Arguments and answer as for `compare`."""
+    for result in (a, b):
+        if "time" not in result.names:
+            file = next(iter(result.files.values()), None)
+            raise InputError("has no column 'time'", file=file)
+    every = list(dict.fromkeys([*a.names, *b.names]))
+    names = chosen_columns(every, columns) if columns else [n for n in every if n != "time"]
+    missing = [[n for n in names if n not in result.names] for result in (a, b)]
+    rows_a, rows_b = _common_rows(a["time"], b["time"])
+    compared = {
+        name: _column(a[name][rows_a], b[name][rows_b], a["time"][rows_a], tol, rtol)
+        | {"unit": a.units.get(name) or b.units.get(name) or ""}
+        for name in names
+        if name in a.names and name in b.names
+    }
+    counts = [len(a.rows), len(b.rows)]
+    same_rows = counts == [len(rows_a), len(rows_a)]
+    beyond = [name for name, column in compared.items() if column["beyond"]]
+    return {
+        "equal": not beyond and not any(missing) and same_rows and bool(compared),
+        "tol": tol,
+        "rtol": rtol,
+        "rows": {"first": counts[0], "second": counts[1], "common": len(rows_a)},
+        "missing": {"first": missing[0], "second": missing[1]},
+        "beyond": beyond,
+        "columns": compared,
+    }
+
+
+def describe_comparison(comparison: dict[str, Any]) -> str:
+    """A comparison as a table for people, the largest differences first, and a verdict."""
+    columns = sorted(comparison["columns"].items(), key=lambda item: -_sortable(item[1]))
+    rows = [
+        [
+            name,
+            "not a number" if c["largest"] is None else f"{c['largest']:.3g} {c['unit']}".rstrip(),
+            "" if c["at"] is None else f"{c['at']:.6g} s",
+            "beyond" if c["beyond"] else "",
+        ]
+        for name, c in columns
+    ]
+    lines = [table(["column", "largest difference", "at", ""], rows)]
+    for which in ("first", "second"):
+        if comparison["missing"][which]:
+            lines.append(f"missing in the {which}: {', '.join(comparison['missing'][which])}")
+    counts = comparison["rows"]
+    if counts["first"] != counts["common"] or counts["second"] != counts["common"]:
+        lines.append(
+            f"rows: {counts['first']} and {counts['second']}, "
+            f"{counts['common']} of them at the same times"
+        )
+    bounds = f"{comparison['tol']:g}"
+    if comparison["rtol"]:
+        bounds += f" + {comparison['rtol']:g} x magnitude"
+    beyond = f"{len(comparison['beyond'])} of {len(rows)} columns beyond {bounds}"
+    lines.append(f"equal within {bounds}" if comparison["equal"] else f"different: {beyond}")
+    return "\n".join(line for line in lines if line)
+
+
+def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
+    """The rows of two results at equal times."""
+    if not len(a) or not len(b):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    behind = np.searchsorted(b, a).clip(0, len(b) - 1)
+    before = (behind - 1).clip(0)
+    nearest = np.where(np.abs(b[before] - a) < np.abs(b[behind] - a), before, behind)
+    rows = np.flatnonzero(np.abs(b[nearest] - a) <= _SAME_TIME * np.maximum(1.0, np.abs(a)))
+    return rows, nearest[rows]
+
+
+def _column(a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float) -> Any:
+    """The largest difference, where it is, and whether it is beyond; None if it is no number."""
+    if not len(a):
+        return {"largest": None, "at": None, "beyond": True}
+    alike = (a == b) | (np.isnan(a) & np.isnan(b))
+    with np.errstate(invalid="ignore"):
+        difference = np.where(alike, 0.0, np.abs(a - b))
+        excess = np.where(alike, -np.inf, difference - (tol + rtol * np.abs(b)))
+    difference[np.isnan(difference)] = np.inf
+    excess[np.isnan(excess)] = np.inf
+    k = int(difference.argmax())
+    return {
+        "largest": float(difference[k]) if np.isfinite(difference[k]) else None,
+        "at": float(time[k]),
+        "beyond": bool((excess > 0).any()),
+    }
+
+
+def _sortable(column: dict[str, Any]) -> float:
+    return float("inf") if column["largest"] is None else float(column["largest"])

@@ -1,0 +1,66 @@
+"""What computes each participant of a run, and what steps them: for its summary."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from cardsflow_fmu.cosim.adapted_fmu import HARDWARE
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.resources import EXPERIMENT_FILE
+from cardsflow_fmu.native.model_file import NATIVE_FILE
+
+MASTERS = {
+    "fmu": "Python, over FMUs",
+    "direct": "Python, over objects",
+    "native": "C",
+}
+"""What steps the participants, by how a run goes."""
+
+
+def engines(experiment: Experiment, through: str) -> dict[str, str]:
+    """What computes plant and controller.
+
+    Args:
+        experiment: What is run.
+        through: What is stepped: `direct`, `fmu` or `native`.
+    """
+    if through == "native":
+        return {"plant": "native", "controller": "native"}
+    from sim_dart.plant.engine import chosen_engine
+
+    plant = chosen_engine(experiment.plant.engine, experiment.scene)
+    controller = "dart" if experiment.controller.engine == "dart" else "core"
+    found = {"plant": str(plant), "controller": controller}
+    if experiment.hardware.use:
+        found["plant"] = HARDWARE
+    return found | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in found}
+
+
+def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
+    """What computes plant and controller of a system of FMUs.
+
+    Args:
+        files: The FMU of each component.
+    """
+    roles = [role for role in ("plant", "controller") if role in files]
+    return {role: _fmu_engine(role, files[role]) for role in roles}
+
+
+def _fmu_engine(role: str, file: Path) -> str:
+    """What computes in an FMU: by what it carries, if it is ours; else its name."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            if f"resources/{NATIVE_FILE}" in archive.namelist():
+                return "native"
+            data = json.loads(archive.read(f"resources/{EXPERIMENT_FILE}"))
+            model = json.loads(archive.read("resources/model.json"))
+        if model["class"].endswith("HardwareModel"):
+            return HARDWARE
+        has_world = role == "plant" and data.get("world") is not None
+        in_dart = has_world or data[role]["engine"] == "dart"
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, zipfile.BadZipFile):
+        return file.name
+    return "dart" if in_dart else "core"

@@ -1,0 +1,120 @@
+"""The folder that a run writes into: usable before the run, and nobody else's files touched."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import tempfile
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import write_files
+from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, is_recording
+
+_SUMMARY = "summary.json"
+_OWN = (
+    "results.csv",
+    "results.parquet",
+    "solve_times.csv",
+    "results.units.json",
+    _SUMMARY,
+    "tracking.png",
+    "tracking.svg",
+    "path.png",
+    "path.svg",
+    "world.png",
+    "world.svg",
+    "experiment.zip",
+    "plant.fmu",
+    "controller.fmu",
+    "reference.fmu",
+    "hardware.fmu",
+    RECORDING_FILE,
+)
+
+
+class OutputFolder:
+    """A context that makes the folder, and removes what it made unless results are written.
+
+    Args:
+        path: The folder.
+
+    Raises:
+        InputError: On entering: the folder cannot be written, or holds files of these names that
+            no run has written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._made: list[Path] = []
+
+    def write(
+        self, contents: Mapping[str, str | bytes], streamed: Collection[str] = ()
+    ) -> dict[str, Path]:
+        """Replace the results of an earlier run: all files, or none.
+
+        Args:
+            contents: The content of each file, by its name.
+            streamed: Names of files that the run has written already.
+
+        Raises:
+            InputError: A file cannot be written.
+        """
+        written = write_files(self.path, contents)
+        self._made.clear()
+        for name in set(_OWN) - set(contents) - set(streamed):
+            (self.path / name).unlink(missing_ok=True)
+        return {path.name: path for path in [*written, *(self.path / n for n in streamed)]}
+
+    def __enter__(self) -> Self:
+        try:
+            self._refuse_foreign_files()
+            self._make()
+            with tempfile.TemporaryFile(dir=self.path):
+                pass
+        except (OSError, ValueError) as error:
+            self._undo()
+            reason = getattr(error, "strerror", None) or str(error)
+            what = f"the output folder cannot be written: {reason}"
+            raise InputError(what, file=self.path) from None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._undo()
+
+    def _refuse_foreign_files(self) -> None:
+        """Results of an earlier run are replaced; files of the same names by others are not."""
+        there = [name for name in _OWN if (self.path / name).exists()]
+        if RECORDING_FILE in there and is_recording(self.path / RECORDING_FILE):
+            there.remove(RECORDING_FILE)  # of a run that was killed
+        if there and not _is_summary(self.path / _SUMMARY):
+            what = f"holds {there[0]}, which no run has written; choose another output folder"
+            raise InputError(what, file=self.path)
+
+    def _make(self) -> None:
+        missing = [p for p in (self.path, *self.path.parents) if not p.exists()]
+        for folder in reversed(missing):
+            folder.mkdir()
+            self._made.append(folder)
+
+    def _undo(self) -> None:
+        """Remove the folders made, which are empty unless results were written."""
+        with contextlib.suppress(OSError, ValueError):
+            for folder in reversed(self._made):
+                folder.rmdir()
+
+
+def _is_summary(file: Path) -> bool:
+    """Whether a run has written this file."""
+    try:
+        return "cardsflow" in json.loads(file.read_text(encoding="utf-8"))["versions"]
+    except (OSError, ValueError, TypeError, KeyError):
+        return False

@@ -1,0 +1,149 @@
+"""Streams a run into its folder, so that results are readable whenever it ends."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Collection, Mapping
+from io import FileIO
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from addin_sdfusion.robot import SimulationError
+
+from .folder import OutputFolder
+from .result import SUMMARY, TABLE, UNITS, row_text
+from .row_store import FloatArray, RowStore
+
+STARTED = SimulationError("the run was killed, or still goes on")
+"""What the summary names as its error until the run ends."""
+
+_INTERVAL = 0.05
+_BLOCK = 512
+
+
+class Journal:
+    """The table of a run, written as its rows come.
+
+    A row is made text at the step that gave it, not many at once: steps that are paced have time
+    for one. Nothing in the folder is touched before `begin`.
+
+    Args:
+        folder: Where to.
+        contents: Files beside the table that are known before the first step, by name.
+        streamed: Names of files that others stream into the folder.
+    """
+
+    def __init__(
+        self,
+        folder: OutputFolder,
+        contents: Mapping[str, str | bytes],
+        streamed: Collection[str] = (),
+    ) -> None:
+        self._folder, self._contents, self._streamed = folder, contents, streamed
+        self._lines: list[str] = []
+        self._formatted = self._size = 0
+        self._written_at = time.monotonic()
+        self._file: FileIO | None = None
+        self._store: RowStore | None = None
+
+    def begin(
+        self, names: tuple[str, ...], units: Mapping[str, str], count: int, summary: dict[str, Any]
+    ) -> None:
+        """Replace the results of an earlier run by those of one that has no rows yet.
+
+        Args:
+            names: Name of every column.
+            units: Unit of every column.
+            count: Largest number of rows.
+            summary: What is known before the first step; it says incomplete.
+
+        Raises:
+            InputError: The folder has no room, or cannot be written.
+        """
+        self._store = RowStore(count, len(names), self._folder.path)
+        header = ",".join(names) + "\n"
+        files = [SUMMARY, UNITS, TABLE, *self._contents, *self._streamed]
+        summary = summary | {"files": {name: name for name in files}}
+        self._folder.write(
+            {  # the summary first: it is what tells whose files these are
+                SUMMARY: json.dumps(summary, indent=1) + "\n",
+                UNITS: json.dumps(dict(units), indent=1) + "\n",
+                TABLE: header,
+                **self._contents,
+            },
+            self._streamed,
+        )
+        self._file = FileIO(self._folder.path / TABLE, "ab")
+        self._size = len(header.encode())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def rows(self) -> FloatArray:
+        """The table to be filled, shape (count, columns)."""
+        assert self._store is not None
+        return self._store.rows
+
+    def update(self, filled: int) -> None:
+        """Take note of new rows; they are in the file a twentieth of a second later.
+
+        Args:
+            filled: Number of rows that are filled.
+
+        Raises:
+            SimulationError: The file cannot be written.
+        """
+        for row in self.rows[self._formatted : filled]:
+            self._lines.append(row_text(row))
+        self._formatted = filled
+        if len(self._lines) < _BLOCK and time.monotonic() - self._written_at < _INTERVAL:
+            return
+        self._flush()
+        assert self._store is not None
+        self._store.release(filled)
+
+    def close(self) -> None:
+        """Write what still waits."""
+        if self._file is None:
+            return
+        try:
+            self._flush()
+        finally:
+            self._file.close()
+            self._file = None
+
+    def _flush(self) -> None:
+        """Write whole lines, or none."""
+        if not self._lines or self._file is None:
+            return
+        block = memoryview("\n".join([*self._lines, ""]).encode())
+        self._lines.clear()
+        self._written_at = time.monotonic()
+        try:
+            done = 0
+            while done < len(block):
+                done += self._file.write(block[done:])
+            self._size += done
+        except OSError as error:
+            self._file.truncate(self._size)
+            self._file.close()
+            self._file = None
+            what = f"the results cannot be written: {error.strerror}"
+            raise SimulationError(what) from None
+
+
+def no_rows(names: tuple[str, ...]) -> FloatArray:
+    """The table of a run before its first step."""
+    return np.empty((0, len(names)))

@@ -1,0 +1,201 @@
+"""The run that a folder holds: its results, and the experiment and robot that gave them."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.mesh_files import own_name
+from cardsflow_fmu.cosim.master import Recording
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.utils.archive import unpack_archive, write_archive
+from cardsflow_fmu.utils.visual_meshes import visual_files
+
+from .csv_table import read_csv
+from .journal import STARTED
+from .metadata import read_summary, read_units
+from .parquet import read_parquet
+from .result import PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS, Result, SystemResult
+from .summary import Speed, summarize
+
+EXPERIMENT = "experiment.zip"
+"""The experiment as its FMUs carry it, with the robot's files, and its meshes besides."""
+
+_TABLES = (TABLE, PARQUET)
+
+
+def experiment_archive(experiment: Experiment) -> bytes:
+    """The contents of experiment.zip.
+
+    Args:
+        experiment: What is run.
+
+    Raises:
+        InputError: A file of the robot cannot be read.
+    """
+    files = experiment.resources()
+    if experiment.parts:
+        for part in experiment.parts:
+            files |= _visual_meshes(f"robots/{part.name}", part.robot, part.folder)
+    else:
+        files |= _visual_meshes("robot", experiment.robot, experiment.robot_path.parent)
+    with tempfile.TemporaryDirectory() as aside:
+        archive = Path(aside) / EXPERIMENT
+        write_archive(archive, {name: _bytes(source) for name, source in files.items()})
+        return archive.read_bytes()
+
+
+def _visual_meshes(place: str, robot: Robot, folder: Path) -> dict[str, bytes | Path]:
+    """The visual meshes of a robot, by where they stand in the archive."""
+    meshes = visual_files(robot, folder)
+    return {f"{place}/{own_name(uri)}": file for uri, file in meshes.items()}
+
+
+def is_run(path: Path) -> bool:
+    """Whether a path is a folder that a run has written, or the table in it."""
+    return any((_folder(path) / name).is_file() for name in _TABLES)
+
+
+@contextlib.contextmanager
+def opened_run(path: str | Path) -> Iterator[Result]:
+    """The result that a run has written, with its experiment; the robot's files are there inside.
+
+    Args:
+        path: The folder of the run, or the table in it.
+
+    Raises:
+        InputError: Something is missing or damaged.
+    """
+    result = load_run(path)
+    try:
+        yield result
+    finally:
+        result.release()
+
+
+@contextlib.contextmanager
+def read_any(path: str | Path) -> Iterator[SystemResult]:
+    """A result, with its experiment where that is known; otherwise as `read_results`."""
+    if not (_folder(Path(path)) / EXPERIMENT).is_file() or not is_run(Path(path)):
+        yield read_results(Path(path))
+        return
+    with opened_run(path) as result:
+        yield result
+
+
+def load_run(path: str | Path) -> Result:
+    """The result that a run has written, with its experiment; the robot's files last as long.
+
+    Args:
+        path: The folder of the run, or the table in it.
+
+    Raises:
+        InputError: Something is missing or damaged.
+    """
+    folder = _folder(Path(path))
+    result = read_results(folder)
+    archive = folder / EXPERIMENT
+    if not archive.is_file():
+        what = f"holds no {EXPERIMENT}, so its robot is not known; run the experiment again"
+        raise InputError(what, file=folder)
+    aside = Path(tempfile.mkdtemp())
+    try:
+        unpack_archive(archive, aside, "archive of an experiment", "an experiment")
+        loaded = Result(
+            result.names,
+            result.rows,
+            result.units,
+            result.summary,
+            result.files,
+            result.solve_times,
+            experiment=Experiment.from_resources(aside),
+        )
+        _require_same_robot(loaded, archive)
+    except BaseException:
+        shutil.rmtree(aside, ignore_errors=True)
+        raise
+    if loaded.summary.get("error") == str(STARTED) and len(loaded.rows):
+        loaded.summary |= _findings(loaded)
+    loaded.release = weakref.finalize(loaded, shutil.rmtree, aside, ignore_errors=True)
+    return loaded
+
+
+def _require_same_robot(result: Result, archive: Path) -> None:
+    told, robot = result.summary.get("robot"), result.experiment.robot.name
+    if told is not None and told != robot:
+        what = f"is of robot {robot!r}, and the results beside it are of {told!r}"
+        raise InputError(what, file=archive)
+
+
+def _findings(result: Result) -> dict[str, Any]:
+    """What a run that was killed could not say of its rows: errors, forces, infeasible ticks."""
+    experiment, rows = result.experiment, len(result.rows)
+    every = round(experiment.controller.period / experiment.run.step)
+    ticks = list(range(0, rows, every))
+    recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
+    summary = summarize(experiment, recording, Speed(0.0, 0.0), "fmu")
+    return {
+        key: summary[key] for key in ("tracking", "forces", "infeasible_ticks", "ticks", "slack")
+    }
+
+
+def read_results(path: Path) -> SystemResult:
+    """The table, units and summary that a run has written.
+
+    Args:
+        path: The folder of the run; or a .csv or .parquet, which may stand alone.
+
+    Raises:
+        InputError: A file is missing or damaged.
+    """
+    if path.name not in _TABLES and (path.suffix in (".csv", ".parquet") or path.is_file()):
+        return _read_alone(path)
+    if not is_run(path):
+        raise InputError("holds no results of a run", file=path)
+    folder = _folder(path)
+    units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)
+    complete = summary.get("status") == "complete"
+    if (folder / PARQUET).is_file() and not (folder / TABLE).is_file():
+        table = folder / PARQUET
+        names, rows = (kept := read_parquet(table)).names, kept.rows
+    else:
+        table = folder / TABLE
+        names, rows = read_csv(table, complete=complete)
+    if not complete and len(rows):
+        summary["duration"] = float(rows[-1, 0])  # which a run that was killed could not tell
+    times = np.empty((0, 2))
+    if (folder / SOLVE_TIMES).is_file():
+        names_of_times, times = read_csv(folder / SOLVE_TIMES, complete=complete)
+        if len(names_of_times) != 2:
+            raise InputError("is no table of times of ticks", file=folder / SOLVE_TIMES)
+    there = (table, folder / UNITS, folder / SUMMARY)
+    return SystemResult(names, rows, units, summary, {f.name: f for f in there}, times)
+
+
+def _read_alone(file: Path) -> SystemResult:
+    """A table that nothing stands beside."""
+    if file.suffix == ".parquet":
+        return read_parquet(file)
+    names, rows = read_csv(file)
+    return SystemResult(names, rows, {}, {}, {file.name: file})
+
+
+def _folder(path: Path) -> Path:
+    return path.parent if path.name in _TABLES else path
+
+
+def _bytes(source: bytes | Path) -> bytes:
+    if isinstance(source, bytes):
+        return source
+    try:
+        return source.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=source) from None

@@ -1,0 +1,286 @@
+"""The summary of a run: tracking, forces, infeasible ticks, speed, versions."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.cosim.master import Recording
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.muscles import tension_signals
+from cardsflow_fmu.signals.ports import Followed, followed_signals, slack_signals
+from cardsflow_fmu.version import __version__
+
+from .engines import MASTERS, engines
+
+FloatArray = NDArray[np.float64]
+Columns = Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How long a run took.
+
+    Attributes:
+        wall_time: Time that the loop took, in [s].
+        first_step_after: Time from the start of the program to the first step, in [s].
+    """
+
+    wall_time: float
+    first_step_after: float
+
+
+def summarize(
+    experiment: Experiment, recording: Recording, speed: Speed, through: str
+) -> dict[str, Any]:
+    """The summary of an experiment's run; signals that an FMU of others lacks are left out.
+
+    Args:
+        experiment: What was run.
+        recording: What the master recorded.
+        speed: How long it took.
+        through: What was stepped: `direct`, `fmu` or `native`.
+    """
+    robot, columns = experiment.robot, _columns(recording)
+    followed = followed_signals(robot, experiment.reference.space)
+    bounds = {
+        name: (muscle.f_min, muscle.f_max if np.isfinite(muscle.f_max) else None)
+        for name, muscle in zip(tension_signals(robot), robot.muscles, strict=True)
+    }
+    slack = slack_signals(robot, experiment.controller.space)
+    return {
+        "experiment": experiment.name,
+        "robot": robot.name,
+        "cable_set": robot.cable_set,
+        **_course(recording, columns),
+        "coupling": experiment.run.coupling.scheme,
+        "step": experiment.run.step,
+        "control_period": experiment.controller.period,
+        "engine": engines(experiment, through),
+        "master": MASTERS[through],
+        **_signals(recording, columns, followed, bounds, slack),
+        **_speed(recording, speed),
+        "warnings": experiment.warnings(),
+        "versions": versions(),
+    }
+
+
+def summarize_system(
+    name: str,
+    recording: Recording,
+    speed: Speed,
+    *,
+    coupling: str,
+    step: float,
+    engine: Mapping[str, str],
+) -> dict[str, Any]:
+    """The summary of a system's run: what can be told from the names of its signals.
+
+    Args:
+        name: Name of the system.
+        recording: What the master recorded.
+        speed: How long it took.
+        coupling: Name of the coupling scheme.
+        step: Communication step, in [s].
+        engine: What computes plant and controller.
+    """
+    columns = _columns(recording)
+    pulled = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
+    forces: dict[str, tuple[float | None, float | None]] = {
+        name: (None, None)
+        for name in columns
+        if name.startswith("tension.") or (name.startswith("f.") and name[2:] not in pulled)
+    }
+    return {
+        "experiment": name,
+        **_course(recording, columns),
+        "coupling": coupling,
+        "step": step,
+        "engine": dict(engine),
+        "master": MASTERS["fmu"],
+        **_signals(recording, columns, _followed_by_name(recording), forces, {}),
+        **_speed(recording, speed),
+        "versions": versions(),
+    }
+
+
+def tracking_errors(followed: Followed, columns: Columns) -> FloatArray:
+    """The errors q - q_d or y - y_d, shape (rows, signals).
+
+    Args:
+        followed: What is followed; every signal is a column.
+        columns: Columns by name.
+    """
+    pairs = zip(followed.actual, followed.desired, strict=True)
+    errors = np.stack([columns[a] - columns[b] for a, b in pairs], axis=1)
+    turns = np.array(followed.turns)
+    errors[:, turns] = np.remainder(errors[:, turns] + np.pi, 2.0 * np.pi) - np.pi
+    return errors
+
+
+def present(followed: Followed, names: Sequence[str]) -> Followed:
+    """The followed signals that are recorded with their reference.
+
+    Args:
+        followed: What is followed.
+        names: What is recorded.
+    """
+    kept = [
+        row
+        for row in zip(
+            followed.actual, followed.desired, followed.units, followed.turns, strict=True
+        )
+        if row[0] in names and row[1] in names
+    ]
+    return Followed(*(list(column) for column in zip(*kept, strict=True))) if kept else _NOTHING
+
+
+_NOTHING = Followed([], [], [], [])
+
+
+def _followed_by_name(recording: Recording) -> Followed:
+    """Positions that have a desired position beside them: `q.elbow` and `q_d.elbow`."""
+    names = [n for n in recording.names if n.startswith(("q.", "y."))]
+    kept = [(n, f"{n[0]}_d{n[1:]}") for n in names if f"{n[0]}_d{n[1:]}" in recording.names]
+    if len({name[0] for name, _ in kept}) != 1:
+        return _NOTHING
+    units = [recording.units.get(name, "") for name, _ in kept]
+    turns = [name.startswith("y.") and recording.units.get(name) == "rad" for name, _ in kept]
+    return Followed([a for a, _ in kept], [d for _, d in kept], units, turns)
+
+
+def _columns(recording: Recording) -> dict[str, FloatArray]:
+    return dict(zip(recording.names, recording.rows.T, strict=True))
+
+
+def _course(recording: Recording, columns: Columns) -> dict[str, Any]:
+    failure = recording.failure
+    return {
+        "status": "complete" if failure is None else "incomplete",
+        "error": None if failure is None else str(failure),
+        "duration": float(columns["time"][-1]) if len(recording.rows) else 0.0,
+    }
+
+
+def _signals(
+    recording: Recording,
+    columns: Columns,
+    followed: Followed,
+    bounds: Mapping[str, tuple[float | None, float | None]],
+    slack: Mapping[str, str],
+) -> dict[str, Any]:
+    ticks = [k for k in recording.ticks if k < len(recording.rows)]
+    known = "infeasible" in columns
+    infeasible = columns["infeasible"][ticks] != 0 if known else np.zeros(len(ticks), bool)
+    return {
+        "tracking": _tracking(present(followed, recording.names), columns),
+        "forces": _forces({n: b for n, b in bounds.items() if n in columns}, columns),
+        "infeasible_ticks": int(np.count_nonzero(infeasible)) if known else None,
+        "ticks": len(recording.ticks),
+        "slack": _slack(slack, columns, ticks, infeasible),
+        "solve_time": _solve_time(recording.solve_times),
+    }
+
+
+def _tracking(followed: Followed, columns: Columns) -> dict[str, Any]:
+    """Root mean square over time of the errors' 2-norm, and the largest of all."""
+    if not followed.actual or not len(columns["time"]):
+        return {"rms": None, "max": None, "unit": None, "per_signal": {}}
+    errors = tracking_errors(followed, columns)
+    units = set(followed.units)
+    return {
+        "rms": _rms(np.linalg.norm(errors, axis=1)),
+        "max": float(np.abs(errors).max()),
+        "unit": units.pop() if len(units) == 1 else "rad and m",
+        "per_signal": {
+            name: {
+                "rms": _rms(errors[:, k]),
+                "max": float(np.abs(errors[:, k]).max()),
+                "unit": unit,
+            }
+            for k, (name, unit) in enumerate(zip(followed.actual, followed.units, strict=True))
+        },
+    }
+
+
+def _slack(
+    signals: Mapping[str, str], columns: Columns, ticks: list[int], infeasible: NDArray[np.bool_]
+) -> dict[str, Any]:
+    """What was missing at infeasible ticks: the largest by signal, how often, and when first."""
+    missing = {n: np.abs(columns[n][ticks][infeasible]) for n in signals if n in columns}
+    times = columns["time"][ticks][infeasible]
+    dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
+    return {
+        "limits_dropped_ticks": int(np.count_nonzero(dropped[ticks])),
+        "first_at_s": float(times[0]) if times.size else None,
+        "last_at_s": float(times[-1]) if times.size else None,
+        "per_signal": {
+            name: {"max": float(values.max(initial=0.0)), "unit": signals[name]}
+            for name, values in missing.items()
+        },
+    }
+
+
+def _solve_time(seconds: list[float]) -> dict[str, Any]:
+    """How long the controller took for a tick."""
+    if not seconds:
+        return {"median": None, "max": None, "unit": "s"}
+    return {"median": float(np.median(seconds)), "max": max(seconds), "unit": "s"}
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _forces(
+    bounds: Mapping[str, tuple[float | None, float | None]], columns: Columns
+) -> dict[str, Any]:
+    if not bounds or not len(columns["time"]):
+        return {"min": None, "max": None, "unit": "N", "per_muscle": {}}
+    values = np.stack([columns[name] for name in bounds])
+    per_muscle = {
+        name: {
+            "min": float(columns[name].min()),
+            "max": float(columns[name].max()),
+            "f_min": f_min,
+            "f_max": f_max,
+        }
+        for name, (f_min, f_max) in bounds.items()
+    }
+    return {
+        "min": float(values.min()),
+        "max": float(values.max()),
+        "unit": "N",
+        "per_muscle": per_muscle,
+    }
+
+
+def _speed(recording: Recording, speed: Speed) -> dict[str, Any]:
+    simulated = float(recording.rows[-1, 0]) if len(recording.rows) else 0.0
+    return {
+        "real_time_factor": simulated / speed.wall_time if speed.wall_time > 0 else None,
+        "first_step_after_s": speed.first_step_after,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of what took part in a run."""
+    return {
+        "cardsflow": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    } | dict(_installed())
+
+
+@cache
+def _installed() -> tuple[tuple[str, str], ...]:
+    """Versions of packages; looking for them takes as long as a short run."""
+    packages = ("numpy", "scipy", "dartpy", "qpsolvers", "daqp", "fmpy")
+    return tuple((package, importlib.metadata.version(package)) for package in packages)

@@ -1,0 +1,109 @@
+"""A run's summary in lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from cardsflow_fmu.cosim.pacing import describe_timeliness
+
+
+def describe_summary(summary: Mapping[str, Any]) -> list[str]:
+    """A short text, a line a topic.
+
+    Args:
+        summary: What `summarize` or `summarize_system` made.
+    """
+    lines = [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
+    lines += _infeasible_lines(summary)
+    lines += _real_time_lines(summary)
+    lines += _engine_lines(summary)
+    if summary["real_time_factor"] is not None:
+        lines.append(
+            f"speed       {summary['real_time_factor']:.1f} x real time, "
+            f"first step after {summary['first_step_after_s']:.1f} s"
+        )
+    return lines
+
+
+def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
+    """What computed each participant, and what stepped them; summaries of before do not tell."""
+    engines = summary.get("engine")
+    if not engines:
+        return []
+    named = ", ".join(f"{role} {engine}" for role, engine in engines.items())
+    return [f"engine      {named}; master {summary['master']}"]
+
+
+def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
+    """How well a run by the clock kept up, and how the hardware answered; where there was one."""
+    lines = []
+    hardware, real_time = summary.get("hardware"), summary.get("real_time")
+    if hardware is not None:
+        lines.append(
+            f"hardware    {hardware['link'] or 'as the environment says'}, {hardware['mode']}"
+        )
+        if hardware["round_trip"] is not None:
+            lines[0] += (
+                f": {hardware['missed']} exchanges missed, oldest state "
+                f"{1e3 * hardware['oldest_state']:.3g} ms, round trip median "
+                f"{1e6 * hardware['round_trip']['median']:.3g}, "
+                f"99 % {1e6 * hardware['round_trip']['p99']:.3g} us"
+            )
+    if real_time is not None:
+        lines.append(
+            f"real time   {describe_timeliness(real_time)}; scheduling {real_time['scheduling']}"
+        )
+    return lines
+
+
+def _title(summary: Mapping[str, Any]) -> str:
+    period = summary.get("control_period")
+    control = "" if period is None else f"control every {period:.6g} s, "
+    return (
+        f"{summary['experiment']}: {summary['duration']:.6g} s, steps of {summary['step']:.6g} s, "
+        f"{control}{summary['coupling']} coupling, {summary['status']}"
+    )
+
+
+def _tracking_lines(summary: Mapping[str, Any]) -> list[str]:
+    tracking = summary["tracking"]
+    if tracking["rms"] is None:
+        return []
+    unit = tracking["unit"]
+    lines = [f"tracking    RMS {tracking['rms']:.3g}, max {tracking['max']:.3g} {unit}"]
+    lines += [
+        f"  {name:<9} RMS {error['rms']:.3g}, max {error['max']:.3g} {error['unit']}"
+        for name, error in tracking["per_signal"].items()
+    ]
+    return lines
+
+
+def _force_lines(summary: Mapping[str, Any]) -> list[str]:
+    forces = summary["forces"]
+    if forces["min"] is None:
+        return []
+    lines = [f"forces      {forces['min']:.4g} to {forces['max']:.4g} N"]
+    for name, muscle in forces["per_muscle"].items():
+        line = f"  {name:<9} {muscle['min']:.4g} to {muscle['max']:.4g} N"
+        if muscle["f_min"] is not None:
+            upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
+            line += f", bounds {muscle['f_min']:.4g} to {upper}"
+        lines.append(line)
+    return lines
+
+
+def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
+    if summary["infeasible_ticks"] is None:
+        return []
+    lines = [f"infeasible  {summary['infeasible_ticks']} of {summary['ticks']} ticks"]
+    slack = summary["slack"]
+    if slack["first_at_s"] is not None:
+        lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
+        lines += [
+            f"  {name.removeprefix('slack.'):<9} up to {missing['max']:.3g} {missing['unit']}"
+            for name, missing in slack["per_signal"].items()
+        ]
+    if slack["limits_dropped_ticks"]:
+        lines.append(f"  joint limits could not be kept at {slack['limits_dropped_ticks']} ticks")
+    return lines

@@ -1,0 +1,1 @@
+"""Variables of FMUs: names, units, types and order."""

@@ -1,0 +1,345 @@
+"""The table of FMU variables for a robot: name, unit, causality, start value.
+
+Everything that names a variable (FMUs, wiring, CSV headers, legends) takes the name from here. The
+value reference of a port is its index in the table of its model.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from addin_sdfusion.robot import Coordinate, Robot
+from addin_sdfusion.robot.model.trajectory import Space
+
+from .muscles import command_ports, energy_ports, ideal_muscles, state_ports, tension_ports
+from .port import (
+    Causality,
+    Port,
+    Variability,
+    coordinate_signals,
+    identifier,
+    muscle_signals,
+    signal_names,
+)
+from .world import world_ports, wrench_ports
+
+if TYPE_CHECKING:
+    from sim_dart.scene import Scene
+
+__all__ = [
+    "SOLVE_TIME",
+    "WORKER_TIMEOUT",
+    "Causality",
+    "Followed",
+    "Port",
+    "Variability",
+    "controller_ports",
+    "coordinate_signals",
+    "followed_signals",
+    "force_unit",
+    "identifier",
+    "load_signals",
+    "muscle_signals",
+    "plant_ports",
+    "reference_ports",
+    "signal_names",
+    "slack_signals",
+    "task_names",
+    "task_signals",
+    "task_units",
+]
+
+SOLVE_TIME = "solve_time"
+"""The one output whose values no two runs share: it stands in no table of results."""
+
+
+WORKER_TIMEOUT = Port(
+    "worker_timeout",
+    "s",
+    "parameter",
+    "fixed",
+    "Longest call, where the model runs in a worker process",
+    60.0,
+)
+"""Known to the C library by its name; models make nothing of it."""
+
+
+def task_signals(prefix: str, robot: Robot) -> list[str]:
+    """`prefix.<frame>.<axis>` for every task coordinate, in the order of y."""
+    frames = signal_names(prefix, [frame.name for frame in robot.task_frames])
+    return [
+        f"{name}.{axis}"
+        for name, frame in zip(frames, robot.task_frames, strict=True)
+        for axis in frame.axes
+    ]
+
+
+def task_units(robot: Robot) -> list[str]:
+    """The unit of every task coordinate, in the order of y."""
+    return [
+        "rad" if frame.is_orientation else "m" for frame in robot.task_frames for axis in frame.axes
+    ]
+
+
+def task_names(robot: Robot) -> tuple[str, ...]:
+    """`<frame>.<axis>` for every task coordinate, in the order of y."""
+    return tuple(f"{frame.name}.{axis}" for frame in robot.task_frames for axis in frame.axes)
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """Signals that are to follow others.
+
+    Attributes:
+        actual, desired: Names of the signals.
+        units: Their units.
+        turns: Which of them are angles that come round.
+    """
+
+    actual: list[str]
+    desired: list[str]
+    units: list[str]
+    turns: list[bool]
+
+
+def followed_signals(robot: Robot, space: Space) -> Followed:
+    """The positions that a reference of joints, or of task coordinates, is for."""
+    if space == "joint":
+        units: list[str] = [c.unit for c in robot.coordinates]
+        actual, desired = (coordinate_signals(prefix, robot) for prefix in ("q", "q_d"))
+        return Followed(actual, desired, units, [False] * len(units))
+    actual, desired = (task_signals(prefix, robot) for prefix in ("y", "y_d"))
+    units = task_units(robot)
+    return Followed(actual, desired, units, [unit == "rad" for unit in units])
+
+
+def load_signals(robot: Robot) -> list[str]:
+    """`w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
+    points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
+    return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
+
+
+def force_unit(coordinate: Coordinate) -> str:
+    """Unit of the generalised force of a coordinate."""
+    return "N.m" if coordinate.unit == "rad" else "N"
+
+
+def _coordinate_ports(
+    prefix: str,
+    per: str,
+    what: str,
+    robot: Robot,
+    causality: Causality,
+    variability: Variability,
+    start: Sequence[float] | None = None,
+) -> list[Port]:
+    """A port a coordinate; its unit is the coordinate's, followed by `per`."""
+    starts = start or [0.0] * len(robot.coordinates)
+    return [
+        Port(name, c.unit + per, causality, variability, f"{what} of {c.name}", value)
+        for name, c, value in zip(
+            coordinate_signals(prefix, robot), robot.coordinates, starts, strict=True
+        )
+    ]
+
+
+def _force_ports(robot: Robot, causality: Causality, variability: Variability) -> list[Port]:
+    return [
+        Port(name, "N", causality, variability, f"Force of muscle {muscle.name}")
+        for name, muscle in zip(muscle_signals("f", robot), robot.muscles, strict=True)
+    ]
+
+
+def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
+    """A port a task coordinate; its unit is the coordinate's, followed by `per`."""
+    return [
+        Port(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}")
+        for name, unit in zip(task_signals(prefix, robot), task_units(robot), strict=True)
+    ]
+
+
+def _load_ports(robot: Robot, causality: Causality) -> list[Port]:
+    return [
+        Port(name, "N", causality, "continuous", f"Force from outside on {name[2:-3]}, world axes")
+        for name in load_signals(robot)
+    ]
+
+
+def plant_ports(
+    robot: Robot,
+    q: Sequence[float],
+    qd: Sequence[float],
+    step: float,
+    *,
+    commands: Sequence[float] = (),
+    energy: bool = False,
+    wrenches: Sequence[str] = (),
+    scene: Scene | None = None,
+) -> list[Port]:
+    """Ports of the plant: commands and loads in; positions, velocities, lengths, task points out.
+
+    The command of an ideal cable is its force; muscles with a law have commands of their own, and
+    give their tensions and states.
+
+    Args:
+        robot: The robot.
+        q: Positions at the start, in [rad] or [m].
+        qd: Velocities at the start, in [rad/s] or [m/s].
+        step: Internal step, in [s].
+        commands: Of every muscle at the start, where one has a law.
+        energy: Whether the plant keeps books of energy and momentum.
+        wrenches: Names of links that take forces and torques from outside.
+        scene: What stands around the robot.
+    """
+    forces = _force_ports(robot, "input", "continuous")
+    return [
+        *(forces[k] for k in ideal_muscles(robot)),
+        *command_ports(robot, "input", "continuous", commands),
+        *_load_ports(robot, "input"),
+        *wrench_ports(wrenches, "input"),
+        *_coordinate_ports("q", "", "Position", robot, "output", "continuous"),
+        *_coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
+        *(
+            Port(name, "m", "output", "continuous", f"Path length of muscle {muscle.name}")
+            for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
+        ),
+        *_task_ports("y", "", "Task coordinate", robot, "output"),
+        *tension_ports(robot),
+        *state_ports(robot, "output"),
+        *(energy_ports() if energy else ()),
+        *world_ports(scene),
+        *_coordinate_ports("q_start", "", "Start position", robot, "parameter", "fixed", q),
+        *_coordinate_ports("qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd),
+        Port("step", "s", "parameter", "fixed", "Internal step of the plant", step),
+        WORKER_TIMEOUT,
+    ]
+
+
+def reference_ports(robot: Robot, space: Space, *, with_loads: bool = False) -> list[Port]:
+    """Ports of a reference: desired positions, velocities and accelerations out.
+
+    Args:
+        robot: The robot.
+        space: Whether they are of joints or of task coordinates.
+        with_loads: Whether it gives loads from outside as well.
+    """
+    loads = _load_ports(robot, "output") if with_loads else []
+    return [*_followed_ports(robot, space, "output"), *loads, WORKER_TIMEOUT]
+
+
+def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
+    rows = (("_d", "", "position"), ("d_d", "/s", "velocity"), ("dd_d", "/s2", "acceleration"))
+    ports: list[Port] = []
+    for ending, per, what in rows:
+        if space == "joint":
+            prefix = f"q{ending}"
+            ports += _coordinate_ports(
+                prefix, per, f"Desired {what}", robot, causality, "continuous"
+            )
+        else:
+            ports += _task_ports(f"y{ending}", per, f"Desired {what}", robot, causality)
+    return ports
+
+
+def controller_ports(
+    robot: Robot,
+    space: Space,
+    kp: Sequence[float],
+    kd: Sequence[float],
+    period: float,
+    *,
+    torque_gains: bool = False,
+) -> list[Port]:
+    """Ports of a controller: state, reference and known loads in; forces and diagnostics out.
+
+    Of muscles with a law, their states come in as well; the forces are what they are to come to,
+    and their commands are beside them.
+
+    Args:
+        robot: The robot.
+        space: Whether the reference is of joints or of task coordinates.
+        kp: Position gains of what is followed.
+        kd: Velocity gains of what is followed.
+        period: Time between two ticks, in [s].
+        torque_gains: Whether the gains make torques of errors, instead of accelerations.
+    """
+    return [
+        *_coordinate_ports("q", "", "Position", robot, "input", "continuous"),
+        *_coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
+        *_followed_ports(robot, space, "input"),
+        *_load_ports(robot, "input"),
+        *state_ports(robot, "input"),
+        *_force_ports(robot, "output", "discrete"),
+        *command_ports(robot, "output", "discrete"),
+        *_slack_ports(robot, space),
+        Port("at_bound", "", "output", "discrete", "Number of muscles at a bound"),
+        Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
+        Port(
+            "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
+        ),
+        *_limit_ports(space),
+        *_gain_ports(robot, space, kp, kd, torque_gains),
+        *_bound_ports(robot),
+        Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
+        WORKER_TIMEOUT,
+    ]
+
+
+def _limit_ports(space: Space) -> list[Port]:
+    what = "No force within the bounds keeps the joint limits"
+    dropped = Port("limits_dropped", "", "output", "discrete", what, boolean=True)
+    return [] if space == "joint" else [dropped]
+
+
+def slack_signals(robot: Robot, space: Space) -> dict[str, str]:
+    """What may be missing at a tick, with its unit: joint torque, or task acceleration."""
+    if space == "joint":
+        names = coordinate_signals("slack", robot)
+        return {name: force_unit(c) for name, c in zip(names, robot.coordinates, strict=True)}
+    return {
+        name: f"{unit}/s2"
+        for name, unit in zip(task_signals("slack", robot), task_units(robot), strict=True)
+    }
+
+
+def _slack_ports(robot: Robot, space: Space) -> list[Port]:
+    what = "Missing force or torque of" if space == "joint" else "Missing acceleration of"
+    return [
+        Port(name, unit, "output", "discrete", f"{what} {name.removeprefix('slack.')}")
+        for name, unit in slack_signals(robot, space).items()
+    ]
+
+
+def _gain_ports(
+    robot: Robot,
+    space: Space,
+    kp: Sequence[float],
+    kd: Sequence[float],
+    torque_gains: bool,
+) -> list[Port]:
+    signals = coordinate_signals if space == "joint" else task_signals
+    ports = []
+    for prefix, unit, per, what, values in (
+        ("kp", "1/s2", "", "Position", kp),
+        ("kd", "1/s", ".s", "Velocity", kd),
+    ):
+        units = [unit] * len(values)
+        if torque_gains:
+            units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
+        ports += [
+            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value)
+            for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
+        ]
+    return ports
+
+
+def _bound_ports(robot: Robot) -> list[Port]:
+    return [
+        Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
+        for prefix, what in (("f_min", "Smallest"), ("f_max", "Largest"))
+        for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
+        for value in [min(getattr(muscle, prefix), sys.float_info.max)]
+    ]

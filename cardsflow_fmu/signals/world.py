@@ -1,0 +1,64 @@
+"""Variables of a plant in a world: forces of contacts, objects, wrenches on links; see `ports`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from .port import Causality, Port, signal_names
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.experiment.experiment import Experiment
+    from sim_dart.scene import Scene
+
+_TURN = ("qw", "qx", "qy", "qz")
+
+
+def wrench_signals(links: Sequence[str]) -> list[str]:
+    """`w.<link>.fx`, ..., `w.<link>.tz` of every link that takes a wrench."""
+    axes = [f"{kind}{axis}" for kind in "ft" for axis in "xyz"]
+    return [f"{name}.{axis}" for name in signal_names("w", links) for axis in axes]
+
+
+def outer_signals(experiment: Experiment) -> list[str]:
+    """Inputs of the plant for what acts from outside: forces on task points, wrenches on links."""
+    from .ports import load_signals
+
+    return [*load_signals(experiment.robot), *wrench_signals(experiment.plant.wrenches)]
+
+
+def wrench_ports(links: Sequence[str], causality: Causality) -> list[Port]:
+    """A force and a torque from outside on every link that takes them."""
+    ports = []
+    for name in wrench_signals(links):
+        is_force = name[-2] == "f"
+        what = f"{'Force' if is_force else 'Torque'} from outside on link {name[2:-3]}, world axes"
+        ports.append(Port(name, "N" if is_force else "N.m", causality, "continuous", what))
+    return ports
+
+
+def contact_signals(scene: Scene) -> list[str]:
+    """`contact.<body>.fx`, `.fy`, `.fz` of every body that is reported."""
+    return [f"{name}.f{axis}" for name in signal_names("contact", scene.reported) for axis in "xyz"]
+
+
+def object_signals(scene: Scene) -> list[str]:
+    """`object.<name>.x`, ..., `.qz` of every object that moves."""
+    names = signal_names("object", [thing.name for thing in scene.moving_objects])
+    return [f"{name}.{axis}" for name in names for axis in (*"xyz", *_TURN)]
+
+
+def world_ports(scene: Scene | None) -> list[Port]:
+    """Forces of contacts, and where the objects are, as outputs."""
+    if scene is None:
+        return []
+    ports = [
+        Port(name, "N", "output", "continuous", f"Contact force on {name[8:-3]}, world axes")
+        for name in contact_signals(scene)
+    ]
+    for name in object_signals(scene):
+        thing, _, axis = name.removeprefix("object.").rpartition(".")
+        turns = axis in _TURN
+        what = f"{'Unit quaternion' if turns else 'Position'} of {thing}"
+        ports.append(Port(name, "" if turns else "m", "output", "continuous", what))
+    return ports

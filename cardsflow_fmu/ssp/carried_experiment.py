@@ -1,0 +1,100 @@
+"""The experiment that travels in the FMUs of an .ssp: whose results those of its runs are."""
+
+from __future__ import annotations
+
+import io
+import json
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu.cosim.adapted_fmu import HARDWARE
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.resources import EXPERIMENT_FILE
+from cardsflow_fmu.utils.archive import unpack_archive, write_archive
+
+_RESOURCES = "resources/"
+_PARTS = ("robot", "robots", "world")
+_MOST_BYTES = 2**28
+
+
+def system_experiment(path: Path) -> bytes | None:
+    """The contents of experiment.zip, from the first FMU that carries an experiment.
+
+    What is wrong with the archive is for others to say: nothing is known of its robot then.
+
+    Args:
+        path: The .ssp.
+
+    Returns:
+        The archive; None where no FMU of ours is in it.
+    """
+    for files in _all_carried(path, first="plant.fmu"):
+        return _archive(files)
+    return None
+
+
+def system_hardware(path: Path) -> HardwareSettings | None:
+    """What the hardware's FMU knows of the way to its hardware.
+
+    Args:
+        path: The .ssp.
+
+    Returns:
+        The settings; None where there is no hardware's FMU of ours.
+    """
+    for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
+        with tempfile.TemporaryDirectory() as aside:
+            archive = Path(aside) / "experiment.zip"
+            write_archive(archive, files)
+            try:
+                if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
+                    continue
+                folder = unpack_archive(archive, Path(aside) / "it", "archive", "an experiment")
+                return Experiment.from_resources(folder).hardware
+            except (CardsflowError, ValueError, TypeError):
+                continue
+    return None
+
+
+def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
+    """What FMUs carry of their experiment, that of an FMU of that name first."""
+    try:
+        with zipfile.ZipFile(path) as system:
+            fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
+            for entry in sorted(fmus, key=lambda e: (not e.filename.endswith(first), e.filename)):
+                files = _carried(system.read(entry)) if entry.file_size <= _MOST_BYTES else {}
+                if files:
+                    yield files
+    except (OSError, ValueError, zipfile.BadZipFile, RuntimeError):
+        return
+
+
+def _carried(fmu: bytes) -> dict[str, bytes]:
+    """The experiment and its robot's files in an FMU; nothing where it has none."""
+    with zipfile.ZipFile(io.BytesIO(fmu)) as archive:
+        entries = {
+            entry.filename.removeprefix(_RESOURCES): entry
+            for entry in archive.infolist()
+            if entry.filename.startswith(_RESOURCES) and _is_of_experiment(entry.filename)
+        }
+        if EXPERIMENT_FILE not in entries:
+            return {}
+        if sum(entry.file_size for entry in entries.values()) > _MOST_BYTES:
+            return {}
+        return {name: archive.read(entry) for name, entry in entries.items()}
+
+
+def _is_of_experiment(name: str) -> bool:
+    parts = PurePosixPath(name).parts[1:]
+    return parts == (EXPERIMENT_FILE,) or (len(parts) > 1 and parts[0] in _PARTS)
+
+
+def _archive(files: dict[str, bytes]) -> bytes:
+    with tempfile.TemporaryDirectory() as aside:
+        made = Path(aside) / "experiment.zip"
+        write_archive(made, files)
+        return made.read_bytes()

@@ -1,0 +1,78 @@
+"""What a system of FMUs in an .ssp is made of, for people and for scripts."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.analysis.info import table
+
+from .reader import read_system, unpack_ssp
+from .system import Component
+
+
+def system_info(path: str | Path) -> dict[str, Any]:
+    """The participants of a system and who feeds whom, as plain data.
+
+    Args:
+        path: The .ssp.
+
+    Raises:
+        InputError: It cannot be read, or asks for something that is not supported.
+    """
+    path = Path(path)
+    with tempfile.TemporaryDirectory() as aside:
+        folder = Path(aside)
+        try:
+            unpack_ssp(path, folder)
+            system = read_system(folder)
+        except InputError as error:
+            if error.file is not None and error.file.is_relative_to(folder):
+                error.file = path / error.file.relative_to(folder)
+            raise
+        variants = sorted(file.stem for file in folder.glob("*.ssd"))
+    return {
+        "name": system.name,
+        "step": system.step,
+        "stop_time": system.stop_time,
+        "variants": [name for name in variants if name != "SystemStructure"],
+        "components": [
+            {
+                "name": component.name,
+                "fmu": component.source,
+                "inputs": _names(component, "input"),
+                "outputs": _names(component, "output"),
+            }
+            for component in system.components
+        ],
+        "connections": [
+            {"from": ".".join(one.source), "to": ".".join(one.target)} for one in system.connections
+        ],
+        "units": {"step": "s", "stop_time": "s"},
+    }
+
+
+def describe_system(info: dict[str, Any]) -> str:
+    """A system's information as tables for people."""
+    times = [
+        f"{what} {value:g} s"
+        for what, value in (("step", info["step"]), ("until", info["stop_time"]))
+        if value is not None
+    ]
+    count = len(info["components"])
+    title = ", ".join([f"{info['name']}: a system of {count} FMUs", *times])
+    components = [
+        [c["name"], c["fmu"], str(len(c["inputs"])), str(len(c["outputs"]))]
+        for c in info["components"]
+    ]
+    parts = [title, table(["component", "FMU", "inputs", "outputs"], components)]
+    parts.append(table(["from", "to"], [[one["from"], one["to"]] for one in info["connections"]]))
+    if info["variants"]:
+        parts.append(f"variants: {', '.join(info['variants'])}")
+    return "\n\n".join(part for part in parts if part)
+
+
+def _names(component: Component, kind: str) -> list[str]:
+    return [connector.name for connector in component.connectors if connector.kind == kind]

@@ -1,0 +1,75 @@
+"""Writes the robot that an optimisation has found, for every tool that goes on with it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from addin_sdfusion.muscles.csv_writer import csv_text
+from addin_sdfusion.muscles.rows import COLORS, MuscleRow, MuscleTable, ViaPointRow
+from addin_sdfusion.robot import CardsflowError, Robot
+from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.writers.convert import convert
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
+
+MUSCLES, EXPERIMENT = "muscles.csv", "experiment.json"
+
+
+def write_best(experiment: Experiment, folder: Path) -> list[str]:
+    """Write the robot as SDF, as CASPR, its via points as CSV, and an experiment with it.
+
+    `cardsflow run FOLDER/experiment.json` runs the written robot. The CSV is what the Fusion add-in
+    imports: points in the root frame, all joints at zero.
+
+    Args:
+        experiment: With the robot.
+        folder: Where to.
+
+    Returns:
+        What a format cannot hold, a line each.
+    """
+    robot, notes = experiment.robot, []
+    for format_ in ("sdf", "caspr"):
+        try:
+            findings = convert(robot, format_, folder / format_).findings
+            notes += [f"{format_}: {finding}" for finding in findings]
+        except CardsflowError as error:
+            notes.append(f"{format_}: not written: {error}")
+    files = {MUSCLES: csv_text(muscle_table(robot)).encode()}
+    if experiment.fmus:
+        notes.append(f"{EXPERIMENT}: not written, as the experiment has FMUs of others")
+    else:
+        files[EXPERIMENT] = _experiment(experiment)
+    write_files(folder, files)
+    return notes
+
+
+def muscle_table(robot: Robot) -> MuscleTable:
+    """The muscles as the Fusion add-in has them: points in the root frame, all joints at zero.
+
+    Args:
+        robot: The robot; wrap surfaces are left out, which are faces of the design.
+    """
+    poses = link_poses(robot, np.zeros((1, len(robot.coordinates))))
+    points = []
+    for muscle in robot.muscles:
+        for k, point in enumerate(muscle.via_points):
+            x, y, z = moved_point(poses[point.link], point.position)[0].tolist()
+            points.append(ViaPointRow(muscle.name, k + 1, point.link, (x, y, z)))
+    rows = [
+        MuscleRow(m.name, COLORS[k % len(COLORS)], m.f_min, m.f_max, m.model)
+        for k, m in enumerate(robot.muscles)
+    ]
+    return MuscleTable(tuple(rows), tuple(points))
+
+
+def _experiment(experiment: Experiment) -> bytes:
+    """The experiment with the written robot instead of changes to another."""
+    robot = experiment.robot
+    own = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
+    if robot.task_set:
+        own["operational_space"] = robot.task_set
+    return (json.dumps(experiment.data | {"robot": own}, indent=1) + "\n").encode()

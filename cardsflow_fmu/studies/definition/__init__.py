@@ -1,0 +1,1 @@
+"""Definition of studies: variations, sampling, metrics."""

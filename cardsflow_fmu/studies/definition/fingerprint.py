@@ -1,0 +1,67 @@
+"""What all runs of a study have in common, as a hash: results of something else do not count."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.version import __version__
+
+from .study import Study
+
+_SUFFIXES = (".xml", ".sdf", ".traj", ".config")
+
+
+def fingerprint(study: Study, experiment: str) -> str:
+    """The hash of everything but the variations.
+
+    Args:
+        study: The study.
+        experiment: From `experiment_digest`.
+    """
+    content = {
+        "experiment": experiment,
+        "engine": study.engine,
+        "metrics": study.metrics,
+        "box": None if study.box is None else asdict(study.box),
+        "version": __version__,
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def experiment_digest(experiment: Experiment) -> str:
+    """The hash of an experiment with all files that it, or a variation of it, rests on.
+
+    The same on every machine: places of files do not count.
+
+    Args:
+        experiment: The experiment without variations.
+
+    Raises:
+        OSError: A file cannot be read.
+    """
+    digest = hashlib.sha256()
+    for name, content in (*_own(experiment), *_files(experiment)):
+        digest.update(f"{name}\0{len(content)}\0".encode())
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
+    """The experiment as it travels in FMUs."""
+    for name, source in sorted(experiment.resources(with_hardware=True).items()):
+        yield name, source if isinstance(source, bytes) else source.read_bytes()
+
+
+def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
+    """FMUs of others, and the other files beside the robot's: cable sets, trajectories."""
+    for role, fmu in sorted(experiment.fmus.items()):
+        yield f"fmus/{role}", Path(fmu.file).read_bytes()
+        yield f"fmus/{role}.txt", repr(replace(fmu, file=Path())).encode()
+    for file in sorted(experiment.robot_path.parent.iterdir()):
+        if file.suffix in _SUFFIXES and file.is_file():
+            yield f"beside/{file.name}", file.read_bytes()

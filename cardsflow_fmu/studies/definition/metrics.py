@@ -1,0 +1,292 @@
+"""What a study looks at in a run: numbers by name, with units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.signals.ports import muscle_signals
+
+from .study import Box
+
+FloatArray = NDArray[np.float64]
+
+MOST_POSES = 100
+"""Most poses of a run at which stiffness is looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """Something that a study looks at.
+
+    Attributes:
+        unit: Its unit; empty for a number without one, None for that of the tracking.
+        description: One line for people.
+        value: What a run gives; NaN where it has no such thing.
+        is_per_muscle: Whether `name.<muscle>` is the same of one muscle.
+        large_is_good: Whether small values are the bad ones.
+    """
+
+    unit: str | None
+    description: str
+    value: Callable[[Result, Box | None, str | None], float]
+    is_per_muscle: bool = False
+    large_is_good: bool = False
+
+
+def spelled_out(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
+    """The names with every muscle's for `*`, each once.
+
+    Args:
+        names: Such as `tracking.rms`, `force.peak`, `force.peak.biceps` or `force.peak.*`.
+        robot: Whose muscles.
+
+    Raises:
+        UnknownNameError: There is no such metric.
+    """
+    muscles = [muscle.name for muscle in robot.muscles]
+    found: list[str] = []
+    for name in names:
+        base = next((n for n in _per_muscle() if name.startswith(f"{n}.")), None)
+        if name in METRICS:
+            found.append(name)
+        elif base is not None:
+            last = name[len(base) + 1 :]
+            if last not in ("*", *muscles):
+                raise UnknownNameError("muscle", last, muscles)
+            found += [f"{base}.{m}" for m in muscles] if last == "*" else [name]
+        else:
+            known = [*METRICS, *(f"{n}.*" for n in _per_muscle())]
+            raise UnknownNameError("metric", name, known)
+    return tuple(dict.fromkeys(found))
+
+
+def _per_muscle() -> list[str]:
+    return [name for name, metric in METRICS.items() if metric.is_per_muscle]
+
+
+def parted(name: str) -> tuple[Metric, str | None]:
+    """The metric of a name, and its muscle where it is of one."""
+    if name in METRICS:
+        return METRICS[name], None
+    base = next(n for n in _per_muscle() if name.startswith(f"{n}."))
+    return METRICS[base], name[len(base) + 1 :]
+
+
+def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict[str, Any]:
+    """The metrics of a run; None where it has no such thing.
+
+    Args:
+        names: From `spelled_out`.
+        result: The run, complete.
+        box: Where the workspace is looked at.
+
+    Raises:
+        InputError: The workspace has no limits.
+    """
+    values: dict[str, Any] = {}
+    for name in names:
+        metric, muscle = parted(name)
+        value = metric.value(result, box, muscle)
+        values[name] = None if math.isnan(value) else value
+    return values
+
+
+def metric_units(names: Iterable[str], tracking: str) -> dict[str, str]:
+    """The unit of every metric.
+
+    Args:
+        names: From `spelled_out`.
+        tracking: Unit of what is followed.
+    """
+    units = {name: parted(name)[0].unit for name in names}
+    return {name: tracking if unit is None else unit for name, unit in units.items()}
+
+
+def _tracking(key: str) -> Callable[[Result, Box | None, str | None], float]:
+    def value(result: Result, box: Box | None, muscle: str | None) -> float:
+        number = result.summary["tracking"][key]
+        return math.nan if number is None else float(number)
+
+    return value
+
+
+def _of_forces(
+    reduce: Callable[[FloatArray], Any],
+) -> Callable[[Result, Box | None, str | None], float]:
+    def value(result: Result, box: Box | None, muscle: str | None) -> float:
+        forces = _forces(result, muscle)
+        return float(reduce(forces)) if forces.size else math.nan
+
+    return value
+
+
+def _forces(result: Result, muscle: str | None) -> FloatArray:
+    """Forces over time, shape (rows, muscles); of one muscle if there is a name."""
+    robot = result.experiment.robot
+    names = [m.name for m in robot.muscles]
+    signals = muscle_signals("f", robot)
+    if muscle is not None:
+        signals = [signals[names.index(muscle)]] if muscle in names else []
+    signals = [name for name in signals if name in result.names]
+    return result.columns(signals) if signals else np.empty((0, 0))
+
+
+def _rms(forces: FloatArray) -> float:
+    return float(np.sqrt(np.mean(forces**2)))
+
+
+def _energy(result: Result, box: Box | None, muscle: str | None) -> float:
+    """Work of all muscles, pulling or giving way: sum of f |dl|, f being held over a step."""
+    robot = result.experiment.robot
+    names = [m.name for m in robot.muscles]
+    kept = range(len(names)) if muscle is None else [names.index(muscle)]
+    f, l = (muscle_signals(prefix, robot) for prefix in "fl")  # noqa: E741
+    if any(f[k] not in result.names or l[k] not in result.names for k in kept):
+        return math.nan
+    work = [np.sum(result[f[k]][1:] * np.abs(np.diff(result[l[k]]))) for k in kept]
+    return float(sum(work))
+
+
+def _infeasible(result: Result, box: Box | None, muscle: str | None) -> float:
+    count = result.summary["infeasible_ticks"]
+    return math.nan if count is None else count
+
+
+def _missed(result: Result, box: Box | None, muscle: str | None) -> float:
+    """Exchanges with an emulated robot that brought no new state."""
+    return float(result["missed"][-1]) if "missed" in result.names else math.nan
+
+
+def _margin(bound: str) -> Callable[[Result, Box | None, str | None], float]:
+    """How far forces stay from a bound, in [N]."""
+
+    def value(result: Result, box: Box | None, muscle: str | None) -> float:
+        forces = result.summary["forces"]["per_muscle"].values()
+        if bound == "f_max":
+            gaps = [m["f_max"] - m["max"] for m in forces if m["f_max"] is not None]
+        else:
+            gaps = [m["min"] - m["f_min"] for m in forces if m["f_min"] is not None]
+        return float(min(gaps, default=math.nan))
+
+    return value
+
+
+def _stiffness(result: Result, box: Box | None, muscle: str | None) -> float:
+    """Smallest eigenvalue of the joint stiffness under the forces held, along the run."""
+    from controllers.analysis.stiffness import stiffness
+    from sim_dart import DartDynamics
+
+    robot = result.experiment.plant_robot
+    positions = [f"q.{name[2:]}" for name in _coordinate_columns(result)]
+    forces = _forces(result, None)
+    if forces.shape[1:] != (len(robot.muscles),) or not positions:
+        return math.nan
+    q = result.columns(positions)
+    dynamics = DartDynamics(robot)
+    rows = np.unique(np.linspace(0, len(q) - 1, min(MOST_POSES, len(q))).round().astype(int))
+    lowest = [np.linalg.eigvalsh(stiffness(dynamics, q[row], forces[row]).total)[0] for row in rows]
+    return float(min(lowest))
+
+
+def _coordinate_columns(result: Result) -> list[str]:
+    from cardsflow_fmu.signals.ports import coordinate_signals
+
+    names = coordinate_signals("q", result.experiment.robot)
+    return names if all(name in result.names for name in names) else []
+
+
+def _loop_margin(which: str) -> Callable[[Result, Box | None, str | None], float]:
+    """The smallest stability margin of the sampled loops."""
+
+    def value(result: Result, box: Box | None, muscle: str | None) -> float:
+        from controllers.analysis.gains import margins
+
+        settings = result.experiment.controller
+        if settings.torque_gains or min(settings.kd) <= 0:
+            return math.nan
+        delay = 0 if settings.predict else settings.delay
+        loops = [
+            margins(kp, kd, settings.period, delay)
+            for kp, kd in zip(settings.kp, settings.kd, strict=True)
+        ]
+        return float(min(getattr(loop, which) for loop in loops))
+
+    return value
+
+
+def _wrench_closure(result: Result, box: Box | None, muscle: str | None) -> float:
+    """The part of the workspace where unlimited muscles could make any torque."""
+    return wrench_closure(result.experiment, box)
+
+
+def wrench_closure(experiment: Experiment, box: Box | None) -> float:
+    """The part of the workspace where unlimited muscles could make any torque, from 0 to 1.
+
+    Args:
+        experiment: Whose robot.
+        box: Joint positions to look at; the joint limits, 5 poses each, when None.
+
+    Raises:
+        InputError: A joint has no limits.
+    """
+    from controllers.analysis.workspace import is_wrench_closed, joint_grid
+    from sim_dart import DartDynamics
+
+    robot = experiment.robot
+    if box is None:
+        limits = [(c.lower, c.upper) for c in robot.coordinates]
+        box = Box(tuple(a for a, _ in limits), tuple(b for _, b in limits), 5)
+    try:
+        poses = joint_grid(box.lower, box.upper, box.points)
+    except InputError as error:
+        raise InputError(f"{error.what}; give [workspace] lower and upper") from None
+    dynamics = DartDynamics(robot)
+    poses = poses.reshape(-1, len(robot.coordinates))
+    L = np.stack([dynamics.muscle_jacobian(q).copy() for q in poses])
+    return float(np.mean(is_wrench_closed(L)))
+
+
+METRICS: Mapping[str, Metric] = {
+    "tracking.rms": Metric(None, "Tracking error, RMS", _tracking("rms")),
+    "tracking.max": Metric(None, "Tracking error, largest", _tracking("max")),
+    "force.peak": Metric("N", "Largest muscle force", _of_forces(np.max), is_per_muscle=True),
+    "force.rms": Metric("N", "Muscle force, RMS", _of_forces(_rms), is_per_muscle=True),
+    "force.low": Metric(
+        "N", "Smallest muscle force", _of_forces(np.min), is_per_muscle=True, large_is_good=True
+    ),
+    "energy": Metric("J", "Work of the muscles, both ways", _energy, is_per_muscle=True),
+    "infeasible_ticks": Metric("", "Ticks without a force that fits", _infeasible),
+    "missed": Metric("", "Exchanges with the robot without an answer", _missed),
+    "stiffness.min": Metric(
+        "N.m/rad", "Smallest joint stiffness, forces held", _stiffness, large_is_good=True
+    ),
+    "margin.upper": Metric("N", "Least distance to f_max", _margin("f_max"), large_is_good=True),
+    "margin.lower": Metric("N", "Least distance to f_min", _margin("f_min"), large_is_good=True),
+    "margin.gain": Metric("", "Gain margin", _loop_margin("gain_margin"), large_is_good=True),
+    "margin.phase": Metric("rad", "Phase margin", _loop_margin("phase_margin"), large_is_good=True),
+    "margin.delay": Metric("s", "Delay margin", _loop_margin("delay_margin"), large_is_good=True),
+    "wrench_closure": Metric(
+        "", "Part of the workspace with wrench closure", _wrench_closure, large_is_good=True
+    ),
+}
+
+DEFAULT_METRICS = (
+    "tracking.rms",
+    "tracking.max",
+    "force.peak",
+    "force.rms",
+    "energy",
+    "infeasible_ticks",
+    "force.peak.*",
+    "force.rms.*",
+)
+"""What is looked at unless a study says otherwise."""

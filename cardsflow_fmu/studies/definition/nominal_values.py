@@ -1,0 +1,95 @@
+"""What an experiment has at a path where nothing is varied: what relative variations begin at."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.config.key_path import indexed, split_path
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.hardware import hardware_data
+from cardsflow_fmu.experiment.robot_overrides import ALIASES, KINDS, is_parameters
+from cardsflow_fmu.signals.ports import task_names
+
+Nominal = float | tuple[float, ...]
+
+
+def nominal_value(experiment: Experiment, path: str) -> Nominal:
+    """The number or vector at a path.
+
+    Args:
+        experiment: The experiment without variations.
+        path: The full key.
+
+    Raises:
+        InputError: There is no number, or one that cannot be scaled.
+    """
+    value: Any = _tables(experiment)
+    for part in split_path(path):
+        value = _inner(value, part, experiment)
+    if isinstance(value, list | tuple) and value and all(_is_real(x) for x in value):
+        return tuple(value)
+    if _is_real(value):
+        return float(value)
+    raise InputError(f"{path} has {_words(value)} to begin at; leave `relative` out")
+
+
+def _words(value: Any) -> str:
+    if value is None:
+        return "no number"
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f"a whole number, {value},"
+    return f"{value!r}, which is no number"
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def _tables(experiment: Experiment) -> dict[str, Any]:
+    """The experiment as tables, with its robot in it."""
+    robot = experiment.robot
+    parts = {kind: {item.name: item for item in getattr(robot, kind)} for kind in KINDS}
+    data = experiment.data
+    return data | {
+        "robot": data.get("robot", {}) | parts,
+        "hardware": hardware_data(experiment.hardware, robot),
+    }
+
+
+def _inner(value: Any, part: str, experiment: Experiment) -> Any:
+    """What stands in a value under a part of a path; None where there is nothing."""
+    name, index = indexed(part)
+    found: Any
+    if dataclasses.is_dataclass(value):
+        found = getattr(value, ALIASES.get(name, name), None)
+    elif is_parameters(value):
+        found = dict(value).get(name)
+    elif isinstance(value, dict):
+        if part in value:
+            return value[part]
+        found = value.get(name)
+    elif isinstance(value, list | tuple):
+        return next((v for names, v in _by_name(value, experiment) if names == part), None)
+    else:
+        return None
+    if index is None:
+        return found
+    fits = isinstance(found, list | tuple) and index < len(found)
+    return found[index] if fits else None
+
+
+def _by_name(row: Sequence[Any], experiment: Experiment) -> Iterator[tuple[str, Any]]:
+    """The numbers of a row that has one a name, whatever the names are of."""
+    robot = experiment.robot
+    for names in (
+        [c.name for c in robot.coordinates],
+        list(task_names(robot)),
+        [muscle.name for muscle in robot.muscles],
+        [link.name for link in robot.links],
+    ):
+        if len(names) == len(row):
+            yield from zip(names, row, strict=True)

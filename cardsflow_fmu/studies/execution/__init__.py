@@ -1,0 +1,1 @@
+"""Execution of studies: executors, run store, optimisers."""

@@ -1,0 +1,75 @@
+"""Dask's workers, on this machine or on others: extra `sweep`."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+
+from .executors import GivenCrew
+
+LOCAL = "local"
+_PATIENCE = 10.0
+
+
+@contextlib.contextmanager
+def dask_crew(address: str, jobs: int) -> Iterator[GivenCrew]:
+    """Dask's workers; it hands out the run of a worker that dies to another by itself.
+
+    The experiment's folder is to be found under the same path on every machine.
+
+    Args:
+        address: Of a scheduler, such as `tcp://host:8786`; `local` for a cluster of its own.
+        jobs: How many workers a cluster of its own has.
+
+    Raises:
+        InputError: Dask is not installed, nobody answers there, or no number of workers.
+    """
+    try:
+        import distributed
+    except ImportError:
+        what = "needs Dask: pip install 'cardsflow[sweep]'"
+        raise InputError(what, key="--dask") from None
+    dask: Any = distributed
+    if jobs < 1:
+        raise InputError(f"must be at least 1, not {jobs}", key="jobs")
+    if address != LOCAL:
+        _require_answer(address)
+    with contextlib.ExitStack() as stack:
+        target: Any = address
+        if address == LOCAL:
+            target = stack.enter_context(
+                dask.LocalCluster(
+                    n_workers=jobs,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=None,
+                )
+            )
+        try:
+            client = stack.enter_context(
+                dask.Client(target, timeout=_PATIENCE, set_as_default=False)
+            )
+        except (OSError, ValueError) as error:
+            reason = " ".join(str(error).split())
+            raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None
+        workers = sum(client.nthreads().values()) or 1
+        executor = stack.enter_context(client.get_executor(pure=False))
+        yield GivenCrew(executor, workers, attempts=2)
+
+
+def _require_answer(address: str) -> None:
+    """Refuse an address where nobody listens: Dask's own client gives up late, and loudly."""
+    _, _, place = address.rpartition("://")
+    host, _, port = place.rstrip("/").rpartition(":")
+    if not host or not port.isdigit() or not 0 < int(port) < 65536:
+        what = f"no Dask scheduler at {address}: an address is tcp://HOST:PORT, or {LOCAL!r}"
+        raise InputError(what, key="--dask")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE).close()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None

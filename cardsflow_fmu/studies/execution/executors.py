@@ -1,0 +1,159 @@
+"""Who does the runs: a pool of processes of our own, Dask's workers, or any executor given."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing.connection import Connection
+from typing import Any, Protocol
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.studies.definition.errors import StudyError
+from cardsflow_fmu.studies.definition.outcome import Outcome
+
+from .worker import Job, do_run
+
+_PER_WORKER = 2  # runs that wait for a worker, so that it never waits for a run
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Crew(Protocol):
+    """Who does the runs.
+
+    Attributes:
+        window: How many runs to hand out at once.
+        attempts: How often a run is handed out whose worker dies.
+    """
+
+    window: int
+    attempts: int
+
+    def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
+        """Hand out a run."""
+
+    def renew(self) -> None:
+        """Go on after workers have died.
+
+        Raises:
+            StudyError: There is no going on.
+        """
+
+
+class ProcessCrew:
+    """Processes of our own, fresh interpreters with one thread each.
+
+    Ctrl-C and the end of this process, of whatever kind, end them at once.
+
+    Args:
+        jobs: How many.
+    """
+
+    attempts = 3
+
+    def __init__(self, jobs: int) -> None:
+        self.window = _PER_WORKER * jobs
+        self._jobs = jobs
+        self._context = multiprocessing.get_context("spawn")
+        self._open()
+
+    def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
+        """Hand out a run."""
+        with _single_threaded():
+            return self._pool.submit(do_run, job, settings)
+
+    def renew(self) -> None:
+        """New processes in the place of those that are lost."""
+        self.close()
+        self._open()
+
+    def close(self) -> None:
+        """End the processes, whatever they are at."""
+        self._lifeline.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._watched.close()
+
+    def _open(self) -> None:
+        self._watched, self._lifeline = self._context.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(
+            self._jobs,
+            mp_context=self._context,
+            initializer=_begin_worker,
+            initargs=(self._watched,),
+        )
+
+
+class GivenCrew:
+    """The workers of an executor that somebody else opens and closes.
+
+    Args:
+        executor: The executor.
+        workers: How many runs it does at once.
+        attempts: How often a run is handed out whose worker dies.
+    """
+
+    def __init__(self, executor: Executor, workers: int, attempts: int = 3) -> None:
+        self.window = _PER_WORKER * workers
+        self.attempts = attempts
+        self._executor = executor
+
+    def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
+        """Hand out a run."""
+        try:
+            return self._executor.submit(do_run, job, settings)
+        except RuntimeError as error:
+            raise StudyError(f"the executor takes no more runs: {error}") from None
+
+    def renew(self) -> None:
+        """Nobody here can do that."""
+        raise StudyError("the executor has lost its workers")
+
+
+@contextlib.contextmanager
+def process_crew(jobs: int) -> Iterator[ProcessCrew]:
+    """Processes of our own, ended at the end.
+
+    Args:
+        jobs: How many.
+
+    Raises:
+        InputError: Not a number of processes.
+    """
+    if jobs < 1:
+        raise InputError(f"must be at least 1, not {jobs}", key="jobs")
+    crew = ProcessCrew(jobs)
+    try:
+        yield crew
+    finally:
+        crew.close()
+
+
+def _begin_worker(watched: Connection) -> None:
+    """In a new process: leave Ctrl-C to the parent, and end with it."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+    threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
+
+
+def _end_with(watched: Connection) -> None:
+    """Nothing is ever sent: what arrives is the end of the pipe, when the parent closes or dies."""
+    watched.poll(None)
+    os._exit(1)
+
+
+@contextlib.contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Processes that start meanwhile have one thread in their numerical libraries."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

@@ -1,0 +1,143 @@
+"""FMUs for many runs: built once, unpacked once in a process, parameters given at the start."""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import shutil
+import tempfile
+from collections import OrderedDict
+from dataclasses import replace
+from pathlib import Path
+
+from cardsflow_fmu.cosim.adapted_fmu import ROLES
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.simulation.participants import MODELS, PreparedFmu, performer
+from cardsflow_fmu.simulation.run import build
+
+UNPACKED = "unpacked_"
+"""What the folders begin with that FMUs are unpacked into."""
+
+MOST_KEPT = 4
+"""How many sets of FMUs a process keeps unpacked: robots that differ need FMUs of their own."""
+
+_kept: OrderedDict[str, Path] = OrderedDict()
+
+
+def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dict[str, PreparedFmu]:
+    """The FMUs for a run.
+
+    What is a parameter of the FMUs is given at the start; only for a run that differs in something
+    else FMUs of its own are built.
+
+    Args:
+        base: The experiment without variations.
+        experiment: That of the run.
+        shared: Folder with the FMUs of the base, and for those that are unpacked; where it is not
+            there, this process makes its own.
+    """
+    built = with_parameters_of(base, experiment)
+    digest = _digest(built)
+    if digest not in _kept or not _kept[digest].is_dir():
+        _keep(digest, _unpackable(built, shared, is_base=digest == _digest(base)))
+    _kept.move_to_end(digest)
+    return {
+        name: PreparedFmu(
+            _kept[digest] / f"{name}.fmu",
+            _kept[digest] / name,
+            _start_values(name, built, experiment),
+        )
+        for name in _names(experiment)
+    }
+
+
+def _names(experiment: Experiment) -> list[str]:
+    """Of the FMUs that a run is made of, and that are not of others."""
+    names = (performer(role, experiment) for role in ROLES)
+    return [name for name in names if name not in experiment.fmus]
+
+
+def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
+    """The experiment with the base's values for everything that is a parameter of its FMUs.
+
+    Args:
+        base: Whose values.
+        experiment: Everything else.
+    """
+    if experiment.hardware.use:  # an emulated robot has no parameters but its files
+        return experiment
+    controller, plant, robot = experiment.controller, experiment.plant, experiment.robot
+    same_gains = len(base.controller.kp) == len(controller.kp)
+    muscles = {muscle.name: muscle for muscle in base.robot.muscles}
+    bounded = [
+        replace(m, f_min=muscles[m.name].f_min, f_max=muscles[m.name].f_max)
+        if m.name in muscles
+        else m
+        for m in robot.muscles
+    ]
+    if same_gains:
+        known = base.controller
+        controller = replace(controller, kp=known.kp, kd=known.kd, period=known.period)
+    same_start = len(base.start.q) == len(experiment.start.q)
+    return replace(
+        experiment,
+        robot=robot.with_muscles(bounded),
+        controller=controller,
+        plant=replace(plant, step=base.plant.step),
+        start=base.start if same_start else experiment.start,
+        run=replace(experiment.run, output=base.run.output),
+    )
+
+
+def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[str, float]:
+    """The parameters in which a run differs from what its FMU has."""
+    model = MODELS[name]
+    pairs = zip(model.table(built), model.table(experiment), strict=True)
+    return {
+        new.name: new.start
+        for old, new in pairs
+        if new.causality == "parameter" and old.start != new.start
+    }
+
+
+def _digest(experiment: Experiment) -> str:
+    """The hash of what the FMUs carry."""
+    digest = hashlib.sha256()
+    resources = experiment.resources(with_hardware=experiment.hardware.use)
+    for name, source in sorted(resources.items()):
+        content = source if isinstance(source, bytes) else source.read_bytes()
+        digest.update(f"{name}\0{len(content)}\0".encode())
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
+    """A folder of this process with the FMUs in it; instances unpack them into it once."""
+    there = shared.is_dir()
+    folder = Path(tempfile.mkdtemp(dir=shared if there else None, prefix=UNPACKED))
+    if not there:
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    files = [shared / f"{name}.fmu" for name in _names(experiment)]
+    if is_base and all(file.is_file() for file in files):
+        for file in files:
+            shutil.copy(file, folder)
+    else:
+        build(experiment, folder)
+    return folder
+
+
+def remove_unpacked(shared: Path) -> None:
+    """Remove what processes have unpacked, whether they ended or were killed.
+
+    Args:
+        shared: Folder with the FMUs of the base.
+    """
+    for folder in shared.glob(f"{UNPACKED}*"):
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _keep(digest: str, folder: Path) -> None:
+    _kept[digest] = folder
+    while len(_kept) > MOST_KEPT:
+        _, oldest = _kept.popitem(last=False)
+        shutil.rmtree(oldest, ignore_errors=True)

@@ -1,0 +1,109 @@
+"""The search for the best robot: generations of runs, each like any other run of a study."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.sampling import Run, is_searched, make_run, searched_values
+from cardsflow_fmu.studies.definition.study import Optimise, Study
+
+from .optimisers import search
+
+FloatArray = NDArray[np.float64]
+Perform = Callable[[Iterable[Run]], list[Outcome]]
+"""Does runs, or finds them done; their outcomes in order."""
+
+_MISSES, _FAILS = 1e12, 1e15  # costs above any that meets the constraints
+
+
+@dataclass
+class Search:
+    """What has been looked at.
+
+    Attributes:
+        runs: All runs with their outcomes, in order.
+        history: By the name of the search, the best objective after each generation; NaN before
+            anything meets the constraints.
+        best: The place of the best run that meets the constraints; None if there is none.
+    """
+
+    runs: list[tuple[Run, Outcome]] = field(default_factory=list)
+    history: dict[str, list[float]] = field(default_factory=dict)
+    best: int | None = None
+    lowest: float = _MISSES
+
+
+def optimise(study: Study, fingerprint: str, perform: Perform) -> Search:
+    """Search for the best, once a seed.
+
+    Args:
+        study: A study with `optimise`.
+        fingerprint: Of what all runs have in common.
+        perform: Does a generation.
+
+    Raises:
+        InputError: The algorithm is not installed.
+    """
+    assert study.optimise is not None
+    found, settings = Search(), study.optimise
+    dimensions = sum(is_searched(variation) for variation in study.variations)
+    for number in settings.seeds:
+        history = found.history.setdefault(f"seed {number}", [])
+        lowest = _MISSES
+
+        def evaluate(points: Sequence[FloatArray], history: list[float] = history) -> list[float]:
+            nonlocal lowest
+            begin = len(found.runs)
+            runs = [
+                make_run(
+                    study, fingerprint, begin + k, searched_values(study.variations, point.tolist())
+                )
+                for k, point in enumerate(points)
+            ]
+            outcomes = perform(runs)
+            found.runs += zip(runs, outcomes, strict=True)
+            costs = [cost(settings, outcome) for outcome in outcomes]
+            for k, value in enumerate(costs):
+                if value < found.lowest:
+                    found.best, found.lowest = begin + k, value
+            lowest = min(lowest, *costs)
+            history.append(_objective(settings, lowest) if lowest < _MISSES else math.nan)
+            return costs
+
+        search(settings, dimensions, study.seed + number, evaluate)
+    return found
+
+
+def cost(settings: Optimise, outcome: Outcome) -> float:
+    """What is made small: the objective; what misses constraints is above all that meets them.
+
+    Args:
+        settings: Objective and constraints.
+        outcome: Of a run.
+    """
+    names = [settings.objective, *(c.metric for c in settings.constraints)]
+    values = [_finite(outcome.metrics.get(name)) for name in names]
+    if not outcome.complete or any(math.isnan(value) for value in values):
+        return _FAILS
+    pairs = zip(settings.constraints, values[1:], strict=True)
+    missed = sum(constraint.violation(value) for constraint, value in pairs)
+    if missed > 0.0:
+        return min(_MISSES + missed * 1e3, _FAILS)
+    return _objective(settings, values[0])
+
+
+def _finite(value: Any) -> float:
+    """A number; NaN for what is none."""
+    return float(value) if value is not None and math.isfinite(value) else math.nan
+
+
+def _objective(settings: Optimise, value: float) -> float:
+    """The cost of an objective, or the objective of a cost."""
+    return -value if settings.maximise else value

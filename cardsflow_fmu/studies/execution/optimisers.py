@@ -1,0 +1,78 @@
+"""The algorithms that search the unit cube: scipy's differential evolution, and CMA-ES."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, differential_evolution
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.studies.definition.sampling import sample
+from cardsflow_fmu.studies.definition.study import Optimise
+
+FloatArray = NDArray[np.float64]
+Evaluate = Callable[[Sequence[FloatArray]], list[float]]
+"""The costs of several points of the unit cube, in their order: a generation."""
+
+_SPREAD = 0.3  # of the first generation of CMA-ES, in parts of the cube
+
+
+def search(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) -> None:
+    """Search for the least cost, generation by generation; the caller keeps what it sees.
+
+    Args:
+        settings: Algorithm and sizes.
+        dimensions: Of the unit cube.
+        seed: Equal seeds give equal searches.
+        evaluate: The costs of a generation.
+
+    Raises:
+        InputError: The algorithm is not installed.
+    """
+    methods = {"differential_evolution": _differential_evolution, "cma_es": _cma_es}
+    methods[settings.method](settings, dimensions, seed, evaluate)
+
+
+def _differential_evolution(
+    settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate
+) -> None:
+    def generation(function: Any, points: Iterable[FloatArray]) -> list[float]:
+        return evaluate(list(points))
+
+    def single(point: FloatArray) -> float:
+        return evaluate([point])[0]
+
+    differential_evolution(
+        single,
+        Bounds([0.0] * dimensions, [1.0] * dimensions),
+        init=sample("sobol", dimensions, settings.population, seed),
+        maxiter=settings.generations - 1,
+        updating="deferred",
+        workers=generation,
+        polish=False,
+        tol=1e-6,
+        seed=np.random.default_rng(seed),
+    )
+
+
+def _cma_es(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) -> None:
+    try:
+        from cmaes import CMA
+    except ImportError:
+        what = "'cma_es' needs cmaes: pip install 'cardsflow[optimise]'"
+        raise InputError(what, key="optimise.method") from None
+    optimiser = CMA(
+        mean=np.full(dimensions, 0.5),
+        sigma=_SPREAD,
+        bounds=np.array([[0.0, 1.0]] * dimensions),
+        seed=seed,
+        population_size=settings.population,
+    )
+    for _ in range(settings.generations):
+        points = [optimiser.ask() for _ in range(optimiser.population_size)]
+        optimiser.tell(list(zip(points, evaluate(points), strict=True)))
+        if optimiser.should_stop():
+            return

@@ -1,0 +1,103 @@
+"""A small file a run: written at once or not at all, and told apart from what is damaged."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import hashlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import CardsflowError, InputError
+from addin_sdfusion.robot.files import write_files
+from cardsflow_fmu.studies.definition.errors import StudyError
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.sampling import Run
+
+RUNS = "runs"
+_LOCK = ".lock"
+
+
+class RunFiles:
+    """The runs that a folder holds.
+
+    Args:
+        folder: The study's output folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._runs = folder / RUNS
+
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Makes the folder, and keeps other studies out of it.
+
+        Raises:
+            InputError: It cannot be written, or another study is at work in it.
+        """
+        try:
+            self._runs.mkdir(parents=True, exist_ok=True)
+            stream = (self.folder / _LOCK).open("w")
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(f"cannot be written: {reason}", file=self.folder) from None
+        with stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                what = "another study is at work in this folder; wait, or choose another"
+                raise InputError(what, file=self.folder) from None
+            yield
+
+    def any(self) -> bool:
+        """Whether there is a file of a run."""
+        return self._runs.is_dir() and any(self._runs.glob("*.json"))
+
+    def write(self, run: Run, outcome: Outcome) -> None:
+        """Write the file of a run.
+
+        Raises:
+            StudyError: It cannot be written, as when the disk is full.
+        """
+        content = {
+            "hash": run.hash,
+            "settings": run.settings,
+            "error": outcome.error,
+            "metrics": outcome.metrics,
+            "wall_time": outcome.wall_time,
+            "overhead": outcome.overhead,
+        }
+        text = json.dumps(content | {"check": _check(content)}, indent=1) + "\n"
+        try:
+            write_files(self._runs, {f"{run.hash}.json": text})
+        except CardsflowError as error:
+            raise StudyError(f"{error}; make room there") from None
+
+    def read(self, run: Run) -> Outcome | None:
+        """What came of a run; None if there is no file, or none that is sound."""
+        content = self._content(self._runs / f"{run.hash}.json")
+        if content is None or content["hash"] != run.hash:
+            return None
+        return Outcome(
+            content["metrics"], content["error"], content["wall_time"], content["overhead"]
+        )
+
+    def settings(self, beginning: str) -> list[dict[str, Any]]:
+        """The settings of the runs whose hash begins so."""
+        found = map(self._content, sorted(self._runs.glob(f"{beginning}*.json")))
+        return [content["settings"] for content in found if content is not None]
+
+    def _content(self, file: Path) -> dict[str, Any] | None:
+        try:
+            content = json.loads(file.read_text(encoding="utf-8"))
+            check = content.pop("check")
+            return content if check == _check(content) else None
+        except (OSError, ValueError, KeyError, AttributeError):
+            return None
+
+
+def _check(content: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]

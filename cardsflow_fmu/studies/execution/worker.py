@@ -1,0 +1,114 @@
+"""One run in a worker process: a function of plain arguments, whatever executor calls it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.studies.definition.errors import StudyError
+from cardsflow_fmu.studies.definition.fingerprint import experiment_digest
+from cardsflow_fmu.studies.definition.metrics import metric_values
+from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.path_check import require_simulated
+from cardsflow_fmu.studies.definition.study import Box, Engine
+
+_ONE_AT_A_TIME = threading.Lock()  # FMUs share their process' folder and signals
+_bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What the runs of a study have in common, small enough to go with each of them.
+
+    Attributes:
+        experiment: The experiment.toml, or the folder that holds one.
+        digest: Of the experiment, see `experiment_digest`.
+        settings: Changes to it that all runs share.
+        engine: Plain Python objects, FMUs, or a loop in C.
+        metrics: What to look at.
+        box: Where the workspace is looked at.
+        fmus: Folder with the FMUs of the experiment, built; where it is not there, they are built
+            again.
+    """
+
+    experiment: Path
+    digest: str
+    settings: Mapping[str, Any]
+    engine: Engine
+    metrics: tuple[str, ...]
+    box: Box | None
+    fmus: Path
+
+
+def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
+    """Do a run; whatever it fails of is its outcome.
+
+    Args:
+        job: What all runs have in common.
+        settings: What is this run's own.
+
+    Raises:
+        StudyError: The experiment here is another one than that of the study.
+    """
+    with _ONE_AT_A_TIME:
+        begin = time.perf_counter()
+        base = _base(job)
+        try:
+            experiment = Experiment.load(job.experiment, {**job.settings, **settings})
+            require_simulated(experiment)
+            ready = time.perf_counter()
+            result = _simulate(job, base, experiment)
+            simulated = _simulated(result, ready)
+            metrics = metric_values(job.metrics, result, job.box)
+        except CardsflowError as error:
+            return Outcome({}, _one_line(error))
+        except Exception as error:  # a run that fails is a row, whatever it fails of
+            return Outcome({}, f"internal error: {type(error).__name__}: {_one_line(error)}")
+        return Outcome(metrics, None, simulated, time.perf_counter() - begin - simulated)
+
+
+def _base(job: Job) -> Experiment:
+    """The experiment without variations, read once in a process.
+
+    Raises:
+        StudyError: It has changed since the study began, or is another here.
+    """
+    key = job.experiment, repr(job.settings)
+    if key not in _bases:
+        try:
+            base = Experiment.load(job.experiment, job.settings)
+            _bases[key] = base, experiment_digest(base)
+        except (CardsflowError, OSError) as error:
+            raise StudyError(f"the experiment cannot be read by a worker: {error}") from None
+    base, digest = _bases[key]
+    if digest != job.digest:
+        what = "is not the experiment that the study began with: begin anew in another folder"
+        raise StudyError(f"{job.experiment}: {what}")
+    return base
+
+
+def _simulate(job: Job, base: Experiment, experiment: Experiment) -> Result:
+    from cardsflow_fmu.simulation.run import simulate
+
+    from .fmu_cache import prepared_fmus
+
+    if job.engine == "fmu":
+        return simulate(experiment, prepared=prepared_fmus(base, experiment, job.fmus))
+    return simulate(experiment, through=job.engine)
+
+
+def _simulated(result: Result, ready: float) -> float:
+    """How long the steps took, in [s]."""
+    factor = result.summary["real_time_factor"]
+    return float(result.summary["duration"] / factor) if factor else time.perf_counter() - ready
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,1 @@
+"""Helpers that know nothing of robots: archives, interrupts, files, text tables."""

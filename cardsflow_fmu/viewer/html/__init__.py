@@ -1,0 +1,1 @@
+"""The replay page that opens from disk."""

@@ -1,0 +1,1 @@
+"""The scene of a run: shapes, poses, muscle paths, motion."""

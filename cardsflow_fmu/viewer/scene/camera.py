@@ -1,0 +1,68 @@
+"""Where to look from so that a whole stage is seen well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .shapes import FloatArray
+from .stage import Stage
+
+_FLAT = 0.02
+_NEAR = 2.0  # objects farther away than so many reaches are not looked for
+
+
+@dataclass(frozen=True, eq=False)
+class StageView:
+    """A stage seen from outside.
+
+    Attributes:
+        centre: The middle of all that moves, in [m].
+        eye: Where to look from, in [m].
+        up: Unit vector against gravity.
+        floor: A point below everything, in [m].
+        reach: The stage's, in [m].
+        aside: Unit vector to the right, as seen from the eye, level.
+    """
+
+    centre: FloatArray
+    eye: FloatArray
+    up: FloatArray
+    floor: FloatArray
+    reach: float
+    aside: FloatArray
+
+
+def view_of(stage: Stage) -> StageView:
+    """Look along the thinnest level side of a stage, a little turned and from above.
+
+    Args:
+        stage: What to look at.
+    """
+    low, high = _seen(stage)
+    up, centre = stage.up, 0.5 * (low + high)
+    level = [axis for axis in np.eye(3) if abs(axis @ up) < 0.9]
+    thin = min(level, key=lambda axis: float(axis @ (high - low)))
+    thin = thin - (thin @ up) * up
+    back = -thin / np.linalg.norm(thin)
+    aside = np.cross(up, back)
+    flat = float(np.abs(thin) @ (high - low)) < _FLAT * stage.reach
+    turn, rise = (0.2, 0.14) if flat else (0.5, 0.35)
+    eye = centre + 1.25 * stage.reach * (back + turn * aside + rise * up)
+    drop = 0.5 * float(np.abs(up) @ (high - low)) + 0.06 * stage.reach
+    floor = centre - drop * up
+    if stage.floor is not None:
+        floor = np.array([centre[0], centre[1], stage.floor])
+    return StageView(centre, eye, up, floor, stage.reach, aside)
+
+
+def _seen(stage: Stage) -> tuple[FloatArray, FloatArray]:
+    """The two corners of the box that holds the robot and the objects near it."""
+    low, high = stage.box
+    middle = 0.5 * (low + high)
+    for places in stage.around.places.values():
+        near = places[np.linalg.norm(places - middle, axis=1) < _NEAR * stage.reach]
+        if len(near):
+            low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
+    return low, high

@@ -1,0 +1,114 @@
+"""What stands around a robot as shapes: the ground, and objects at rest and in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+
+import numpy as np
+
+from addin_sdfusion.robot import Pose
+from sim_dart.core.frames import transform
+from sim_dart.scene import Box, Capsule, Cylinder, MeshShape, Scene, SceneObject, Sphere
+
+from . import colours
+from . import shapes as s
+from .link_poses import FloatArray
+from .meshes import read_triangles
+from .shapes import Triangles
+
+_WIDE = 3.0
+"""Edge of the ground that is drawn, as a multiple of the reach of what stands on it."""
+
+_BOX_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+_BOX_FACES = np.array([face for a, b, c, d in _BOX_SIDES for face in ((a, b, c), (a, c, d))])
+
+
+class Surroundings:
+    """A world's objects and ground at every frame.
+
+    Args:
+        world: What there is.
+        moved: Poses of the objects that move, shape (K, 4, 4), by their names; those that are left
+            out stay where they start.
+
+    Attributes:
+        places: Where every object is, shape (K, 3) or (1, 3), by its name.
+        floor: Height of the ground, in [m]; None where there is none.
+    """
+
+    def __init__(self, world: Scene | None, moved: Mapping[str, FloatArray]) -> None:
+        self._objects = () if world is None else world.objects
+        self._poses = {
+            thing.name: moved.get(thing.name, transform(thing.pose)[np.newaxis])
+            for thing in self._objects
+        }
+        self._surfaces = {thing.name: _triangles(thing) for thing in self._objects}
+        self.places = {name: T[:, :3, 3] for name, T in self._poses.items()}
+        self.floor = None if world is None or world.ground is None else world.ground.height
+
+    def shapes(self, k: int, box: tuple[FloatArray, FloatArray]) -> Iterator[s.Shape]:
+        """The shapes of frame k.
+
+        Args:
+            k: The frame.
+            box: Two corners of what stands on the ground, in [m].
+        """
+        for thing in self._objects:
+            poses = self._poses[thing.name]
+            yield self._shape(thing, poses[min(k, len(poses) - 1)])
+        if self.floor is not None:
+            yield _ground(self.floor, box)
+
+    def _shape(self, thing: SceneObject, T: FloatArray) -> s.Shape:
+        name, group = f"objects/{thing.name}", s.OBJECTS
+        colour = colours.OBJECT if thing.moves else colours.STILL
+        surface = self._surfaces[thing.name]
+        if surface is not None:
+            return s.MeshShape(name=name, group=group, colour=colour, T=T, triangles=surface)
+        if isinstance(thing.shape, Capsule | Cylinder):
+            half = 0.5 * thing.shape.length * T[:3, 2]
+            form = s.Capsule if isinstance(thing.shape, Capsule) else s.Cylinder
+            return form(
+                name=name,
+                group=group,
+                colour=colour,
+                start=T[:3, 3] - half,
+                end=T[:3, 3] + half,
+                radius=thing.shape.radius,
+            )
+        # what has no surface that can be read shows at least where it is
+        radius = thing.shape.radius if isinstance(thing.shape, Sphere) else 0.01
+        return s.Sphere(name=name, group=group, colour=colour, centre=T[:3, 3], radius=radius)
+
+
+@lru_cache(maxsize=64)
+def _triangles(thing: SceneObject) -> Triangles | None:
+    """The surface of what is not round; None for what is, and for a mesh that cannot be read."""
+    if isinstance(thing.shape, Box):
+        return box_triangles(0.5 * np.array(thing.shape.size))
+    if not isinstance(thing.shape, MeshShape):
+        return None
+    mesh = read_triangles(thing.shape.file)
+    return mesh and Triangles(mesh.vertices * np.array(thing.shape.scale), mesh.faces)
+
+
+def box_triangles(half: FloatArray) -> Triangles:
+    """The surface of a box about the origin; half its edges in [m]."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    return Triangles(corners * half, _BOX_FACES)
+
+
+def _ground(height: float, box: tuple[FloatArray, FloatArray]) -> s.Shape:
+    """A square below what stands on it."""
+    low, high = box
+    middle = np.array([*(0.5 * (low + high))[:2], height])
+    half = 0.5 * _WIDE * max(float(np.linalg.norm(high - low)), 1e-3)
+    corners = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    return s.MeshShape(
+        name="ground",
+        group=s.GROUND,
+        colour=colours.GROUND,
+        T=transform(Pose((middle[0], middle[1], middle[2]))),
+        triangles=Triangles(corners, np.array([(0, 1, 2), (0, 2, 3)])),
+    )

@@ -1,0 +1,32 @@
+"""What a link looks like without a mesh: the ways between its joints and its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from addin_sdfusion.robot import Link, Robot
+
+from .link_poses import FloatArray
+from .motion import task_points
+
+
+def bones(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Both ends of a link's capsules: to its end or its child joints, and on to its task points.
+
+    Args:
+        robot: The robot.
+        link: One of its links.
+    """
+    origin = np.zeros(3)
+    ends = [np.array(link.end)] if link.end is not None else []
+    if not any(end.any() for end in ends):
+        children = [j for j in robot.joints if j.parent == link.name]
+        ends = [np.array(j.T_parent_joint.position) for j in children]
+    yield from ((origin, end) for end in ends if end.any())
+    hub = ends[0] if ends else origin
+    for frame in task_points(robot):
+        tip = np.array(frame.position)
+        if frame.link == link.name and np.linalg.norm(tip - hub) > 1e-9:
+            yield hub, tip

@@ -1,0 +1,60 @@
+"""Where all links are at many joint positions at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Motion, Robot
+from sim_dart.core.frames import moving_frames
+
+FloatArray = NDArray[np.float64]
+Poses = Mapping[str, FloatArray]
+"""T_world_link at every frame by the name of the link, `world` among them, shape (K, 4, 4)."""
+
+
+def link_poses(robot: Robot, q: FloatArray) -> Poses:
+    """The poses of all links.
+
+    Args:
+        robot: A valid robot.
+        q: Joint positions at K frames, shape (K, n), in [rad] or [m].
+    """
+    frames, places = moving_frames(robot)
+    world = np.broadcast_to(np.eye(4), (len(q), 4, 4))
+    T_world_frame: list[FloatArray] = []
+    for frame in frames:
+        parent = world if frame.parent < 0 else T_world_frame[frame.parent]
+        moved = motion_transforms(frame.motion, q[:, frame.coordinate])
+        T_world_frame.append(parent @ frame.T_parent_frame @ moved)
+    return {
+        link: (world if place.frame < 0 else T_world_frame[place.frame]) @ place.T_frame_link
+        for link, place in places.items()
+    }
+
+
+def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:
+    """What a motion does at each value of its coordinate, shape (K, 4, 4).
+
+    Args:
+        motion: The motion.
+        values: Of its coordinate, shape (K,), in [rad] or [m].
+    """
+    axis = np.array(motion.axis) / np.linalg.norm(motion.axis)
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    if motion.kind == "translation":
+        T[:, :3, 3] = values[:, np.newaxis] * axis
+        return T
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sin, cos = np.sin(values)[:, np.newaxis, np.newaxis], np.cos(values)[:, np.newaxis, np.newaxis]
+    T[:, :3, :3] = np.eye(3) + sin * K + (1.0 - cos) * (K @ K)  # Rodrigues
+    return T
+
+
+def moved_point(T: FloatArray, point: tuple[float, float, float]) -> FloatArray:
+    """A point of a frame in the world at every pose T of it, shape (K, 3)."""
+    moved: FloatArray = T[:, :3, :3] @ np.array(point) + T[:, :3, 3]
+    return moved

@@ -1,0 +1,113 @@
+"""The surfaces that links look like, read with trimesh and made small enough to be sent around."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Mesh, Robot
+from cardsflow_fmu.utils.visual_meshes import visual_files, visuals
+from sim_dart.core.frames import transform
+
+from .shapes import FloatArray, Triangles
+
+MOST_FACES = 6000
+"""Of a link's mesh: CAD meshes have a hundred times as many, and look the same from afar."""
+
+LinkMeshes = Mapping[str, tuple[Triangles, ...]]
+"""What the links look like, in their own frames; links without an entry have no mesh."""
+
+
+def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
+    """Read the visual meshes; a link with a mesh that is missing or unreadable has none.
+
+    Args:
+        robot: The robot.
+        folder: Where its main file stands.
+    """
+    read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder).items()}
+    meshes = {}
+    for link in robot.links:
+        placed = [_placed(mesh, read.get(mesh.uri)) for mesh in visuals(link)]
+        whole = tuple(triangles for triangles in placed if triangles is not None)
+        if whole and len(whole) == len(placed):
+            meshes[link.name] = whole
+    return meshes
+
+
+def read_triangles(file: Path) -> Triangles | None:
+    """The surface in a file; None where trimesh cannot read it, or a reader of it is missing.
+
+    Args:
+        file: Any file that trimesh reads.
+    """
+    import trimesh
+
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
+    try:
+        mesh: Any = trimesh.load(file, force="mesh")
+        vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+        faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+    except Exception:  # a damaged file shows in as many ways as there are formats
+        return None
+    if not len(faces) or not np.isfinite(vertices).all():
+        return None
+    return simplified(Triangles(vertices, faces))
+
+
+def _placed(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
+    """A mesh in its link's frame, in metres."""
+    if triangles is None:
+        return None
+    T = transform(mesh.pose)
+    vertices = triangles.vertices * np.array(mesh.scale) @ T[:3, :3].T + T[:3, 3]
+    turned = np.prod(mesh.scale) < 0.0
+    return Triangles(vertices, triangles.faces[:, ::-1] if turned else triangles.faces)
+
+
+def simplified(triangles: Triangles, most: int = MOST_FACES) -> Triangles:
+    """The surface with at most so many faces: vertices in one cell of a grid become one.
+
+    Args:
+        triangles: The surface.
+        most: So many faces are left at most.
+    """
+    cells = 256
+    while len(triangles.faces) > most and cells >= 2:
+        candidate = _clustered(triangles, cells)
+        if len(candidate.faces) <= most or cells == 2:
+            return candidate
+        cells = cells * 4 // 5
+    return triangles
+
+
+def _clustered(triangles: Triangles, cells: int) -> Triangles:
+    """Vertices merged in cubes, so many along the longest side; faces that vanish are left out."""
+    vertices = triangles.vertices
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size = float((high - low).max()) / cells or 1.0
+    cube = np.floor((vertices - low) / size).astype(np.int64)
+    _, place, count = np.unique(cube, axis=0, return_inverse=True, return_counts=True)
+    place = place.reshape(-1)
+    means = np.zeros((len(count), 3))
+    np.add.at(means, place, vertices)
+    faces = place[triangles.faces]
+    kept = _distinct(faces)
+    return Triangles(_rows(means, count), faces[kept])
+
+
+def _rows(sums: FloatArray, count: NDArray[np.int64]) -> FloatArray:
+    means: FloatArray = sums / count[:, np.newaxis]
+    return means
+
+
+def _distinct(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which faces still have three corners."""
+    a, b, c = faces.T
+    kept: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
+    return kept

@@ -1,0 +1,1 @@
+"""Analyses of robot and controller: gains, linearisation, workspaces, sizing."""

@@ -1,0 +1,171 @@
+"""A robot, its controller and their loop as python-control systems, for analysis and design.
+
+    systems = to_nlsys(controller, dynamics, period=0.005)
+    x = np.concatenate([q, qd])
+    reference = np.concatenate([q_d, np.zeros(2 * n)])
+    linear = systems.loop.linearize(x, reference)
+    abs(linear.poles()).max()
+    response = control.input_output_response(systems.loop, times, references, x)
+
+Slow, as every tick goes through python-control: for analysis, not for runs. It is imported here
+when it is needed: it takes a second.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+from controllers.dynamics import Dynamics
+from controllers.force_distribution.bounded import ForceSolution
+from controllers.validation import is_finite
+
+from .linearise import acceleration
+
+FloatArray = NDArray[np.float64]
+
+
+class JointController(Protocol):
+    """A controller of joint positions; all of this package's have this form."""
+
+    @property
+    def dynamics(self) -> Dynamics: ...  # noqa: D102
+
+    def solve(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+    ) -> ForceSolution:
+        """The forces; see `JointSpaceController.solve`."""
+
+
+class Systems(NamedTuple):
+    """python-control systems of one period; all signals are vectors, such as `q[0]`, `q[1]`.
+
+    Attributes:
+        plant: Inputs f; outputs and states q, qd.
+        controller: Inputs q, qd, q_d, qd_d, qdd_d; outputs f; with delay, states f.
+        loop: Inputs q_d, qd_d, qdd_d; outputs q, qd, f; states q, qd, and f with delay.
+    """
+
+    plant: Any
+    controller: Any
+    loop: Any
+
+
+def to_nlsys(
+    controller: JointController,
+    dynamics: Dynamics | None = None,
+    period: float = 1e-3,
+    *,
+    delay: int = 0,
+    substeps: int = 10,
+) -> Systems:
+    """python-control systems of a robot, its controller and their loop.
+
+    Args:
+        controller: The controller.
+        dynamics: The robot as it is; as the controller knows it when None.
+        period: T of the controller, which holds its forces in between, in [s].
+        delay: Ticks from reading a state until its forces take effect: 0 or 1.
+        substeps: Steps of the plant's integration in a period.
+
+    Raises:
+        InputError: The period, the delay or the number of substeps is wrong, or the robots differ
+            in size.
+    """
+    import control
+
+    robot = controller.dynamics if dynamics is None else dynamics
+    _check(controller.dynamics, robot, period, delay, substeps)
+    n, m = len(robot.coordinate_names), len(robot.muscle_names)
+    state, forces = [*_signals("q", n), *_signals("qd", n)], _signals("f", m)
+    reference = [*_signals("q_d", n), *_signals("qd_d", n), *_signals("qdd_d", n)]
+
+    def move(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
+        return np.concatenate(integrate(robot, x[:n], x[n:], u, period, substeps))
+
+    def decide(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
+        q, qd, q_d, qd_d, qdd_d = u.reshape(5, n)
+        return controller.solve(q, qd, q_d, qd_d, qdd_d).forces
+
+    def hold(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
+        return x
+
+    plant = control.nlsys(
+        move, None, inputs=forces, outputs=state, states=state, dt=period, name="plant"
+    )
+    memory = {"outfcn": hold, "states": forces} if delay else {"outfcn": decide}
+    law = control.nlsys(
+        decide if delay else None,
+        inputs=[*state, *reference],
+        outputs=forces,
+        dt=period,
+        name="controller",
+        **memory,
+    )
+    loop = control.interconnect(
+        [plant, law], inputs=reference, outputs=[*state, *forces], dt=period, name="loop"
+    )
+    return Systems(plant, law, loop)
+
+
+def integrate(
+    dynamics: Dynamics,
+    q: FloatArray,
+    qd: FloatArray,
+    forces: FloatArray,
+    duration: float,
+    substeps: int = 10,
+) -> tuple[FloatArray, FloatArray]:
+    """State after a while at held forces, by the classical Runge-Kutta rule of fourth order.
+
+    Args:
+        dynamics: The robot.
+        q: Joint positions, shape (n,), in [rad] or [m].
+        qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        forces: f, shape (m,), in [N].
+        duration: In [s].
+        substeps: Steps of the rule.
+
+    Returns:
+        q and qd, shape (n,) each.
+    """
+    h = duration / substeps
+    x = np.stack([q, qd])
+
+    def rate(x: FloatArray) -> FloatArray:
+        return np.stack([x[1], acceleration(dynamics, x[0], x[1], forces)])
+
+    for _ in range(substeps):
+        k1 = rate(x)
+        k2 = rate(x + 0.5 * h * k1)
+        k3 = rate(x + 0.5 * h * k2)
+        k4 = rate(x + h * k3)
+        x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return x[0], x[1]
+
+
+def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps: int) -> None:
+    sizes = [(len(d.coordinate_names), len(d.muscle_names)) for d in (known, robot)]
+    if sizes[0] != sizes[1]:
+        raise InputError(
+            f"the controller knows {sizes[0][0]} coordinates and {sizes[0][1]} muscles,"
+            f" the robot has {sizes[1][0]} and {sizes[1][1]}"
+        )
+    if not (is_finite(period) and period > 0):
+        raise InputError(f"period must be a positive time in s, not {period!r}")
+    if delay not in (0, 1):
+        raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
+    if substeps < 1:
+        raise InputError(f"substeps must be 1 or more, not {substeps!r}")
+
+
+def _signals(name: str, size: int) -> list[str]:
+    return [f"{name}[{k}]" for k in range(size)]

@@ -1,0 +1,228 @@
+"""The torques that muscles can make, {-L'f : f_min <= f <= f_max}, and how far wanted ones are in.
+
+The set is a zonotope. Every facet is parallel to n - 1 columns of L', so its normals are found from
+all choices of n - 1 muscles, for all poses at once, and its support is
+h(c) = sum_i max(-c'L_i f_min_i, -c'L_i f_max_i): hyperplane shifting, as in Bouchard, Gosselin,
+Moore, "On the ability of a cable-driven robot to generate a prescribed set of wrenches", J.
+Mechanisms and Robotics 2 (2010), and Gouttefarde, Krut, "Characterization of parallel manipulator
+available wrench set facets", Advances in Robot Kinematics (2010).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
+from controllers.force_distribution.poses import Poses, gather
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+MOST_FACETS = 20_000
+"""Most choices of n - 1 muscles that are gone through."""
+
+_RANK = 1e-9  # what is below this part of the largest is zero
+_CHUNK = 2_000_000  # numbers held at once
+
+
+class _Facets(NamedTuple):
+    """Candidates for facets of some poses: every facet of the set is among them.
+
+    Attributes:
+        rows: Which poses.
+        normals: Unit vectors, shape (P, 2 K, n); zero where n - 1 muscles span less.
+        pull: -c'L_i, what 1 N of each muscle does along the normal, shape (P, 2 K, m).
+    """
+
+    rows: slice
+    normals: FloatArray
+    pull: FloatArray
+
+    @property
+    def real(self) -> BoolArray:
+        """Which candidates have a normal, shape (P, 2 K)."""
+        return np.asarray(np.any(self.normals != 0.0, axis=2))
+
+
+def too_many_facets(m: int, n: int) -> bool:
+    """Whether m muscles for n coordinates make more facets than are gone through."""
+    return comb(m, n - 1) > MOST_FACETS
+
+
+def full_rank(L: FloatArray) -> BoolArray:
+    """Whether the muscles act on all coordinates independently, shape (P,).
+
+    Args:
+        L: Muscle Jacobians, shape (P, m, n).
+    """
+    if L.shape[1] < L.shape[2]:
+        return np.zeros(len(L), dtype=bool)
+    s = np.linalg.svd(L, compute_uv=False)
+    return np.asarray(s[:, -1] > _RANK * s[:, 0])
+
+
+def capacity_margin(
+    L: ArrayLike,
+    tau: ArrayLike,
+    f_min: ArrayLike,
+    f_max: ArrayLike,
+    *,
+    half_widths: ArrayLike | None = None,
+) -> FloatArray:
+    """Distance of wanted torques from the nearest facet, positive within; shape (...).
+
+    CASPR's `CapacityMarginMetric`, after Cruz Ruiz, Caro, Cardou, Guay, "ARACHNIS", Cable-Driven
+    Parallel Robots (2015): the smallest over the corners of the wanted set. It is not negative
+    exactly where every wanted torque is possible. Revolute and prismatic coordinates together make
+    it a distance of mixed units; `torque_margins` does not mix them.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Middle of the wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; may be infinite.
+        half_widths: W of the wanted torques tau + W s with |s_j| <= 1, shape (..., n, k): for a box
+            a diagonal matrix. Only tau when None.
+
+    Returns:
+        In [N·m] or [N]; NaN where the muscles do not act on all coordinates independently, for
+        there the set is flat.
+
+    Raises:
+        InputError: A size or a number is wrong, or the set has too many facets.
+    """
+    poses = gather(L, tau, f_min, f_max)
+    W = _generators(half_widths, poses)
+    margin = np.full(len(poses.L), np.nan)
+    for facets in _facets(poses):
+        slack = _slack(poses, facets)
+        if W is not None:
+            slack -= np.abs(np.einsum("pkn,pnw->pkw", facets.normals, W[facets.rows])).sum(axis=2)
+        margin[facets.rows] = np.where(facets.real, slack, np.inf).min(axis=1)
+    flat = ~full_rank(poses.L)
+    return np.where(flat, np.nan, margin).reshape(poses.stack)
+
+
+def torque_margins(
+    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """How much more torque each coordinate can have, alone, down and up; both of shape (..., n).
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; may be infinite.
+
+    Returns:
+        In [N·m] or [N]; NaN where tau itself is out of reach, and where the muscles do not act on
+        all coordinates independently.
+
+    Raises:
+        InputError: A size or a number is wrong, or the set has too many facets.
+    """
+    poses = gather(L, tau, f_min, f_max)
+    down, up = (np.full(poses.tau.shape, np.nan) for _ in range(2))
+    for facets in _facets(poses):
+        slack = np.where(facets.real, _slack(poses, facets), np.inf)[:, :, None]
+        tau_size = np.abs(poses.tau[facets.rows]).max(axis=1) + 1.0
+        outside = np.any(slack[:, :, 0] < -_RANK * tau_size[:, None], axis=1)
+        for margins, sign in ((down, -1.0), (up, 1.0)):
+            speed = sign * facets.normals
+            crossed = speed > _RANK
+            ways = np.where(crossed, slack / np.where(crossed, speed, 1.0), np.inf)
+            margins[facets.rows] = np.where(outside[:, None], np.nan, ways.min(axis=1))
+    flat = ~full_rank(poses.L)[:, None]
+    shape = (*poses.stack, poses.n)
+    return np.where(flat, np.nan, down).reshape(shape), np.where(flat, np.nan, up).reshape(shape)
+
+
+def has_wrench_closure(L: ArrayLike) -> BoolArray:
+    """Whether unlimited muscles could make any torque, shape (...).
+
+    It is so if and only if L has full rank and on both sides of every choice of n - 1 muscles there
+    is a muscle that pulls there: CASPR's combinatoric positive span; Gouttefarde, Gosselin,
+    "Analysis of the wrench-closure workspace of planar parallel cable-driven mechanisms", IEEE
+    Trans. Robotics 22 (2006).
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+
+    Raises:
+        InputError: A size or a number is wrong, or there are too many choices.
+    """
+    shape = np.shape(L)
+    poses = gather(L, np.zeros(shape[-1:]), 0.0, np.inf)
+    closed = full_rank(poses.L)
+    for facets in _facets(poses):
+        pulled = np.any(facets.pull > 0.0, axis=2)
+        closed[facets.rows] &= np.all(pulled | ~facets.real, axis=1)
+    return closed.reshape(poses.stack)
+
+
+def _generators(half_widths: ArrayLike | None, poses: Poses) -> FloatArray | None:
+    if half_widths is None:
+        return None
+    W = np.asarray(half_widths, dtype=np.float64)
+    if W.ndim < 2 or W.shape[-2] != poses.n or not np.isfinite(W).all():
+        raise InputError(
+            f"half_widths must be finite with shape (..., {poses.n}, k), not {W.shape}"
+        )
+    try:
+        whole = np.broadcast_to(W, (*poses.stack, *W.shape[-2:]))
+    except ValueError:
+        raise InputError(f"half_widths {W.shape} do not fit poses {poses.stack}") from None
+    return np.asarray(whole.reshape(-1, *W.shape[-2:]))
+
+
+def _slack(poses: Poses, facets: _Facets) -> FloatArray:
+    """h(c) - c'tau of every candidate, shape (P, 2 K), in [N·m] or [N]."""
+    low, high = poses.f_min[facets.rows, None], poses.f_max[facets.rows, None]
+    pull = facets.pull
+    with np.errstate(invalid="ignore"):
+        made = np.where(pull > 0, pull * high, np.where(pull < 0, pull * low, 0.0))
+    wanted = np.einsum("pkn,pn->pk", facets.normals, poses.tau[facets.rows])
+    slack: FloatArray = made.sum(axis=2) - wanted
+    return slack
+
+
+def _facets(poses: Poses) -> Iterator[_Facets]:
+    """The candidates for facets, some poses at a time."""
+    m, n = poses.m, poses.n
+    if too_many_facets(m, n):
+        raise InputError(
+            f"{m} muscles for {n} coordinates make up to {2 * comb(m, n - 1)} facets, too many"
+        )
+    choices = np.array(list(combinations(range(m), n - 1)), dtype=int)
+    step = max(1, _CHUNK // (len(choices) * n * max(m, n)))
+    for begin in range(0, len(poses.L), step):
+        rows = slice(begin, begin + step)
+        normals = _normals(poses.L[rows], choices)
+        pull = -np.einsum("pkn,pmn->pkm", normals, poses.L[rows])
+        size = np.abs(poses.L[rows]).max(axis=(1, 2), initial=0.0)
+        pull[np.abs(pull) <= _RANK * size[:, None, None]] = 0.0
+        yield _Facets(
+            rows,
+            np.concatenate([normals, -normals], axis=1),
+            np.concatenate([pull, -pull], axis=1),
+        )
+
+
+def _normals(L: FloatArray, choices: NDArray[np.int_]) -> FloatArray:
+    """Unit normals of all choices of n - 1 rows of L, by cofactors; zero where they span less."""
+    n = L.shape[2]
+    spans = L[:, choices]  # (P, K, n - 1, n)
+    others = [np.delete(np.arange(n), j) for j in range(n)]
+    normals = np.stack(
+        [(-1.0) ** j * np.linalg.det(spans[..., others[j]]) for j in range(n)], axis=2
+    )
+    length = np.linalg.norm(normals, axis=2, keepdims=True)
+    volume = np.linalg.norm(spans, axis=3).prod(axis=2)[..., None]
+    real = length > _RANK * volume
+    return np.asarray(np.where(real, normals / np.where(real, length, 1.0), 0.0))

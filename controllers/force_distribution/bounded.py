@@ -1,0 +1,345 @@
+"""Force distribution: which muscle forces make a wanted joint torque.
+
+    min 1/2 f'Hf   s.t.   -L'f = tau,   f_min <= f <= f_max
+
+When no force fits, the soft problem is solved instead: the smallest error within the bounds,
+    min 1/2 |W (L'f + tau)|^2 + eps/2 f'Hf   s.t.   f_min <= f <= f_max,
+with W = 1 for the torque's error, or M^-1 for that of the acceleration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import qpsolvers
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, SimulationError
+from controllers.qp import dual_newton
+from controllers.qp import solver as qp
+from controllers.validation import float_array, is_finite
+
+FloatArray = NDArray[np.float64]
+_Answer = tuple[FloatArray, FloatArray, float]  # forces, slack, largest |slack|
+
+_SOFTNESS = 1e-8  # eps, relative to the size of LL'
+_AT_BOUND = 1e-9  # a force this close to a bound is at it, relative to 1 N or the bound
+
+
+@dataclass(frozen=True)
+class ForceSolution:
+    """Muscle forces for a wanted torque; it can check itself.
+
+    Attributes:
+        forces: f, shape (m,), in [N]; always within the bounds.
+        status: `solved`, or `soft` when no force within the bounds makes the torque.
+        slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
+        f_min, f_max: The bounds, shape (m,), in [N].
+        coordinate_names: n names.
+        muscle_names: m names.
+    """
+
+    forces: FloatArray
+    status: Literal["solved", "soft"]
+    slack: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+    coordinate_names: tuple[str, ...]
+    muscle_names: tuple[str, ...]
+
+    @property
+    def equality_residual(self) -> float:
+        """Largest torque error, max |tau + L'f|, in [N·m] or [N]."""
+        return float(np.max(np.abs(self.slack), initial=0.0))
+
+    @property
+    def bound_violation(self) -> float:
+        """Largest distance of a force from its bounds, in [N]; 0 when all are within."""
+        outside = np.maximum(self.f_min - self.forces, self.forces - self.f_max)
+        return float(np.max(outside, initial=0.0))
+
+    @property
+    def at_min(self) -> tuple[str, ...]:
+        """Names of the muscles at their lower bound."""
+        near = self.forces - self.f_min <= _AT_BOUND * np.maximum(1.0, self.f_min)
+        return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
+
+    @property
+    def at_max(self) -> tuple[str, ...]:
+        """Names of the muscles at their upper bound."""
+        finite = np.where(np.isfinite(self.f_max), self.f_max, np.finfo(float).max)
+        near = finite - self.forces <= _AT_BOUND * np.maximum(1.0, finite)
+        return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
+
+    @property
+    def count_at_bounds(self) -> int:
+        """Number of muscles at a bound."""
+        return len(set(self.at_min) | set(self.at_max))
+
+    def describe(self) -> str:
+        """One line: the slack by coordinate, and the muscles at their bounds."""
+        slack = ", ".join(
+            f"{name} {value:.3g}"
+            for name, value in zip(self.coordinate_names, self.slack, strict=True)
+        )
+        bounds = [
+            f"at {bound}: {', '.join(names)}"
+            for bound, names in (("f_min", self.at_min), ("f_max", self.at_max))
+            if names
+        ]
+        return "; ".join([f"{self.status}: slack {slack}", *bounds])
+
+
+def _accelerations(
+    L: FloatArray, tau: FloatArray, M: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """L M^-1 and M^-1 tau, so that the error of the one counts what that of the other makes."""
+    if M is None:
+        return L, tau
+    made = np.asarray(np.linalg.solve(M, np.column_stack([L.T, tau])), dtype=np.float64)
+    return np.ascontiguousarray(made[:, :-1].T), made[:, -1]
+
+
+class ForceDistribution:
+    """Distributes joint torques over muscles.
+
+    Args:
+        f_min: Lower bounds, shape (m,), in [N].
+        f_max: Upper bounds, shape (m,), in [N]; may be infinite.
+        weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
+        solver: `dual_newton`, or the name of a qpsolvers back end.
+        tolerance: Largest torque error of a solved problem, relative to 1 + max |tau|.
+        coordinate_names: n names for reports; numbered when None.
+        muscle_names: m names for reports; numbered when None.
+
+    Raises:
+        InputError: A bound, weight or tolerance is wrong; the message names it.
+        UnknownNameError: The back end is not installed.
+    """
+
+    def __init__(
+        self,
+        f_min: ArrayLike,
+        f_max: ArrayLike,
+        *,
+        weights: ArrayLike | None = None,
+        solver: str = qp.DEFAULT_SOLVER,
+        tolerance: float = 1e-6,
+        coordinate_names: Sequence[str] | None = None,
+        muscle_names: Sequence[str] | None = None,
+    ) -> None:
+        m = np.size(f_min)
+        self.weights: FloatArray = float_array(
+            "weights", np.ones(m) if weights is None else weights
+        )
+        self.solver = qp.require_solver(solver)
+        if not (is_finite(tolerance) and tolerance > 0):
+            raise InputError(f"tolerance must be positive and finite, not {tolerance!r}")
+        self.tolerance = tolerance
+        self.coordinate_names = None if coordinate_names is None else tuple(coordinate_names)
+        numbered = tuple(f"muscle {k + 1}" for k in range(m))
+        self.muscle_names = numbered if muscle_names is None else tuple(muscle_names)
+        self._newtons: tuple[()] | tuple[dual_newton.DualNewton, dual_newton.DualNewton] = ()
+        self.set_bounds(f_min, f_max)
+        # Only the ratios of weights matter; near 1 they suit every back end's tolerances.
+        self._weights = self.weights / self.weights.mean()
+        self._H = np.diag(self._weights)
+        self._zeros = np.zeros(m)
+        if self.coordinate_names:
+            self._prepare(len(self.coordinate_names))
+
+    def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
+        """Change the bounds.
+
+        Args:
+            f_min: Lower bounds, shape (m,), in [N].
+            f_max: Upper bounds, shape (m,), in [N]; may be infinite.
+
+        Raises:
+            InputError: A bound is wrong; the message names the muscle.
+        """
+        low, high = float_array("f_min", f_min), float_array("f_max", f_max)
+        self._check_bounds(low, high)
+        self.f_min: FloatArray = low
+        self.f_max: FloatArray = high
+        for newton in self._newtons:
+            newton.lb[:], newton.ub[:] = low, high
+
+    def _check_bounds(self, f_min: FloatArray, f_max: FloatArray) -> None:
+        shapes = {f_min.shape, f_max.shape, self.weights.shape, (len(self.muscle_names),)}
+        if len(shapes) != 1 or f_min.ndim != 1 or f_min.size == 0:
+            raise InputError("f_min, f_max, weights and names must be equally long vectors")
+        for name, low, high, weight in zip(
+            self.muscle_names, f_min, f_max, self.weights, strict=True
+        ):
+            if not (np.isfinite(low) and low >= 0):
+                raise InputError(f"muscle {name!r}: f_min {low} must be finite and not negative")
+            if not low <= high:
+                raise InputError(f"muscle {name!r}: f_min {low} is above f_max {high}")
+            if not (np.isfinite(weight) and weight > 0):
+                raise InputError(f"muscle {name!r}: weight {weight} must be finite and positive")
+
+    def build_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
+        """The QP, apart from its solution.
+
+        Args:
+            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
+            tau: Wanted torque, shape (n,), in [N·m] or [N].
+        """
+        return qpsolvers.Problem(self._H, self._zeros, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
+
+    def build_soft_problem(
+        self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None
+    ) -> qpsolvers.Problem:
+        """The QP that always has a solution: the smallest error within the bounds.
+
+        Args:
+            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
+            tau: Wanted torque, shape (n,), in [N·m] or [N].
+            M: As for `solve`.
+        """
+        L, tau = _accelerations(L, tau, M)
+        P = L @ L.T + self._softness(L) * self._H
+        return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)
+
+    def reset(self) -> None:
+        """Forget the last solutions: the next does not depend on anything before it."""
+        for newton in self._newtons:
+            newton.start[:] = 0.0
+
+    def get_state(self) -> FloatArray:
+        """All that is remembered between solutions: shape (2n,).
+
+        Without coordinate names n is not known before the first solution, and the shape is (0,).
+        """
+        return np.concatenate([newton.start for newton in self._newtons] or [np.empty(0)])
+
+    def set_state(self, state: ArrayLike) -> None:
+        """Go back to what `get_state` gave; the following solutions repeat bit for bit.
+
+        Args:
+            state: From `get_state`.
+
+        Raises:
+            InputError: It has another shape, or is not finite.
+        """
+        values = float_array("the state", state)
+        if values.ndim != 1 or values.size % 2 or not np.isfinite(values).all():
+            raise InputError(f"a force distribution's state is 2n finite numbers, not {state!r}")
+        if not values.size:
+            self.reset()
+            return
+        hard, soft = self._prepare(values.size // 2)
+        hard.start[:], soft.start[:] = np.split(values, 2)
+
+    def solve(self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None) -> ForceSolution:
+        """Forces that make the torque, or come as near as the bounds allow.
+
+        The answer of the back end is checked by itself, whatever its status says; where it fails,
+        the default one and DAQP are asked as well. Answers depend on earlier ones by rounding
+        errors at most; see `get_state`.
+
+        Args:
+            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
+            tau: Wanted torque, shape (n,), in [N·m] or [N].
+            M: Mass matrix, shape (n, n). With it, the error that is made smallest where no force
+                fits is that of the joints' acceleration, M^-1 (tau + L'f); without it, that of the
+                torque. A robot that is to come back to its reference wants the first.
+
+        Raises:
+            InputError: L or tau has another shape.
+            SimulationError: L or tau is not finite.
+        """
+        L, tau = np.asarray(L, dtype=np.float64), np.asarray(tau, dtype=np.float64)
+        if L.shape != (self.f_min.size, tau.size) or tau.ndim != 1 or not tau.size:
+            raise InputError(
+                f"L has shape {L.shape}, tau {tau.shape}, for {self.f_min.size} muscles"
+            )
+        hard, soft = self._prepare(tau.size)
+        allowed = self.tolerance * (1.0 + float(np.abs(tau).max()))
+        if self.solver != qp.DUAL_NEWTON:
+            self._require_finite(L, tau)
+            asked = self._ask_qpsolvers(self.build_problem(L, tau), self.solver, L, tau)
+            if asked is not None and asked[2] <= allowed:
+                return self._solution(asked[0], "solved", asked[1])
+        status, answer = self._ask_dual_newton(hard, L, tau)
+        if status == dual_newton.NOT_CONVERGED:
+            answer = self._ask_qpsolvers(self.build_problem(L, tau), qp.FALLBACK, L, tau)
+        if answer is not None and answer[2] <= allowed:
+            return self._solution(answer[0], "solved", answer[1])
+        return self._solve_soft(soft, L, tau, M, allowed)
+
+    def _solve_soft(
+        self,
+        newton: dual_newton.DualNewton,
+        L: FloatArray,
+        tau: FloatArray,
+        M: FloatArray | None,
+        allowed: float,
+    ) -> ForceSolution:
+        rows, goal = _accelerations(L, tau, M)
+        newton.softness[:] = self._softness(rows)
+        _, answer = self._ask_dual_newton(newton, rows, goal)
+        if answer is None:
+            answer = self._ask_qpsolvers(self.build_soft_problem(L, tau, M), qp.FALLBACK, L, tau)
+        if answer is None:
+            raise SimulationError(f"no forces found for the torque {tau} within the bounds")
+        slack = tau + L.T @ answer[0]
+        met = float(np.abs(slack).max()) <= allowed
+        return self._solution(answer[0], "solved" if met else "soft", slack)
+
+    def _softness(self, L: FloatArray) -> float:
+        """The eps of the soft problem."""
+        size = float(np.sum(L * L)) / float(self._weights.sum())
+        return _SOFTNESS * max(size, float(np.finfo(float).tiny) / _SOFTNESS)
+
+    def _prepare(self, n: int) -> tuple[dual_newton.DualNewton, dual_newton.DualNewton]:
+        """The solvers of the hard and the soft problem for n coordinates."""
+        if not self._newtons or self._newtons[0].b.size != n:
+            m = self.f_min.size
+            self._newtons = dual_newton.DualNewton(m, n), dual_newton.DualNewton(m, n)
+            for newton in self._newtons:
+                newton.H_diagonal[:] = self._weights
+                newton.lb[:], newton.ub[:] = self.f_min, self.f_max
+        return self._newtons
+
+    def _ask_dual_newton(
+        self, newton: dual_newton.DualNewton, L: FloatArray, tau: FloatArray
+    ) -> tuple[int, _Answer | None]:
+        """The status, and forces, slack and largest error if it is solved."""
+        np.negative(L.T, out=newton.A)
+        newton.b[:] = tau
+        status = newton.solve()
+        if status != dual_newton.SOLVED:
+            if status > dual_newton.NOT_CONVERGED:
+                self._require_finite(L, tau)
+                raise SimulationError("the muscle Jacobian or a weight is too large for a float")
+            return status, None
+        slack = -newton.slack
+        return status, (newton.x.copy(), slack, float(np.abs(slack).max()))
+
+    def _ask_qpsolvers(
+        self, problem: qpsolvers.Problem, solver: str, L: FloatArray, tau: FloatArray
+    ) -> _Answer | None:
+        """Forces, clipped to the bounds, slack and largest error; None without an answer."""
+        found = qp.solve(problem, solver)
+        if found is None:
+            return None
+        forces = np.clip(found, self.f_min, self.f_max)
+        slack = tau + L.T @ forces
+        return forces, slack, float(np.abs(slack).max())
+
+    @staticmethod
+    def _require_finite(L: FloatArray, tau: FloatArray) -> None:
+        if not (np.isfinite(tau).all() and np.isfinite(L).all()):
+            raise SimulationError("the wanted torque or the muscle Jacobian is not finite")
+
+    def _solution(
+        self, forces: FloatArray, status: Literal["solved", "soft"], slack: FloatArray
+    ) -> ForceSolution:
+        names = self.coordinate_names or tuple(f"coordinate {k + 1}" for k in range(slack.size))
+        bounds = self.f_min.copy(), self.f_max.copy()
+        return ForceSolution(forces, status, slack, *bounds, names, self.muscle_names)

@@ -1,0 +1,77 @@
+"""Least squares: min (f - f_p)'H (f - f_p) s.t. -L'f = tau, f_min <= f <= f_max.
+
+CASPR's `IDSolverQuadProg`. The problem has one solution, and it is continuous along a motion.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
+from controllers.qp.problem import BoxProblem
+from controllers.qp.solver import BoxSolver
+from controllers.validation import named_vector
+
+from .poses import DistributedForces, Poses, finish, gather
+
+FloatArray = NDArray[np.float64]
+
+
+def least_squares(
+    L: ArrayLike,
+    tau: ArrayLike,
+    f_min: ArrayLike,
+    f_max: ArrayLike,
+    *,
+    weights: ArrayLike = 1.0,
+    target: ArrayLike = 0.0,
+) -> DistributedForces:
+    """The forces of least weighted square distance to a target, of smallest norm by default.
+
+    Poses are solved in order, each from the multipliers of the one before: the poses of a motion
+    take about one Newton step each.
+
+    Args:
+        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
+        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper bounds, likewise; may be infinite.
+        weights: Diagonal of H, a number or shape (m,), in [1/N²].
+        target: f_p, a number, shape (m,) or (..., m), in [N]: 0 for CASPR's `IDObjectiveMinQuad`,
+            the middle between the bounds for its `IDObjectiveQuadOptimallySafe`.
+
+    Raises:
+        InputError: A size or a number is wrong.
+    """
+    poses = gather(L, tau, f_min, f_max)
+    names = [f"muscle {k + 1}" for k in range(poses.m)]
+    H = named_vector("weights", weights, names, above=0.0)
+    try:
+        goal = np.broadcast_to(np.asarray(target, float), (*poses.stack, poses.m))
+    except (TypeError, ValueError):
+        raise InputError(f"target must be a number or {poses.m} numbers, not {target!r}") from None
+    if not np.isfinite(goal).all():
+        raise InputError("target must be finite")
+    return finish(poses, "least_squares", solve_poses(poses, H, goal.reshape(-1, poses.m)))
+
+
+def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:
+    """What the QP solver says, shape (P, m), in [N]; NaN where it says nothing.
+
+    Args:
+        poses: The poses.
+        H: Weights, shape (m,).
+        target: f_p, shape (P, m), in [N].
+    """
+    forces = np.full((len(poses.L), poses.m), np.nan)
+    if not len(forces):
+        return forces
+    solver, H = BoxSolver(poses.m, poses.n), H / H.mean()
+    for k, (A, tau, low, high) in enumerate(
+        zip(poses.A, poses.tau, poses.f_min, poses.f_max, strict=True)
+    ):
+        answer = solver.solve(BoxProblem(H, -H * target[k], A, tau, low, high))
+        if answer.status == "solved":
+            forces[k] = answer.x
+    return forces

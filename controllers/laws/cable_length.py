@@ -1,0 +1,140 @@
+"""Cable-length control: set points for position-controlled motors, without any joint sensor.
+
+    l0 = l(q_d) - (f_ff - D l_d')/K,   l_d' = L(q_d) qd_d
+
+The set points that would hold the reference exactly, if the robot were there: f_ff are the forces
+of eq. (3) on the reference itself. Without f_ff the joints sag until the springs' stretch makes
+these forces, about 1/K; with it only errors of the model are left to the springs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
+from controllers.dynamics import Dynamics, bias_torque
+from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
+from controllers.qp import solver as qp
+from controllers.validation import check_sizes, named_vector
+
+from .motors import SpringMotors
+
+FloatArray = NDArray[np.float64]
+
+
+class CableDynamics(Dynamics, Protocol):
+    """Dynamics of a robot whose muscle lengths are known too."""
+
+    def muscle_lengths(self, q: FloatArray) -> FloatArray:
+        """l(q), shape (m,), in [m]."""
+
+
+@dataclass(frozen=True)
+class CableLengthSolution(ForceSolution):
+    """Set points, and the forces that they make on the reference.
+
+    Attributes:
+        set_points: l0, shape (m,), in [m].
+    """
+
+    set_points: FloatArray
+
+
+class CableLengthController:
+    """Set points of position-controlled motors from a reference of the joints.
+
+    Args:
+        dynamics: The robot as the controller knows it.
+        motors: The robot's motors.
+        pretension: Constant forces instead of f_ff, a number or shape (m,), in [N], for a robot
+            whose masses are not known; f_ff when None.
+        weights: Diagonal of H for f_ff, shape (m,), in [1/N²]; ones when None.
+        solver: Name of a QP back end.
+
+    Raises:
+        InputError: A constant or weight is wrong, or the motors are those of other muscles.
+        UnknownNameError: The back end is not installed.
+
+    Attributes:
+        motors: The motors.
+        distribution: The force distribution of f_ff, with bounds and weights.
+    """
+
+    def __init__(
+        self,
+        dynamics: CableDynamics,
+        motors: SpringMotors,
+        *,
+        pretension: ArrayLike | None = None,
+        weights: ArrayLike | None = None,
+        solver: str = qp.DEFAULT_SOLVER,
+    ) -> None:
+        names = dynamics.muscle_names
+        if motors.muscle_names != names:
+            raise InputError(f"motors of {motors.muscle_names}, but the muscles are {names}")
+        self.dynamics = dynamics
+        self.motors = motors
+        self.distribution = ForceDistribution(
+            dynamics.f_min,
+            dynamics.f_max,
+            weights=weights,
+            solver=solver,
+            coordinate_names=dynamics.coordinate_names,
+            muscle_names=names,
+        )
+        self._pretension = (
+            None if pretension is None else named_vector("pretension", pretension, names)
+        )
+
+    def solve(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+    ) -> CableLengthSolution:
+        """The set points for a moment of the reference.
+
+        Args:
+            q: Not used: this controller is blind.
+            qd: Not used.
+            q_d: Desired positions, shape (n,), in [rad] or [m].
+            qd_d: Desired velocities, shape (n,), in [rad/s] or [m/s].
+            qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
+            w_e: Generalised external load to make up for, shape (n,), in [N·m] or [N]; none when
+                None.
+
+        Raises:
+            InputError: A vector has another size.
+            SimulationError: The reference is not finite.
+        """
+        robot = self.dynamics
+        names = robot.coordinate_names
+        check_sizes(names, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d, w_e=w_e)
+        L = robot.muscle_jacobian(q_d)
+        tau = robot.mass_matrix(q_d) @ qdd_d + bias_torque(robot, q_d, qd_d)
+        forward = self._forward(L, tau if w_e is None else tau + w_e)
+        set_points = self.motors.set_points(robot.muscle_lengths(q_d), L @ qd_d, forward.forces)
+        return CableLengthSolution(**vars(forward), set_points=set_points)
+
+    def _forward(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
+        """f_ff, or the pretension, which is never short of a torque as it is asked for none."""
+        if self._pretension is None:
+            return self.distribution.solve(L, tau)
+        robot = self.dynamics
+        return ForceSolution(
+            self._pretension.copy(),
+            "solved",
+            np.zeros_like(tau),
+            robot.f_min.copy(),
+            robot.f_max.copy(),
+            robot.coordinate_names,
+            robot.muscle_names,
+        )

@@ -1,0 +1,247 @@
+"""What a sampled loop needs around a control law: memory of what it did and what it saw.
+
+Integral action:       correction += T Ki e, at rest while the law cannot be met
+Disturbance observer:  w += (1 - exp(-w_o T)) (w_seen - w),
+                       w_seen = -L'f - C - G - D qd - M (qd - qd_last)/T - w_e, at the last tick
+Delay:                 the law is evaluated at the state predicted for when its forces take effect
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
+from controllers.dynamics import Dynamics, bias_torque
+from controllers.force_distribution.bounded import ForceSolution
+from controllers.validation import check_sizes, gain_vector, is_finite
+
+FloatArray = NDArray[np.float64]
+
+
+class ControlLaw(Protocol):
+    """A law that makes muscle forces of a state and a reference, both of one moment."""
+
+    @property
+    def dynamics(self) -> Dynamics: ...  # noqa: D102
+
+    def error(self, q: FloatArray, reference: FloatArray) -> FloatArray:
+        """The reference's position less that of q, shape (r,)."""
+
+    def solve(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        position: FloatArray,
+        velocity: FloatArray,
+        acceleration: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+        correction: FloatArray | None = None,
+    ) -> ForceSolution:
+        """The forces; see `JointSpaceController.solve`."""
+
+
+class _Seen(NamedTuple):
+    """A tick that the next one looks back at."""
+
+    q: FloatArray
+    qd: FloatArray
+    forces: FloatArray
+    w_e: FloatArray
+
+
+class ControlLoop:
+    """A control law ticking with a period.
+
+    Args:
+        law: The law.
+        names: Names of the r rows of its reference, for messages.
+        period: T, in [s].
+        ki: Integral gain, a number or shape (r,), in [1/s³].
+        observer: Bandwidth w_o of the disturbance observer, in [rad/s]; 0 for none.
+        delay: Ticks from reading a state until its forces take effect: 0 or 1.
+        predict: Whether to make up for the delay.
+
+    Raises:
+        InputError: A setting is wrong.
+
+    Attributes:
+        law: The law.
+        acting: The forces that act from this tick to the next, shape (m,), in [N].
+        disturbance: The observer's generalised load, on the left of the motion equation, shape
+            (n,), in [N·m] or [N].
+    """
+
+    def __init__(
+        self,
+        law: ControlLaw,
+        names: tuple[str, ...],
+        period: float,
+        *,
+        ki: ArrayLike = 0.0,
+        observer: float = 0.0,
+        delay: int = 0,
+        predict: bool = True,
+    ) -> None:
+        if not (is_finite(observer) and observer >= 0):
+            raise InputError(f"observer must be a bandwidth in rad/s or 0, not {observer!r}")
+        if delay not in (0, 1):
+            raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
+        self.law = law
+        self._observer, self._delay, self._predict = observer, delay, predict and delay == 1
+        self._ki = gain_vector("ki", ki, names)
+        self.set_period(period)
+        n, m = len(law.dynamics.coordinate_names), len(law.dynamics.muscle_names)
+        self._n, self._m, self._r = n, m, len(names)
+        self.reset(law.dynamics.f_min)
+
+    def set_period(self, period: float) -> None:
+        """Change the period.
+
+        Args:
+            period: T, in [s].
+
+        Raises:
+            InputError: It is not positive and finite.
+        """
+        if not (is_finite(period) and period > 0):
+            raise InputError(f"period must be a positive time in s, not {period!r}")
+        self._period = period
+        self._gain = 1.0 - math.exp(-self._observer * period)
+
+    @property
+    def period(self) -> float:
+        """T, in [s]."""
+        return self._period
+
+    def reset(self, forces: FloatArray) -> None:
+        """Forget everything.
+
+        Args:
+            forces: What acts until the first forces take effect, shape (m,), in [N].
+        """
+        self.acting = np.array(forces, dtype=np.float64)
+        self.disturbance = np.zeros(self._n)
+        self._coming = self.acting.copy()
+        self._correction = np.zeros(self._r)
+        self._seen: _Seen | None = None
+
+    def tick(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        reference: FloatArray,
+        w_e: FloatArray | None = None,
+        *,
+        applied: FloatArray | None = None,
+    ) -> ForceSolution:
+        """One tick; `acting` is what is to be applied now.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+            reference: Position, velocity and acceleration, shape (3, r), at this moment.
+            w_e: Known generalised external load, shape (n,), in [N·m] or [N]; none when None.
+            applied: What the muscles have really pulled with since the last tick, on the mean,
+                shape (m,), in [N]; the forces that they were asked for when None.
+
+        Returns:
+            The solution computed at this tick; it takes effect `delay` ticks later.
+
+        Raises:
+            InputError: A vector has another size.
+            SimulationError: The state or the reference is not finite.
+        """
+        check_sizes(self.law.dynamics.coordinate_names, q=q, qd=qd, w_e=w_e)
+        if np.shape(reference) != (3, self._r):
+            raise InputError(f"the reference has shape {np.shape(reference)}, not (3, {self._r})")
+        known = np.zeros(self._n) if w_e is None else w_e
+        if self._gain:
+            self._observe(q, qd, applied)
+        load = known + self.disturbance
+        acting = self._coming
+        position, velocity, acceleration = reference
+        at, at_rate = q, qd
+        if self._predict:
+            at, at_rate = self._predicted(q, qd, acting, load)
+            T = self._period
+            position = position + T * velocity + 0.5 * T * T * acceleration
+            velocity = velocity + T * acceleration
+        solution = self.law.solve(
+            at, at_rate, position, velocity, acceleration, w_e=load, correction=self._correction
+        )
+        if self._ki.any() and solution.status == "solved":
+            e = self.law.error(q, reference[0])
+            self._correction = self._correction + self._period * self._ki * e
+        self._coming = solution.forces
+        self.acting = acting if self._delay else solution.forces
+        if self._gain:
+            self._seen = _Seen(q.copy(), qd.copy(), self.acting, known.copy())
+        return solution
+
+    def get_state(self) -> FloatArray:
+        """All that the loop remembers, as one row of numbers; the law's own memory is apart."""
+        n, m = self._n, self._m
+        nothing = _Seen(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(n))
+        return np.concatenate(
+            [
+                self.acting,
+                self._coming,
+                self._correction,
+                self.disturbance,
+                [self._seen is not None],
+                *(self._seen or nothing),
+            ]
+        )
+
+    def set_state(self, state: FloatArray) -> None:
+        """Go back to a state from `get_state`.
+
+        Raises:
+            InputError: It has another length, or is not finite.
+        """
+        n, m = self._n, self._m
+        ends = np.cumsum([m, m, self._r, n, 1, n, n, m, n])
+        if state.shape != (ends[-1],) or not np.isfinite(state).all():
+            raise InputError(f"the control loop's state is {ends[-1]} finite numbers")
+        parts = [part.copy() for part in np.split(state, ends[:-1])]
+        self.acting, self._coming, self._correction, self.disturbance = parts[:4]
+        self._seen = _Seen(*parts[5:]) if parts[4][0] else None
+
+    def _observe(self, q: FloatArray, qd: FloatArray, applied: FloatArray | None) -> None:
+        """Compare the velocity with what the model made of the last tick's forces."""
+        if self._seen is None:
+            return
+        robot, last = self.law.dynamics, self._seen
+        forces = last.forces if applied is None else applied
+        acceleration = (qd - last.qd) / self._period
+        seen = (
+            -robot.muscle_jacobian(last.q).T @ forces
+            - bias_torque(robot, last.q, last.qd)
+            - robot.mass_matrix(last.q) @ acceleration
+            - last.w_e
+        )
+        self.disturbance = self.disturbance + self._gain * (seen - self.disturbance)
+
+    def _predicted(
+        self, q: FloatArray, qd: FloatArray, forces: FloatArray, load: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The state one period on, by the midpoint rule."""
+        T = self._period
+        half = qd + 0.5 * T * self._acceleration(q, qd, forces, load)
+        qdd = self._acceleration(q + 0.5 * T * qd, half, forces, load)
+        later: FloatArray = q + T * half
+        faster: FloatArray = qd + T * qdd
+        return later, faster
+
+    def _acceleration(
+        self, q: FloatArray, qd: FloatArray, forces: FloatArray, load: FloatArray
+    ) -> FloatArray:
+        """Qdd = -M⁻¹ (L'f + C + G + D qd + w)."""
+        robot = self.law.dynamics
+        torque = robot.muscle_jacobian(q).T @ forces + bias_torque(robot, q, qd) + load
+        return -np.asarray(np.linalg.solve(robot.mass_matrix(q), torque), dtype=np.float64)

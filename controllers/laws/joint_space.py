@@ -1,0 +1,183 @@
+"""Computed torque in joint space, eq. (3) of the CARDSFlow paper.
+
+min 1/2 f'Hf
+s.t. M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + C(q, qd) + G(q) + w_e = -L(q)'f,
+     f_min <= f <= f_max
+
+Where no force fits, the error of the acceleration is made as small as the bounds allow.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import qpsolvers
+from numpy.typing import ArrayLike, NDArray
+
+from controllers.dynamics import Dynamics, bias_torque
+from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
+from controllers.qp import solver as qp
+from controllers.validation import check_sizes, gain_vector, named_vector
+
+if TYPE_CHECKING:
+    from controllers.analysis.nonlinear_systems import Systems
+
+FloatArray = NDArray[np.float64]
+
+
+class JointSpaceController:
+    """Computed-torque control of joint positions through muscle forces.
+
+    Args:
+        dynamics: The robot as the controller knows it.
+        kp: Position gain Kp, a number or shape (n,), in [1/s²].
+        kd: Velocity gain Kd, a number or shape (n,), in [1/s].
+        weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
+        solver: Name of a qpsolvers back end.
+
+    Raises:
+        InputError: A gain, bound or weight is wrong.
+        UnknownNameError: The back end is not installed.
+
+    Attributes:
+        kp, kd: The gains, shape (n,).
+        distribution: The force distribution, with bounds and weights.
+    """
+
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        kp: ArrayLike,
+        kd: ArrayLike,
+        *,
+        weights: ArrayLike | None = None,
+        solver: str = qp.DEFAULT_SOLVER,
+    ) -> None:
+        self.dynamics = dynamics
+        self.set_gains(kp, kd)
+        self.distribution = ForceDistribution(
+            dynamics.f_min,
+            dynamics.f_max,
+            weights=weights,
+            solver=solver,
+            coordinate_names=dynamics.coordinate_names,
+            muscle_names=dynamics.muscle_names,
+        )
+
+    def set_gains(self, kp: ArrayLike, kd: ArrayLike) -> None:
+        """Change the gains.
+
+        Args:
+            kp: Position gain, a number or shape (n,), in [1/s²].
+            kd: Velocity gain, a number or shape (n,), in [1/s].
+
+        Raises:
+            InputError: kp is not above 0, kd negative, or there are too many or too few.
+        """
+        self.kp = named_vector("kp", kp, self.dynamics.coordinate_names, above=0.0)
+        self.kd = gain_vector("kd", kd, self.dynamics.coordinate_names)
+
+    def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
+        """Change the force bounds; see `ForceDistribution.set_bounds`."""
+        self.distribution.set_bounds(f_min, f_max)
+
+    def reset(self) -> None:
+        """Forget the solver's warm start."""
+        self.distribution.reset()
+
+    def get_state(self) -> FloatArray:
+        """All that the controller remembers: the solver's warm start."""
+        return self.distribution.get_state()
+
+    def set_state(self, state: FloatArray) -> None:
+        """Go back to a state from `get_state`; the following solutions repeat bit for bit.
+
+        Raises:
+            InputError: The state has another length or is not finite.
+        """
+        self.distribution.set_state(state)
+
+    def to_nlsys(self, period: float, *, delay: int = 0) -> Systems:
+        """Robot, controller and their loop as systems of python-control.
+
+        Args:
+            period: T, in [s].
+            delay: Ticks from reading a state until its forces take effect: 0 or 1.
+        """
+        from controllers.analysis.nonlinear_systems import to_nlsys
+
+        return to_nlsys(self, period=period, delay=delay)
+
+    def required_torque(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+        correction: FloatArray | None = None,
+    ) -> FloatArray:
+        """The left side of eq. (3), and the joints' damping: the torque that the muscles must make.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+            q_d: Desired positions, shape (n,).
+            qd_d: Desired velocities, shape (n,).
+            qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
+            w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
+            correction: Added to the commanded acceleration, shape (n,); none when None.
+
+        Returns:
+            tau, shape (n,), in [N·m] or [N].
+        """
+        a = qdd_d + self.kd * (qd_d - qd) + self.kp * self.error(q, q_d)
+        if correction is not None:
+            a = a + correction
+        tau: FloatArray = self.dynamics.mass_matrix(q) @ a + bias_torque(self.dynamics, q, qd)
+        return tau if w_e is None else tau + w_e
+
+    def error(self, q: FloatArray, q_d: FloatArray) -> FloatArray:
+        """q_d - q, shape (n,), in [rad] or [m]."""
+        return q_d - q
+
+    def build_problem(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+    ) -> qpsolvers.Problem:
+        """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
+        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e)
+        return self.distribution.build_problem(self.dynamics.muscle_jacobian(q), tau)
+
+    def solve(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+        *,
+        w_e: FloatArray | None = None,
+        correction: FloatArray | None = None,
+    ) -> ForceSolution:
+        """The forces of eq. (3), checked. Arguments as in `required_torque`.
+
+        Raises:
+            InputError: A vector has another length than q.
+            SimulationError: The state or the reference is not finite.
+        """
+        names = self.dynamics.coordinate_names
+        check_sizes(names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d)
+        check_sizes(names, w_e=w_e, correction=correction)
+        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
+        M = self.dynamics.mass_matrix(q)
+        return self.distribution.solve(self.dynamics.muscle_jacobian(q), tau, M)

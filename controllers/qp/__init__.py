@@ -1,0 +1,1 @@
+"""The quadratic program over muscle forces."""

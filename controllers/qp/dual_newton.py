@@ -1,0 +1,109 @@
+"""The binding of the dual Newton QP solver in C: the only file that knows the library."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import CardsflowError, InputError
+
+FloatArray = NDArray[np.float64]
+
+SOLVED, INFEASIBLE, NOT_CONVERGED, WRONG_COST, WRONG_BOUNDS, WRONG_ROWS = range(6)
+
+_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+@cache
+def library() -> ctypes.PyDLL:
+    """The loaded solver.
+
+    Loaded with the Python lock held during calls: they take microseconds.
+
+    Raises:
+        CardsflowError: The library is missing.
+    """
+    root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parents[2]))
+    path = root / "controllers" / "lib" / f"cardsflow_control{_SUFFIX}"
+    if not path.is_file():
+        raise CardsflowError(f"{path}: the QP solver is missing; reinstall cardsflow to compile it")
+    solver = ctypes.PyDLL(str(path))
+    pointer, size = ctypes.c_void_p, ctypes.c_size_t
+    solver.dual_newton_size.argtypes = [ctypes.c_int, ctypes.c_int]
+    solver.dual_newton_size.restype = size
+    solver.dual_newton_open.argtypes = [ctypes.c_int, ctypes.c_int, pointer]
+    solver.dual_newton_open.restype = pointer
+    solver.dual_newton_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
+    solver.dual_newton_array.restype = ctypes.POINTER(ctypes.c_double)
+    solver.dual_newton_solve.argtypes = [pointer]
+    solver.dual_newton_steps.argtypes = [pointer]
+    return solver
+
+
+class DualNewton:
+    """A solver for problems of one size; see csrc/dual_newton.h.
+
+    The arrays are the solver's own memory: write the problem into them, call `solve`, and read the
+    answer. Nothing is copied or checked on the way in but for what `solve` says.
+
+    Args:
+        n: Number of variables.
+        m_eq: Number of rows.
+
+    Raises:
+        InputError: A size is not positive or too large.
+
+    Attributes:
+        H_diagonal, g, lb, ub: Of the problem, shape (n,).
+        A: Of the problem, shape (m_eq, n); its transpose is contiguous.
+        b, softness: Of the problem, shape (m_eq,).
+        start: Multipliers to start from, shape (m_eq,); `solve` leaves those of a solved problem.
+        x: Of the answer, shape (n,).
+        multipliers, slack: Of the answer, shape (m_eq,).
+        residuals: Of the answer, relative: of the rows, and of the dual.
+    """
+
+    def __init__(self, n: int, m_eq: int) -> None:
+        solver = library()
+        size = solver.dual_newton_size(n, m_eq)
+        if not size:
+            raise InputError(
+                f"a problem of {n} variables and {m_eq} rows is too small or too large"
+            )
+        self._memory = np.empty((size + 7) // 8)
+        self._handle = ctypes.c_void_p(solver.dual_newton_open(n, m_eq, self._memory.ctypes.data))
+        self._solve, self._steps = solver.dual_newton_solve, solver.dual_newton_steps
+        self.H_diagonal, self.g, self.lb, self.ub, self.x = (
+            self._array(name, n) for name in ("H_diagonal", "g", "lb", "ub", "x")
+        )
+        self.A = self._array("A", n * m_eq).reshape(n, m_eq).T
+        self.b, self.softness, self.start, self.multipliers, self.slack = (
+            self._array(name, m_eq) for name in ("b", "softness", "start", "multipliers", "slack")
+        )
+        self.residuals = self._array("residuals", 2)
+
+    def _array(self, name: str, length: int) -> FloatArray:
+        found = ctypes.c_size_t()
+        pointer = library().dual_newton_array(self._handle, name.encode(), ctypes.byref(found))
+        assert pointer, name
+        assert found.value == length, name
+        address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
+        begin = (address - self._memory.ctypes.data) // 8
+        return self._memory[begin : begin + length]
+
+    def solve(self) -> int:
+        """Solve the problem in the arrays; one of the constants above."""
+        status: int = self._solve(self._handle)
+        return status
+
+    @property
+    def steps(self) -> int:
+        """Newton steps of the last call."""
+        count: int = self._steps(self._handle)
+        return count

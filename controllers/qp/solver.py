@@ -1,0 +1,265 @@
+"""Quadratic programs: one kind solved here, accurately and checked; others by qpsolvers, by name.
+
+The kind solved here has a diagonal cost, equalities and bounds:
+
+    min 1/2 x'Hx + g'x + 1/2 sum_j s_j²/eps_j   s.t.   A x - s = b,   lb <= x <= ub
+
+with H diagonal and positive. A row with eps_j = 0 is hard: its slack s_j is zero. Describe the
+program by a `BoxProblem` and give it to a `BoxSolver`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import qpsolvers
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+
+from . import dual_newton
+from .problem import BoxProblem, BoxSolution, Residuals, Status, check, row_softness
+
+FloatArray = NDArray[np.float64]
+
+DUAL_NEWTON = "dual_newton"
+FALLBACK = "daqp"
+DEFAULT_SOLVER = DUAL_NEWTON
+
+# What a qpsolvers back end answers is believed if its relative residuals are below this.
+_BELIEVED = 1e-6
+
+# First-order and interior-point methods stop at 1e-3 to 1e-6 unless told otherwise, and some go on
+# for minutes on a problem that has no solution.
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "clarabel": {"tol_feas": 1e-10, "tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10},
+    "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True},
+    "piqp": {"eps_abs": 1e-9, "eps_rel": 1e-9},
+    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 300},
+    "scs": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20000},
+}
+
+
+def available_solvers() -> list[str]:
+    """Names of the back ends that can be used, sorted."""
+    return sorted([DUAL_NEWTON, *qpsolvers.available_solvers])
+
+
+def require_solver(name: str, *, key: str | None = None) -> str:
+    """The name, if there is such a back end.
+
+    Args:
+        name: `dual_newton`, or the name of a qpsolvers back end.
+        key: Where the name comes from, for the message.
+
+    Raises:
+        UnknownNameError: It is not installed or does not exist.
+    """
+    known = available_solvers()
+    if name not in known:
+        raise UnknownNameError("QP solver", name, known, key=key)
+    return name
+
+
+def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
+    """A qpsolvers back end's answer, shape (number of variables,), unchecked; None if it gave none.
+
+    Whatever the back end raises or warns of counts as no answer: the caller checks the answer by
+    itself and has a fallback.
+
+    Args:
+        problem: The quadratic program.
+        solver: Name of an installed qpsolvers back end.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            solution = qpsolvers.solve_problem(problem, solver, **_OPTIONS.get(solver, {}))
+    except Exception:
+        return None
+    x = solution.x
+    return x if x is not None and np.all(np.isfinite(x)) else None
+
+
+class BoxSolver:
+    """Solves problems of one size again and again, as a controller does.
+
+        solver = BoxSolver(n, m_eq)
+        solution = solver.solve(BoxProblem(H_diagonal, g, A, b, lb, ub))
+
+    Every answer is checked, whoever gave it. Where the wanted back end fails, `dual_newton` is
+    asked, and then DAQP.
+
+    `dual_newton` remembers the multipliers of the last solved problem: the next, if it is near,
+    takes fewer steps. This changes an answer by rounding errors at most; who must repeat answers
+    bit for bit saves and restores `get_state`, or calls `reset` before every problem.
+
+    Args:
+        n: Number of variables.
+        m_eq: Number of rows of A.
+        solver: `dual_newton`, or the name of a qpsolvers back end.
+
+    Raises:
+        InputError: A size is not positive, or too large.
+        UnknownNameError: The back end is not installed.
+    """
+
+    def __init__(self, n: int, m_eq: int, solver: str = DEFAULT_SOLVER) -> None:
+        self.n, self.m_eq = n, m_eq
+        self.solver = require_solver(solver)
+        self._newton = dual_newton.DualNewton(n, m_eq)
+        names = ("H_diagonal", "g", "A", "b", "lb", "ub")
+        self._inputs = [(name, getattr(self._newton, name)) for name in names]
+
+    def reset(self) -> None:
+        """Forget the last multipliers: the next solution does not depend on anything before it."""
+        self._newton.start[:] = 0.0
+
+    def get_state(self) -> FloatArray:
+        """All that the solver remembers: the last multipliers, shape (m_eq,)."""
+        return self._newton.start.copy()
+
+    def set_state(self, state: ArrayLike) -> None:
+        """Go back to what `get_state` gave; the following answers repeat bit for bit.
+
+        Raises:
+            InputError: The state has another shape, or is not finite.
+        """
+        values = np.asarray(state, dtype=np.float64)
+        if values.shape != (self.m_eq,) or not np.isfinite(values).all():
+            raise InputError(f"a solver's state is {self.m_eq} finite numbers, not {state!r}")
+        self._newton.start[:] = values
+
+    def solve(self, problem: BoxProblem) -> BoxSolution:
+        """The checked answer.
+
+        Args:
+            problem: Of this solver's size.
+
+        Raises:
+            InputError: A shape, cost, weight or bound is wrong.
+            SimulationError: A number is not finite.
+        """
+        self._hand_over(problem)
+        answer: BoxSolution | None = None
+        if self.solver != DUAL_NEWTON:
+            answer = self._ask_qpsolvers(problem, self.solver)
+        if answer is None:
+            answer = self._ask_dual_newton()
+        if answer.status == "not converged":
+            answer = self._ask_qpsolvers(problem, FALLBACK) or answer
+        return answer
+
+    def _hand_over(self, problem: BoxProblem) -> None:
+        """Write the problem into the solver's own memory."""
+        for name, target in self._inputs:
+            values = np.asarray(getattr(problem, name))
+            if values.shape != target.shape:
+                raise InputError(f"{name} has shape {values.shape}, not {target.shape}")
+            target[...] = values
+        newton = self._newton
+        if problem.row_weights is None:
+            newton.softness.fill(0.0)
+            return
+        if not (newton.H_diagonal > 0).all():
+            _refuse(newton)
+        newton.softness[:] = row_softness(problem)
+
+    def _ask_dual_newton(self) -> BoxSolution:
+        newton = self._newton
+        status = newton.solve()
+        if status > dual_newton.NOT_CONVERGED:
+            _refuse(newton)
+        equality, dual = newton.residuals.tolist()
+        return BoxSolution(
+            x=newton.x.copy(),
+            multipliers=newton.multipliers.copy(),
+            status=_STATUS[status],
+            slack=newton.slack.copy(),
+            iterations=newton.steps,
+            fell_back=self.solver != DUAL_NEWTON,
+            solver=DUAL_NEWTON,
+            residuals=Residuals(equality, dual, 0.0),
+        )
+
+    def _ask_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
+        """A qpsolvers back end's answer, or None if it gave none that stands the check."""
+        eps = self._newton.softness
+        x, y = _ask_qpsolvers(problem, eps, solver)
+        if x is None:
+            return None
+        slack = problem.A @ x - problem.b
+        residuals = check(problem, eps, x, y)
+        if not residuals.equality <= _BELIEVED or residuals.dual > _BELIEVED:
+            return None
+        if y is None:
+            y = np.full(self.m_eq, np.nan)
+        fell_back = solver != self.solver
+        return BoxSolution(x, y, "solved", slack, 0, fell_back, solver, residuals)
+
+
+_STATUS: dict[int, Status] = {
+    dual_newton.SOLVED: "solved",
+    dual_newton.INFEASIBLE: "infeasible",
+    dual_newton.NOT_CONVERGED: "not converged",
+}
+
+
+def _refuse(newton: dual_newton.DualNewton) -> None:
+    """Say which number of a refused problem is wrong."""
+    for name in ("H_diagonal", "g", "A", "b"):
+        values = getattr(newton, name)
+        if not np.isfinite(values).all():
+            raise SimulationError(f"{name} of the QP is not finite")
+    for i, (value, low, high) in enumerate(
+        zip(newton.H_diagonal, newton.lb, newton.ub, strict=True)
+    ):
+        if not value > 0:
+            raise InputError(f"H_diagonal[{i}] {value} must be positive")
+        if not (low <= high and low < np.inf and high > -np.inf):
+            raise InputError(
+                f"lb[{i}] {low} and ub[{i}] {high} leave no finite number between them"
+            )
+    raise SimulationError("a number of the QP, squared, is too large or too small for a float")
+
+
+def as_qpsolvers(problem: BoxProblem, eps: FloatArray) -> qpsolvers.Problem:
+    """The same program for qpsolvers, with variables [x, s of the soft rows].
+
+    Args:
+        problem: The program.
+        eps: Softness of the rows, shape (m_eq,).
+    """
+    soft = np.flatnonzero(eps > 0)
+    P = np.diag(np.concatenate([problem.H_diagonal, 1.0 / eps[soft]]))
+    selection = np.zeros((len(eps), len(soft)))
+    selection[soft, np.arange(len(soft))] = -1.0
+    free = np.full(len(soft), np.inf)
+    return qpsolvers.Problem(
+        P,
+        np.concatenate([problem.g, np.zeros(len(soft))]),
+        A=np.hstack([problem.A, selection]),
+        b=problem.b,
+        lb=np.concatenate([problem.lb, -free]),
+        ub=np.concatenate([problem.ub, free]),
+    )
+
+
+def _ask_qpsolvers(
+    problem: BoxProblem, eps: FloatArray, solver: str
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """A qpsolvers back end's x, within the bounds, and multipliers; None for what it gave not."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            solution = qpsolvers.solve_problem(
+                as_qpsolvers(problem, eps), solver, **_OPTIONS.get(solver, {})
+            )
+    except Exception:
+        return None, None
+    if solution.x is None or not np.isfinite(solution.x).all():
+        return None, None
+    x = np.clip(solution.x[: len(problem.g)], problem.lb, problem.ub)
+    return x, None if solution.y is None else -np.asarray(solution.y)

@@ -1,0 +1,148 @@
+"""References: piecewise polynomials through given points, as CASPR defines them."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BPoly, PPoly
+
+from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
+
+FloatArray = NDArray[np.float64]
+
+
+class JointReference(NamedTuple):
+    """A point of a reference.
+
+    Attributes:
+        q: Positions, shape (n,), in [rad] or [m].
+        qd: Velocities, shape (n,), in [rad/s] or [m/s].
+        qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
+    """
+
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+
+
+class SplineReference:
+    """A piecewise polynomial through the points of a trajectory, every coordinate for itself.
+
+    A linear spline matches their positions, a cubic one (Hermite) their velocities as well, a
+    quintic one their accelerations too. A parabolic blend rests in every point: between two of them
+    it speeds up for the blend time, goes straight, and slows down for the blend time. Between
+    samples, positions, velocities and accelerations are interpolated linearly, each for itself, for
+    rounded samples make wild polynomials.
+
+    Before the first point and after the last, it rests there.
+
+    Args:
+        trajectory: The points; of an operational trajectory q is its y.
+
+    Attributes:
+        name: The trajectory's name.
+        duration: Time of the last point, in [s].
+        times: When each segment begins, and the last one ends, in [s].
+        coefficients: Of the powers of the time since a segment's begin, lowest first, of
+            positions, velocities and accelerations, shape (segments, powers, 3, n).
+    """
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        points = trajectory.points
+        self.name = trajectory.name
+        self.duration = points[-1].time
+        if trajectory.spline == "samples":
+            self.times, coefficients = _through_samples(points)
+        elif trajectory.spline == "parabolic_blend":
+            self.times, coefficients = _blends(points)
+        else:
+            self.times, coefficients = _splines(points)
+        self.coefficients = coefficients
+        self._orders = np.arange(coefficients.shape[1], dtype=np.float64)
+        self._coefficients = coefficients.reshape(*coefficients.shape[:2], -1)
+        self._first, self._last = points[0].q, points[-1].q
+
+    def evaluate(self, t: float) -> JointReference:
+        """The reference at a time.
+
+        Args:
+            t: Time, in [s].
+        """
+        if t < 0.0:
+            return _at_rest(self._first)
+        if t > self.duration:
+            return _at_rest(self._last)
+        segment = min(bisect.bisect_right(self.times, t), len(self.times) - 1) - 1
+        powers = (t - self.times[segment]) ** self._orders
+        rows = (powers @ self._coefficients[segment]).reshape(3, -1)
+        return JointReference(rows[0], rows[1], rows[2])
+
+
+def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
+    """Segments that match what the points give.
+
+    Returns:
+        Where the segments begin and the last one ends, in [s], and for each of them the
+        coefficients of the powers of the time since its begin, lowest first, of the positions,
+        velocities and accelerations; shape (segments, orders, 3, n).
+    """
+    times = [point.time for point in points]
+    derivatives = [[row for row in (p.q, p.qd, p.qdd) if len(row)] for p in points]
+    bernstein = BPoly.from_derivatives(times, derivatives)
+    power = PPoly.from_bernstein_basis(bernstein).c  # (degree + 1, segments, n), highest first
+    return times, _with_derivatives(power[::-1].transpose(1, 0, 2))
+
+
+def _blends(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
+    """Three segments between two points: a parabola, a straight line, a parabola.
+
+    Returns:
+        As for `_splines`.
+    """
+    times, segments = [0.0], []
+    for start, end in pairwise(points):
+        q0, q1 = np.array(start.q), np.array(end.q)
+        blend, duration = end.blend_time, end.time - start.time
+        a = (q1 - q0) / (blend * (duration - blend))
+        v, way = a * blend, a * blend**2 / 2.0
+        segments += [(q0, 0.0 * a, a / 2.0), (q0 + way, v, 0.0 * a), (q1 - way, v, -a / 2.0)]
+        times += [start.time + blend, end.time - blend, end.time]
+    return times, _with_derivatives(np.array(segments))
+
+
+def _with_derivatives(coefficients: FloatArray) -> FloatArray:
+    """Coefficients of polynomials beside those of their first and second derivatives.
+
+    Args:
+        coefficients: Lowest order first, shape (segments, orders, n).
+
+    Returns:
+        Shape (segments, orders, 3, n).
+    """
+    table = np.zeros((*coefficients.shape[:2], 3, coefficients.shape[2]))
+    k = np.arange(1, coefficients.shape[1])[:, None]
+    table[:, :, 0] = coefficients
+    table[:, :-1, 1] = k * table[:, 1:, 0]
+    table[:, :-1, 2] = k * table[:, 1:, 1]
+    return table
+
+
+def _through_samples(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
+    """Segments that lead all three rows of each sample straight to those of the next one.
+
+    Returns:
+        As for `_splines`.
+    """
+    times = [point.time for point in points]
+    rows = np.array([(p.q, p.qd, p.qdd) for p in points])
+    slopes = np.diff(rows, axis=0) / np.diff(times)[:, None, None]
+    return times, np.stack([rows[:-1], slopes], axis=1)
+
+
+def _at_rest(q: tuple[float, ...]) -> JointReference:
+    return JointReference(np.array(q), np.zeros(len(q)), np.zeros(len(q)))

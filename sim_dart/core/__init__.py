@@ -1,0 +1,1 @@
+"""The C core: its library, the robot's blob, frames."""

@@ -1,0 +1,125 @@
+"""Robot -> blob: the flat numbers that the C core works on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import Robot, Vector3
+from addin_sdfusion.robot.model import tension_laws
+from addin_sdfusion.robot.model.tension_laws import law_of
+
+from .composite_inertia import Carried
+from .frames import FloatArray, MovingFrame, Place, moving_frames
+from .library import law_parameters, pack_blob
+from .path_fields import path_counts, path_fields
+
+Fields = dict[str, ArrayLike]
+
+_MOTION = {"rotation": 0, "translation": 1}
+
+
+def _unit(axis: Vector3) -> FloatArray:
+    """The axis scaled to length 1: files hold rounded ones."""
+    unit: FloatArray = np.array(axis) / np.linalg.norm(axis)
+    return unit
+
+
+def carried_masses(
+    robot: Robot, frames: list[MovingFrame], places: dict[str, Place]
+) -> list[Carried]:
+    """What every moving frame carries, and last what stands in the world.
+
+    Args:
+        robot: A valid robot.
+        frames: From `moving_frames`.
+        places: From there.
+    """
+    carried = [Carried() for _ in [*frames, None]]
+    for link in robot.links:
+        place = places[link.name]
+        carried[place.frame].add(link.inertia, place.T_frame_link)
+    return carried
+
+
+def standing_energy(robot: Robot) -> float:
+    """Potential energy of the weight of what does not move, in [J]; zero at the world's origin.
+
+    Args:
+        robot: A valid robot.
+    """
+    standing = carried_masses(robot, *moving_frames(robot))[-1]
+    return -float(np.array(robot.gravity) @ (standing.mass * standing.centre))
+
+
+def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
+    """Mass properties of what every moving frame carries."""
+    *carried, _ = carried_masses(robot, frames, places)
+    return {
+        "mass": [body.mass for body in carried],
+        "mass_centre": [body.centre for body in carried],
+        "inertia": [body.inertia for body in carried],
+        "damping": [coordinate.damping for coordinate in robot.coordinates],
+        "friction": [coordinate.friction for coordinate in robot.coordinates],
+        "stiffness": [coordinate.stiffness for coordinate in robot.coordinates],
+        "rest": [coordinate.rest for coordinate in robot.coordinates],
+        "lower": [coordinate.lower for coordinate in robot.coordinates],
+        "upper": [coordinate.upper for coordinate in robot.coordinates],
+        "gravity": robot.gravity,
+    }
+
+
+def _tree_fields(frames: list[MovingFrame]) -> Fields:
+    return {
+        "parent": [frame.parent for frame in frames],
+        "motion": [_MOTION[frame.motion.kind] for frame in frames],
+        "coordinate": [frame.coordinate for frame in frames],
+        "offset_rotation": [frame.T_parent_frame[:3, :3] for frame in frames],
+        "offset_position": [frame.T_parent_frame[:3, 3] for frame in frames],
+        "axis": [_unit(frame.motion.axis) for frame in frames],
+    }
+
+
+def _law_fields(robot: Robot) -> dict[str, ArrayLike]:
+    kinds = list(law_parameters())
+    values = [tension_laws.law_parameters(muscle.model) for muscle in robot.muscles]
+    return {
+        "law_kind": [kinds.index(law_of(muscle.model).kind) for muscle in robot.muscles],
+        "law_parameter": [number for numbers in values for number in numbers.values()],
+    }
+
+
+def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
+    """Compile a robot, with its active cable set and operational space.
+
+    Args:
+        robot: A valid robot.
+        single: With numbers of single precision, for a core compiled with `CARDSFLOW_FLOAT`: a
+            microcontroller's, as a rule.
+
+    Raises:
+        CardsflowError: A number is too large for single precision.
+    """
+    frames, places = moving_frames(robot)
+    tasks = robot.task_frames
+    counts = path_counts(robot) | {
+        "dofs": len(frames),
+        "muscles": len(robot.muscles),
+        "tasks": len(tasks),
+        "law_parameters": sum(len(law_of(muscle.model).parameters) for muscle in robot.muscles),
+        "robots": 1,
+    }
+    return pack_blob(
+        counts,
+        _tree_fields(frames)
+        | _law_fields(robot)
+        | path_fields(robot, places)
+        | _mass_fields(robot, frames, places)
+        | {
+            "task_kind": [int(task.is_orientation) for task in tasks],
+            "task_frame": [places[task.link].frame for task in tasks],
+            "task_rotation": [places[task.link].T_frame_link[:3, :3] for task in tasks],
+            "task_position": [places[task.link].point(task.position) for task in tasks],
+        },
+        single=single,
+    )

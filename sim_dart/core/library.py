@@ -1,0 +1,208 @@
+"""The binding of the C core: the only file that knows the library."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import struct
+import sys
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import CardsflowError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+_HEADER = struct.Struct("<IIIIQ")
+_MAGIC = {False: 0x45524F43, True: 0x66524F43}
+"""Whether it is a blob of single precision: the header's first word."""
+
+_REAL: dict[bool, np.dtype[Any]] = {False: np.dtype("<f8"), True: np.dtype("<f4")}
+
+
+@cache
+def library() -> ctypes.PyDLL:
+    """The loaded C core.
+
+    Loaded with the Python lock held during calls: they take microseconds.
+
+    Raises:
+        CardsflowError: The library is missing.
+    """
+    root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parents[2]))
+    path = root / "sim_dart" / "lib" / f"cardsflow_core{_SUFFIX}"
+    if not path.is_file():
+        raise CardsflowError(f"{path}: the C core is missing; reinstall cardsflow to compile it")
+    core = ctypes.PyDLL(str(path))
+    pointer, size = ctypes.c_void_p, ctypes.c_size_t
+    core.core_layout.restype = ctypes.c_char_p
+    core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
+    core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]
+    core.core_size.restype = size
+    core.core_open.argtypes = [pointer, size, pointer]
+    core.core_open.restype = pointer
+    core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
+    core.core_array.restype = ctypes.POINTER(ctypes.c_double)
+    for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
+        getattr(core, f"core_{name}").restype = None  # an index would forget it
+    for name in ("accelerate", "trace", "count_turns", "rates", "reach", "energies"):
+        getattr(core, f"core_{name}").restype = None  # an index would forget it
+    text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
+    for name in ("step", "runge_kutta"):
+        getattr(core, f"core_{name}").argtypes = [pointer, text, text, double, count]
+    core.core_push.argtypes = [pointer, count, pointer, pointer, pointer]
+    core.core_trace.argtypes = [pointer]
+    core.core_count_turns.argtypes = [pointer, ctypes.c_int]
+    core.core_reach.argtypes = [pointer, double]
+    core.core_advance.argtypes = [pointer, text, double]
+    core.core_invert.argtypes = [pointer, text, double]
+    core.core_curve.argtypes = [pointer, count, text, double, ctypes.c_int]
+    core.core_curve.restype = double
+    return core
+
+
+def _padded(packed: bytes) -> bytes:
+    return packed + b"\0" * (-len(packed) % 8)
+
+
+def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
+    """As a blob has them; a number that single precision cannot hold is refused."""
+    with np.errstate(over="ignore"):
+        packed: NDArray[Any] = values.astype(_REAL[single])
+    lost = np.isfinite(values) & ~np.isfinite(packed)
+    if lost.any():
+        raise CardsflowError(
+            f"{name}: {float(values[lost][0])!r} is larger than numbers of single precision can be"
+        )
+    return packed
+
+
+def pack_blob(
+    counts: Mapping[str, int], fields: Mapping[str, ArrayLike], *, single: bool = False
+) -> bytes:
+    """Pack a robot's numbers as the library's own layout text says.
+
+    Args:
+        counts: Number of dofs, muscles, points and tasks.
+        fields: An array for every field, of any shape with the right number of elements.
+        single: With real numbers of single precision, for a core compiled with `CARDSFLOW_FLOAT`.
+
+    Raises:
+        CardsflowError: A number is too large for single precision.
+    """
+    sizes: list[int] = []
+    body = b""
+    for line in library().core_layout().decode().splitlines():
+        kind, name, *rest = line.split()
+        if kind == "law":
+            continue
+        if kind == "count":
+            sizes.append(counts[name])
+            continue
+        values = np.array(fields[name]).reshape(-1)
+        is_real = kind == "real"
+        values = _reals(name, values.astype(float), single) if is_real else values.astype("<i4")
+        assert values.size == int(rest[0]) * counts[rest[1]], name
+        body += _padded(values.tobytes())
+    numbers = _padded(struct.pack(f"<{len(sizes)}i", *sizes))
+    size = _HEADER.size + len(numbers) + len(body)
+    core = library()
+    return (
+        _HEADER.pack(_MAGIC[single], core.core_version(), core.core_layout_hash(), 0, size)
+        + numbers
+        + body
+    )
+
+
+@cache
+def law_parameters() -> dict[str, tuple[str, ...]]:
+    """The tension laws that the library knows, in its order, each with its parameters in order."""
+    lines = (line.split() for line in library().core_layout().decode().splitlines())
+    return {line[1]: tuple(line[2:]) for line in lines if line[0] == "law"}
+
+
+class Core:
+    """A robot opened in the C core.
+
+    The functions below are the library's functions themselves, to be called with
+    `handle` first and arrays as bytes (`array.tobytes()`), the cheapest way to hand numbers over.
+
+    Args:
+        blob: From `pack_blob`.
+
+    Raises:
+        CardsflowError: The library refuses the blob.
+
+    Attributes:
+        handle: First argument of every call.
+    """
+
+    def __init__(self, blob: bytes) -> None:
+        core = library()
+        self._blob = np.frombuffer(_padded(blob), dtype=np.float64).copy()
+        address = self._blob.ctypes.data
+        message = ctypes.create_string_buffer(256)
+        size = core.core_size(address, len(blob), message, len(message))
+        if not size:
+            raise CardsflowError(f"the C core refuses the robot: {message.value.decode()}")
+        self._memory = np.empty((size + 7) // 8)
+        self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self._memory.ctypes.data))
+        self.move = core.core_move
+        self.move_checked = core.core_move_checked
+        self.pull = core.core_pull
+        self.update_task_jacobian = core.core_task_jacobian
+        self.trace = core.core_trace
+        self.count_turns = core.core_count_turns
+        self.update_rates = core.core_rates
+        self.start = core.core_start
+        self.drive = core.core_drive
+        self.update_law_rates = core.core_law_rates
+        self.advance = core.core_advance
+        self.reach = core.core_reach
+        self.invert = core.core_invert
+        self.curve = core.core_curve
+        self.update_task_bias = core.core_task_bias
+        self.update_mass_matrix = core.core_mass_matrix
+        self.update_coriolis = core.core_coriolis
+        self.update_gravity = core.core_gravity
+        self.update_energies = core.core_energies
+        self.accelerate = core.core_accelerate
+        self.step = core.core_step
+        self.runge_kutta = core.core_runge_kutta
+
+    def push(self, frames: IntArray, points: FloatArray) -> FloatArray:
+        """Have wrenches act on points of moving frames, in every step from now on.
+
+        Args:
+            frames: The frame of each point, shape (k,); -1 for the world.
+            points: The points in their frames, shape (k, 3), in [m].
+
+        Returns:
+            A force and a moment on each, world axes, shape (k, 6), in [N] and [N·m]: zero, to be
+            written at any time between steps.
+        """
+        wrenches = np.zeros((len(frames), 6))
+        self._pushed = frames.astype(np.int32), np.array(points, dtype=np.float64), wrenches
+        addresses = (array.ctypes.data for array in self._pushed)
+        bad = library().core_push(self.handle, len(frames), *addresses)
+        assert not bad, frames
+        return wrenches
+
+    def array(self, name: str, *shape: int) -> FloatArray:
+        """A view of a result array, of the given shape; a later call changes it."""
+        length = ctypes.c_size_t()
+        pointer = library().core_array(self.handle, name.encode(), ctypes.byref(length))
+        assert pointer, name
+        if not length.value:
+            return np.empty(shape)
+        # a part of the memory itself, which lives as long as any view of it
+        address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
+        first = (address - self._memory.ctypes.data) // self._memory.itemsize
+        return self._memory[first : first + length.value].reshape(shape)

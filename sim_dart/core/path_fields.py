@@ -1,0 +1,131 @@
+"""Robot -> the blob's fields about muscle paths: via points, surfaces, wraps and pulleys."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import Muscle, Robot, Wrap
+from addin_sdfusion.robot.model.rotations import rotation
+
+from .frames import FloatArray, Place
+
+_KINDS = ("sphere", "cylinder")
+_INSIDE = 2
+"""WRAP_INSIDE of layout.h."""
+
+
+class PlacedWrap(NamedTuple):
+    """A wrap of a robot's muscle.
+
+    Attributes:
+        muscle: The muscle.
+        wrap: The wrap.
+        point: The via point before it, counted over all muscles.
+    """
+
+    muscle: Muscle
+    wrap: Wrap
+    point: int
+
+
+def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
+    """The wraps of the active muscles in the order that cables meet them."""
+    return [
+        PlacedWrap(muscle, wrap, first + wrap.segment)
+        for muscle, first in zip(robot.muscles, first_points(robot), strict=True)
+        for wrap in sorted(muscle.wraps, key=lambda wrap: wrap.segment)
+    ]
+
+
+def pulley_muscles(robot: Robot) -> list[int]:
+    """The indices of the active muscles that come off a swivelling pulley."""
+    return [
+        k
+        for k, muscle in enumerate(robot.muscles)
+        if muscle.pulley is not None and muscle.pulley.kind == "rotating"
+    ]
+
+
+def first_points(robot: Robot) -> list[int]:
+    """The first via point of each active muscle, counted over all muscles."""
+    return list(accumulate((len(muscle.via_points) for muscle in robot.muscles), initial=0))[:-1]
+
+
+def path_counts(robot: Robot) -> dict[str, int]:
+    """How many items each of the fields has."""
+    return {
+        "points": sum(len(muscle.via_points) for muscle in robot.muscles),
+        "surfaces": len(robot.wrap_surfaces),
+        "wraps": len(ordered_wraps(robot)),
+        "pulleys": len(pulley_muscles(robot)),
+    }
+
+
+def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
+    """The fields.
+
+    Args:
+        robot: A valid robot.
+        places: Where its links are fixed.
+    """
+    points = [point for muscle in robot.muscles for point in muscle.via_points]
+    return {
+        "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],
+        "point_frame": [places[point.link].frame for point in points],
+        "point_position": [places[point.link].point(point.position) for point in points],
+        **_surface_fields(robot, places),
+        **_wrap_fields(robot),
+        **_pulley_fields(robot, places),
+    }
+
+
+def _surface_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
+    surfaces = robot.wrap_surfaces
+    ended = [s.shape == "cylinder" and math.isfinite(s.length) for s in surfaces]
+    return {
+        "surface_kind": [_KINDS.index(surface.shape) for surface in surfaces],
+        "surface_frame": [places[surface.link].frame for surface in surfaces],
+        "surface_centre": [places[s.link].point(s.pose.position) for s in surfaces],
+        "surface_axis": [
+            _turned(places[s.link], tuple(row[2] for row in rotation(s.pose.rpy))) for s in surfaces
+        ],
+        "surface_radius": [surface.radius for surface in surfaces],
+        "surface_half": [s.length / 2 if e else 0.0 for s, e in zip(surfaces, ended, strict=True)],
+    }
+
+
+def _wrap_fields(robot: Robot) -> dict[str, ArrayLike]:
+    placed = ordered_wraps(robot)
+    surfaces = [surface.name for surface in robot.wrap_surfaces]
+    return {
+        "wrap_point": [each.point for each in placed],
+        "wrap_surface": [surfaces.index(each.wrap.surface) for each in placed],
+        "wrap_side": [_INSIDE if each.wrap.inside else each.wrap.side for each in placed],
+        "wrap_turns": [each.wrap.turns for each in placed],
+    }
+
+
+def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
+    firsts, muscles = first_points(robot), robot.muscles
+    on = pulley_muscles(robot)
+    parameters = [dict(muscles[k].pulley.parameters) for k in on]  # type: ignore[union-attr]
+    return {
+        "pulley_point": [firsts[k] for k in on],
+        "pulley_direction": [
+            _turned(places[muscles[k].via_points[0].link], numbers["cable_entry_vector"])
+            for k, numbers in zip(on, parameters, strict=True)
+        ],
+        "pulley_radius": [numbers["pulley_radius"][0] for numbers in parameters],
+    }
+
+
+def _turned(place: Place, direction: tuple[float, ...]) -> FloatArray:
+    """A direction in a link as a unit vector in its moving frame."""
+    turned: FloatArray = place.T_frame_link[:3, :3] @ np.array(direction)
+    return turned / np.linalg.norm(turned)

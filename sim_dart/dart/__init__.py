@@ -1,0 +1,1 @@
+"""DART: skeletons, worlds, contacts."""

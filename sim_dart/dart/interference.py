@@ -1,0 +1,218 @@
+"""How near muscles come to one another, and to links that they do not belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.frames import transform
+from sim_dart.meshes import convex_hull
+from sim_dart.muscles.paths import MusclePaths
+from sim_dart.scene import Capsule, MeshShape, Scene
+
+from .link_shapes import link_shapes
+from .skeleton import build_skeleton
+
+FloatArray = NDArray[np.float64]
+
+_SAME = 1e-9  # in [m]: ends nearer than this are one point
+_NARROWINGS = 40
+
+
+class Nearest(NamedTuple):
+    """Where a muscle comes nearest to another, or to a link.
+
+    Attributes:
+        muscle: Name of the muscle.
+        other: Name of the other muscle, or of the link.
+        is_link: Whether the other one is a link.
+        distance: Smallest distance, in [m]; to a link negative where the muscle is inside.
+        sample: Which of the postures it is at.
+    """
+
+    muscle: str
+    other: str
+    is_link: bool
+    distance: float
+    sample: int
+
+
+class Interference:
+    """The muscles and links of a robot, to be asked about postures.
+
+    A muscle is compared with links that none of its via points is on. A link is the convex hull of
+    its collision meshes, or capsules from joint to joint.
+
+    Args:
+        robot: The robot; its active cable set counts.
+        scene: What its links are made of.
+
+    Raises:
+        RobotError: The robot is not valid.
+        InputError: A mesh cannot be used.
+    """
+
+    def __init__(self, robot: Robot, scene: Scene) -> None:
+        require_valid(robot)
+        self._robot = robot
+        self._paths = MusclePaths(robot)
+        self._skeleton = build_skeleton(robot)
+        self._solids = [
+            (shape.link, _Solid(shape.shape, transform(shape.pose)))
+            for shape in link_shapes(robot, scene)
+            if isinstance(shape.shape, Capsule | MeshShape)
+        ]
+        self._own = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
+
+    def nearest(self, postures: Iterable[FloatArray]) -> list[Nearest]:
+        """The smallest distance of every pair over all postures.
+
+        Args:
+            postures: Joint positions, each of shape (n,), in [rad] or [m].
+        """
+        found: dict[tuple[str, str], Nearest] = {}
+        for sample, q in enumerate(postures):
+            lines = self._paths.path_points(q)
+            for near in (*self._muscles(lines, sample), *self._links(q, lines, sample)):
+                known = found.get((near.muscle, near.other))
+                if known is None or near.distance < known.distance:
+                    found[near.muscle, near.other] = near
+        return sorted(found.values(), key=lambda near: near.distance)
+
+    def _muscles(self, lines: list[FloatArray], sample: int) -> Iterator[Nearest]:
+        owners = np.repeat(np.arange(len(lines)), [len(line) - 1 for line in lines])
+        starts = np.concatenate([line[:-1] for line in lines] or [np.empty((0, 3))])
+        ends = np.concatenate([line[1:] for line in lines] or [np.empty((0, 3))])
+        i, j = np.triu_indices(len(owners), 1)
+        other = owners[i] != owners[j]
+        i, j = i[other], j[other]
+        apart = segment_distances(starts[i], ends[i], starts[j], ends[j])
+        apart[_share_an_end(starts[i], ends[i], starts[j], ends[j])] = np.inf
+        count = len(lines)
+        smallest = np.full(count * count, np.inf)
+        np.minimum.at(smallest, owners[i] * count + owners[j], apart)
+        names = [muscle.name for muscle in self._robot.muscles]
+        for k in np.flatnonzero(np.isfinite(smallest)):
+            yield Nearest(names[k // count], names[k % count], False, float(smallest[k]), sample)
+
+    def _links(self, q: FloatArray, lines: list[FloatArray], sample: int) -> Iterator[Nearest]:
+        if not self._solids:
+            return
+        self._skeleton.set_positions(q)
+        for link, solid in self._solids:
+            T_world_link = self._skeleton.bodies[link].getWorldTransform().matrix()
+            for muscle, line, own in zip(self._robot.muscles, lines, self._own, strict=True):
+                if link not in own:
+                    distance = solid.distance(T_world_link, line)
+                    yield Nearest(muscle.name, link, True, distance, sample)
+
+
+class _Solid:
+    """A capsule or a convex hull, as far as a line's distance from it goes."""
+
+    def __init__(self, shape: Capsule | MeshShape, T_link_shape: FloatArray) -> None:
+        self._T_link_shape = T_link_shape
+        self._radius = 0.0
+        self._normals, self._offsets = np.empty((0, 3)), np.empty(0)
+        if isinstance(shape, Capsule):
+            self._radius = shape.radius
+            self._end = np.array([0.0, 0.0, 0.5 * shape.length])
+        else:
+            hull = convex_hull(shape.file, shape.scale)
+            self._normals = np.asarray(hull.face_normals, float)
+            corners = np.asarray(hull.triangles, float)[:, 0]
+            self._offsets = np.einsum("ij,ij->i", self._normals, corners)
+
+    def distance(self, T_world_link: FloatArray, line: FloatArray) -> float:
+        """From the nearest point of a line, shape (k, 3), in [m]; negative inside.
+
+        From a hull it is that from the nearest of its faces' planes: the distance itself inside and
+        before a face, less before an edge.
+        """
+        T = np.linalg.inv(T_world_link @ self._T_link_shape)
+        points = line @ T[:3, :3].T + T[:3, 3]
+        if self._radius:
+            starts, ends = points[:-1], points[1:]
+            axis = np.broadcast_to(self._end, starts.shape)
+            return float(segment_distances(starts, ends, -axis, axis).min()) - self._radius
+        heights = points @ self._normals.T - self._offsets
+        return min(_lowest_maximum(a, b) for a, b in pairwise(heights))
+
+
+def _lowest_maximum(a: FloatArray, b: FloatArray) -> float:
+    """The smallest over 0 <= t <= 1 of the largest of (1 - t) a + t b: a convex function of t."""
+    low, high = 0.0, 1.0
+    for _ in range(_NARROWINGS):
+        left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
+        if np.max(a + left * (b - a)) <= np.max(a + right * (b - a)):
+            high = right
+        else:
+            low = left
+    return float(np.max(a + 0.5 * (low + high) * (b - a)))
+
+
+def segment_distances(
+    p: FloatArray, p_end: FloatArray, r: FloatArray, r_end: FloatArray
+) -> FloatArray:
+    """Distances of pairs of segments, shape (k,), in [m].
+
+    The distance is the smallest of |p + s u - r - t v| over the unit square: where the lines come
+    nearest, if that is inside it, or else on one of its four edges, where one end is nearest to the
+    other segment.
+
+    Args:
+        p: Where the first segments begin, shape (k, 3), in [m].
+        p_end: Where they end.
+        r: Where the second ones begin.
+        r_end: Where they end.
+    """
+    u, v, w = p_end - p, r_end - r, p - r
+    uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
+    uw, vw = _dot(u, w), _dot(v, w)
+    determinant = uu * vv - uv * uv
+    crossed = determinant > 0
+    divisor = np.where(crossed, determinant, 1.0)
+    s, t = (uv * vw - vv * uw) / divisor, (uu * vw - uv * uw) / divisor
+    inside = crossed & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
+    s, t = np.where(inside, s, 0.0), np.where(inside, t, 0.0)
+    gap = w + s[:, None] * u - t[:, None] * v
+    lines = np.where(inside, np.sqrt(_dot(gap, gap)), np.inf)
+    edges = [
+        _point_distances(p, r, v),
+        _point_distances(p_end, r, v),
+        _point_distances(r, p, u),
+        _point_distances(r_end, p, u),
+    ]
+    smallest: FloatArray = np.minimum.reduce([lines, *edges])
+    return smallest
+
+
+def _point_distances(point: FloatArray, start: FloatArray, way: FloatArray) -> FloatArray:
+    """Distances of points from the segments start + t way, 0 <= t <= 1, shape (k,)."""
+    length = _dot(way, way)
+    t = _dot(point - start, way) / np.where(length > 0, length, 1.0)
+    gap = point - start - np.clip(t, 0.0, 1.0)[:, None] * way
+    distance: FloatArray = np.sqrt(_dot(gap, gap))
+    return distance
+
+
+def _share_an_end(
+    p: FloatArray, p_end: FloatArray, r: FloatArray, r_end: FloatArray
+) -> NDArray[np.bool_]:
+    """Which pairs of segments begin or end at the same point: muscles with a common attachment."""
+    pairs = ((p, r), (p, r_end), (p_end, r), (p_end, r_end))
+    shared: NDArray[np.bool_] = np.logical_or.reduce(
+        [_dot(a - b, a - b) < _SAME**2 for a, b in pairs]
+    )
+    return shared
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = np.einsum("ij,ij->i", a, b)
+    return product

@@ -1,0 +1,65 @@
+"""What a robot's links collide with: hulls of their meshes, capsules, and shapes that are given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
+from addin_sdfusion.robot.mesh_files import mesh_file
+from sim_dart.scene import Capsule, LinkShape, MeshShape, Scene
+
+_SHORT = 1e-9  # in [m]: a segment shorter than this has no direction
+
+
+def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
+    """The shapes of all links.
+
+    Args:
+        robot: A valid robot.
+        scene: What it says of links.
+
+    Raises:
+        UnknownNameError: A shape is for a link that does not exist.
+    """
+    names = [link.name for link in robot.links]
+    for shape in scene.link_shapes:
+        if shape.link not in names:
+            raise UnknownNameError("link", shape.link, names)
+    shapes: list[LinkShape] = []
+    for link in robot.links:
+        if scene.links == "meshes":
+            shapes += _hulls(link, scene)
+        elif scene.links == "capsules":
+            shapes += _capsules(robot, link, scene.capsule_radius)
+    return shapes + list(scene.link_shapes)
+
+
+def _hulls(link: Link, scene: Scene) -> Iterator[LinkShape]:
+    for mesh in link.meshes:
+        if mesh.role == "collision":
+            file = mesh_file(mesh.uri, scene.mesh_folder)
+            yield LinkShape(link.name, MeshShape(file, mesh.scale), mesh.pose)
+
+
+def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:
+    """From the joint that carries the link to the joints that it carries, and to its far end."""
+    begin = next(j.T_child_joint.position for j in robot.joints if j.child == link.name)
+    ends = [j.T_parent_joint.position for j in robot.joints if j.parent == link.name]
+    if link.end is not None and link.end not in ends:
+        ends.append(link.end)
+    for end in ends:
+        if math.dist(begin, end) > _SHORT:
+            length = math.dist(begin, end)
+            yield LinkShape(link.name, Capsule(radius, length), between(begin, end))
+
+
+def between(begin: Vector3, end: Vector3) -> Pose:
+    """A pose in the middle of two points, its z axis from one to the other."""
+    direction = np.subtract(end, begin)
+    x, y, z = direction / np.linalg.norm(direction)
+    a, b, c = (0.5 * np.add(begin, end)).tolist()
+    # Rz(yaw) Ry(pitch) turns the z axis to (sin pitch cos yaw, sin pitch sin yaw, cos pitch)
+    return Pose((a, b, c), (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))

@@ -1,0 +1,129 @@
+"""Shapes of a scene as shapes of DART, with what the world must know of their size and mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import dartpy
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import Pose
+from sim_dart.core.frames import transform
+from sim_dart.meshes import convex_hull, dart_mesh
+from sim_dart.scene import Box, Capsule, Cylinder, Scene, Shape, Sphere
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SolidShape:
+    """A shape as DART takes it.
+
+    Attributes:
+        dart: The shape of DART.
+        centre: Middle of its bounding box in the shape's frame, shape (3,), in [m].
+        half: Half the edges of that box, shape (3,), in [m].
+        thinnest: Half of its smallest thickness, in [m].
+        com: Centre of its volume, shape (3,), in [m].
+        gyration: Moments and products of inertia about it, for a mass of 1, shape (3, 3), in [m²].
+        is_cylinder: Whether it is a cylinder, which ODE keeps apart less well.
+    """
+
+    dart: Any
+    centre: FloatArray
+    half: FloatArray
+    thinnest: float
+    com: FloatArray
+    gyration: FloatArray
+    is_cylinder: bool = False
+
+
+def solid_shape(shape: Shape) -> SolidShape:
+    """A shape of a scene as DART takes it.
+
+    Args:
+        shape: The shape.
+
+    Raises:
+        InputError: A mesh cannot be used.
+    """
+    shapes = dartpy.dynamics
+    zero = np.zeros(3)
+    if isinstance(shape, Sphere):
+        r = shape.radius
+        return _primitive(shapes.SphereShape(r), np.full(3, r), r)
+    if isinstance(shape, Box):
+        half = 0.5 * np.array(shape.size)
+        return _primitive(shapes.BoxShape(2.0 * half), half, float(half.min()))
+    if isinstance(shape, Capsule):
+        r, length = shape.radius, shape.length
+        half = np.array([r, r, 0.5 * length + r])
+        return _primitive(shapes.CapsuleShape(r, length), half, r)
+    if isinstance(shape, Cylinder):
+        r, half_length = shape.radius, 0.5 * shape.length
+        dart = shapes.CylinderShape(r, shape.length)
+        half = np.array([r, r, half_length])
+        gyration = dart.computeInertia(1.0)
+        return SolidShape(dart, zero, half, min(r, half_length), zero, gyration, True)
+    hull = convex_hull(shape.file, shape.scale)
+    low, high = np.asarray(hull.bounds, float)
+    return SolidShape(
+        dart_mesh(hull),
+        0.5 * (low + high),
+        0.5 * (high - low),
+        0.5 * float(np.min(hull.bounding_box_oriented.primitive.extents)),
+        np.asarray(hull.center_mass, float),
+        np.asarray(hull.moment_inertia, float) / float(hull.mass),
+    )
+
+
+def _primitive(dart: Any, half: FloatArray, thinnest: float) -> SolidShape:
+    zero = np.zeros(3)
+    return SolidShape(dart, zero, half, thinnest, zero, dart.computeInertia(1.0))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """How a body rubs and bounces.
+
+    Attributes:
+        friction: Coefficient of Coulomb friction.
+        restitution: Of two bodies that both have it.
+    """
+
+    friction: float
+    restitution: float
+
+
+def surface(scene: Scene, friction: float | None, restitution: float | None) -> Surface:
+    """What a body says of itself, and what the scene says where it is silent."""
+    return Surface(
+        scene.friction if friction is None else friction,
+        scene.restitution if restitution is None else restitution,
+    )
+
+
+def attach(body: Any, solid: SolidShape, pose: Pose, rough: Surface) -> Any:
+    """Make a shape collide for a body.
+
+    DART multiplies restitutions, so each body carries the root of its own.
+
+    Args:
+        body: The body of DART.
+        solid: The shape.
+        pose: In the body's frame.
+        rough: How it rubs and bounces.
+
+    Returns:
+        The node of DART, which contacts name.
+    """
+    node = body.createShapeNode(solid.dart)
+    node.setRelativeTransform(dartpy.math.Isometry3(transform(pose)))
+    node.createCollisionAspect()
+    node.createDynamicsAspect()
+    aspect = node.getDynamicsAspect()
+    aspect.setFrictionCoeff(rough.friction)
+    aspect.setRestitutionCoeff(float(np.sqrt(rough.restitution)))
+    return node

@@ -1,0 +1,1 @@
+"""Muscle paths and muscle laws."""

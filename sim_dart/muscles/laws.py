@@ -1,0 +1,227 @@
+"""Commands -> muscle tensions: the tension laws of a robot's muscles, through the C core."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.model.tension_laws import command_range, law_of, states_of
+from sim_dart.core.library import Core
+
+from .paths import vector
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+Curve = Literal[
+    "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
+]
+
+
+class MuscleLaws:
+    """The tension laws of a robot's active muscles, at the pose to which the core was moved last.
+
+    A command beyond the range of its law acts as the nearest one in it; that of a passive muscle is
+    not looked at. A step of a simulation is
+
+        core.move(q);  laws.drive(qd, u);  ... qd' from laws.torques ...
+        laws.update_rates(qd');  laws.advance(u, h)
+
+    Args:
+        robot: A valid robot.
+        core: That robot's core, also moved and read by others.
+
+    Attributes:
+        passive: Which muscles take no command, shape (m,).
+        modelled: Which muscles have another law than `ideal`, shape (m,).
+        state_names: Names of the states, such as `activation.biceps`, S of them.
+        state_units: Their units.
+        command_names: What each command is, such as `excitation`; empty for a passive muscle.
+        command_units: Their units; empty for a passive muscle.
+        command_low: Smallest commands, shape (m,).
+        command_high: Largest commands, shape (m,); infinite for ideal cables.
+        states: What the laws remember, shape (S,): a view; the next step changes it, and whoever
+            writes it changes the state.
+        state_rates: Their time derivatives, from `update_state_rates`; a view.
+        rates: l' = L qd, shape (m,), in [m/s]; a view.
+        tensions: f of the last `drive`, shape (m,), in [N]; a view. Never negative, but for
+            springs that push.
+        torques: -L^T f of the last `drive`, shape (n,), in [N.m] or [N]; a view.
+    """
+
+    def __init__(self, robot: Robot, core: Core) -> None:
+        muscles = robot.muscles
+        m, n = len(muscles), len(robot.coordinates)
+        laws = [law_of(muscle.model) for muscle in muscles]
+        states = [(state, muscle) for muscle in muscles for state in states_of(muscle.model)]
+        ranges = np.array([command_range(muscle.model) for muscle in muscles]).reshape(m, 2)
+        commands = [law.command for law in laws]
+        self.passive: BoolArray = np.array([c is None for c in commands], dtype=np.bool_)
+        self.modelled: BoolArray = np.array([law.kind != "ideal" for law in laws], dtype=np.bool_)
+        self.state_names = tuple(f"{state.name}.{muscle.name}" for state, muscle in states)
+        self.state_units = tuple(state.unit for state, _ in states)
+        self.command_names = tuple("" if c is None else c.name for c in commands)
+        self.command_units = tuple("" if c is None else c.unit for c in commands)
+        self.command_low: FloatArray = ranges[:, 0].copy()
+        self.command_high: FloatArray = ranges[:, 1].copy()
+        self.states = core.array("law_states", len(states))
+        self.state_rates = core.array("law_rates", len(states))
+        self.rates = core.array("rates", m)
+        self.tensions = core.array("tensions", m)
+        self.torques = core.array("torques", n)
+        self._low, self._high = core.array("force_low", m), core.array("force_high", m)
+        self._commands = core.array("commands", m)
+        self._names = tuple(muscle.name for muscle in muscles)
+        self._core, self._handle, self._m, self._n = core, core.handle, m, n
+
+    @property
+    def has_states(self) -> bool:
+        """Whether there is anything to remember between steps."""
+        return bool(self.states.size)
+
+    def start(self, commands: ArrayLike) -> None:
+        """Set the states to those of muscles at rest, with these commands for long.
+
+        Args:
+            commands: Shape (m,), in each law's unit.
+
+        Raises:
+            InputError: A command is not finite, or the shape is wrong.
+        """
+        u = self._vector("commands", commands)
+        self._check(self._core.start(self._handle, u.tobytes()), "command", u)
+
+    def set_states(self, states: ArrayLike) -> None:
+        """Set the states, for example to measured ones.
+
+        Args:
+            states: Shape (S,).
+
+        Raises:
+            InputError: A value is not finite, or the shape is wrong.
+        """
+        values = vector("states", states, self.states.size)
+        if not np.isfinite(values).all():
+            name = self.state_names[int(np.argmin(np.isfinite(values)))]
+            raise InputError(f"state {name!r} is not finite")
+        self.states[:] = values
+
+    def update_rates(self, qd: ArrayLike) -> FloatArray:
+        """Path velocities l' = L qd.
+
+        Args:
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        """
+        self._core.update_rates(self._handle, vector("qd", qd, self._n).tobytes())
+        return self.rates
+
+    def drive(self, qd: ArrayLike, commands: ArrayLike) -> FloatArray:
+        """Rates, tensions and torques.
+
+        Args:
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+            commands: Shape (m,), in each law's unit.
+
+        Returns:
+            The tensions.
+
+        Raises:
+            InputError: A command is not finite, or the shape is wrong.
+        """
+        u = self._vector("commands", commands)
+        rates = vector("qd", qd, self._n).tobytes()
+        self._check(self._core.drive(self._handle, rates, u.tobytes()), "command", u)
+        return self.tensions
+
+    def update_state_rates(self, commands: ArrayLike) -> FloatArray:
+        """Time derivatives of the states, at the last rates.
+
+        They can be much faster than a step: `advance` is made for that, explicit rules are not.
+
+        Args:
+            commands: Shape (m,), in each law's unit.
+
+        Raises:
+            InputError: A command is not finite, or the shape is wrong.
+        """
+        u = self._vector("commands", commands)
+        self._check(self._core.update_law_rates(self._handle, u.tobytes()), "command", u)
+        return self.state_rates
+
+    def advance(self, commands: ArrayLike, h: float) -> None:
+        """Go on with the states, while every path lengthens with its last rate.
+
+        Args:
+            commands: Shape (m,), in each law's unit; constant meanwhile.
+            h: How long, in [s].
+
+        Raises:
+            InputError: A command is not finite, or the shape is wrong.
+        """
+        u = self._vector("commands", commands)
+        self._check(self._core.advance(self._handle, u.tobytes(), h), "command", u)
+
+    def reach(self, h: float) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest tensions that can be had after a time, at the last rates.
+
+        They are those of the smallest and the largest command. A law without states acts at once:
+        its tensions are those of now. A passive muscle has one tension. An ideal cable has 0 and
+        infinity. The states stay.
+
+        Args:
+            h: After how long, in [s].
+
+        Returns:
+            Views of shape (m,), in [N].
+        """
+        self._core.reach(self._handle, h)
+        return self._low, self._high
+
+    def invert(self, forces: ArrayLike, h: float) -> FloatArray:
+        """The commands with which the tensions of `reach` become these, or come nearest to them.
+
+        Args:
+            forces: Wanted tensions, shape (m,), in [N].
+            h: After how long, in [s].
+
+        Returns:
+            Commands, shape (m,), in each law's unit; 0 for passive muscles. A view.
+
+        Raises:
+            InputError: A force is not finite, or the shape is wrong.
+        """
+        f = self._vector("forces", forces)
+        self._check(self._core.invert(self._handle, f.tobytes(), h), "force", f)
+        return self._commands
+
+    def curve(self, muscle: str, name: Curve, x: ArrayLike, slope: bool = False) -> FloatArray:
+        """A curve of a muscle of Hill's type, or its slope.
+
+        Args:
+            muscle: The muscle's name.
+            name: Which curve.
+            x: Fibre length over the optimal one, tendon length over its slack length, or fibre
+                velocity over the largest contraction velocity, positive while lengthening.
+            slope: Whether dy/dx is wanted.
+
+        Raises:
+            InputError: The muscle's law has no such curve.
+        """
+        index = self._names.index(muscle)
+        points = np.asarray(x, dtype=np.float64)
+        word = name.encode()
+        values = [self._core.curve(self._handle, index, word, p, slope) for p in points.reshape(-1)]
+        if np.isnan(values).any():
+            raise InputError(f"muscle {muscle!r} has no curve {name!r}")
+        return np.array(values).reshape(points.shape)
+
+    def _vector(self, what: str, values: ArrayLike) -> FloatArray:
+        return vector(what, values, self._m)
+
+    def _check(self, bad: int, what: str, values: FloatArray) -> None:
+        if bad:
+            name = self._names[bad - 1]
+            raise InputError(f"{what} {values[bad - 1]} of muscle {name!r} is not finite")

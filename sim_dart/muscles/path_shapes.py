@@ -1,0 +1,198 @@
+"""Where muscles run and where they pull: the paths as lines, and their forces on the links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import Muscle, Robot
+from sim_dart.core.frames import FloatArray
+from sim_dart.core.library import Core
+from sim_dart.core.path_fields import first_points, ordered_wraps, pulley_muscles
+
+_NUMBERS = 22
+ARC_STEP = math.radians(5.0)
+"""Largest angle between two points of a drawn arc, in [rad]."""
+
+
+class PointForces(NamedTuple):
+    """The forces of muscles on links, in the world frame.
+
+    Attributes:
+        muscles: Index of the muscle of each force, shape (k,).
+        links: The link that each acts on.
+        points: Where it acts, shape (k, 3), in [m].
+        forces: Shape (k, 3), in [N].
+    """
+
+    muscles: np.ndarray
+    links: tuple[str, ...]
+    points: FloatArray
+    forces: FloatArray
+
+
+class _Contact(NamedTuple):
+    """How a muscle passes a surface or a pulley: see `core_trace` in core.h."""
+
+    link: str
+    begin: FloatArray
+    entering: FloatArray
+    end: FloatArray
+    leaving: FloatArray
+    touch: FloatArray
+    lift: FloatArray
+    axis: FloatArray
+    angle: float
+    centre: FloatArray
+    is_pulley: bool
+
+
+class PathShapes:
+    """The shapes of a robot's muscle paths at the core's last q.
+
+    Args:
+        robot: The robot.
+        core: It, opened in the C core.
+    """
+
+    def __init__(self, robot: Robot, core: Core) -> None:
+        self._muscles = robot.muscles
+        self._core = core
+        self._firsts = first_points(robot)
+        self._wraps = ordered_wraps(robot)
+        self._pulleys = pulley_muscles(robot)
+        self._radii = {
+            k: dict(self._muscles[k].pulley.parameters)["pulley_radius"][0]  # type: ignore[union-attr]
+            for k in self._pulleys
+        }
+        surfaces = {surface.name: k for k, surface in enumerate(robot.wrap_surfaces)}
+        self._surfaces = [surfaces[each.wrap.surface] for each in self._wraps]
+        self._links = [robot.wrap_surfaces[k].link for k in self._surfaces]
+        self._points = core.array("points", sum(len(m.via_points) for m in robot.muscles), 3)
+        self._places = core.array("surface_places", len(surfaces), 6)
+        self._wrap_numbers = core.array("wrap_contacts", len(self._wraps), _NUMBERS)
+        self._pulley_numbers = core.array("pulley_contacts", len(self._pulleys), _NUMBERS)
+
+    def lines(self) -> list[FloatArray]:
+        """A line through each muscle's path, shape (k, 3), in [m]; arcs as points close by."""
+        return [
+            np.array(list(self._line(first, muscle, by_segment)))
+            for first, muscle, by_segment in self._paths()
+        ]
+
+    def forces(self, tensions: FloatArray) -> PointForces:
+        """What the muscles pull at, in pairs, one pair a straight part of a path.
+
+        Args:
+            tensions: f, shape (m,), in [N].
+        """
+        rows = [
+            (k, link, point, tensions[k] * direction)
+            for k, (first, muscle, by_segment) in enumerate(self._paths())
+            for link, point, direction in self._pulls(first, muscle, by_segment)
+        ]
+        muscles, links, points, forces = zip(*rows, strict=True) if rows else ((), (), (), ())
+        shape = (len(rows), 3)
+        return PointForces(
+            np.array(muscles, dtype=int),
+            tuple(links),
+            np.array(points, dtype=np.float64).reshape(shape),
+            np.array(forces, dtype=np.float64).reshape(shape),
+        )
+
+    def _paths(self) -> Iterator[tuple[int, Muscle, dict[int, list[_Contact]]]]:
+        """Each muscle with its first point and its contacts by the point before them."""
+        self._core.trace(self._core.handle)
+        contacts: dict[int, list[_Contact]] = {}
+        for k, numbers in zip(self._pulleys, self._pulley_numbers, strict=True):
+            link = self._muscles[k].via_points[0].link
+            contacts[self._firsts[k]] = [_pulley_contact(link, numbers, self._radii[k])]
+        rows = zip(self._wraps, self._links, self._surfaces, self._wrap_numbers, strict=True)
+        for placed, link, surface, numbers in rows:
+            contact = _contact(link, numbers, self._places[surface, :3])
+            contacts.setdefault(placed.point, []).append(contact)
+        for first, muscle in zip(self._firsts, self._muscles, strict=True):
+            yield first, muscle, contacts
+
+    def _line(
+        self, first: int, muscle: Muscle, contacts: dict[int, list[_Contact]]
+    ) -> Iterator[FloatArray]:
+        for point in range(first, first + len(muscle.via_points)):
+            yield self._points[point].copy()
+            for contact in contacts.get(point, ()):
+                if contact.angle:
+                    yield from _arc(contact)
+
+    def _pulls(
+        self, first: int, muscle: Muscle, contacts: dict[int, list[_Contact]]
+    ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        """Link, point and direction of the pulls on it."""
+        for k in range(len(muscle.via_points) - 1):
+            here, there = muscle.via_points[k].link, muscle.via_points[k + 1].link
+            A, B = self._points[first + k].copy(), self._points[first + k + 1].copy()
+            touched = [c for c in contacts.get(first + k, ()) if c.angle]
+            if not touched:
+                length = np.linalg.norm(B - A)
+                if length:
+                    yield here, A, (B - A) / length
+                    yield there, B, (A - B) / length
+                continue
+            yield from _span_pulls(here, A, touched, there, B)
+
+
+def _span_pulls(
+    here: str, A: FloatArray, touched: list[_Contact], there: str, B: FloatArray
+) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+    """The pulls at the ends of the spans between two via points with contacts between them."""
+    if not touched[0].is_pulley:
+        yield here, A, touched[0].entering
+    for c in touched:
+        if not c.is_pulley:
+            yield c.link, _on_line(c.touch, c.begin, c.entering), -c.entering
+        yield c.link, _on_line(c.lift, c.end, c.leaving), c.leaving
+    yield there, B, -touched[-1].leaving
+
+
+def _on_line(wanted: FloatArray, point: FloatArray, direction: FloatArray) -> FloatArray:
+    """The wanted point if it lies on the line of a force, else the point that the line has."""
+    aside = np.cross(wanted - point, direction)
+    return wanted if np.linalg.norm(aside) <= 1e-14 * np.linalg.norm(wanted - point) else point
+
+
+def _arc(contact: _Contact) -> Iterator[FloatArray]:
+    """Points from the touch to the lift, both included; one where a cable runs inside a surface."""
+    if np.array_equal(contact.touch, contact.lift):
+        yield contact.touch
+        return
+    n, steps = contact.axis, max(1, math.ceil(contact.angle / ARC_STEP))
+    start = contact.touch - contact.centre
+    across = start - (start @ n) * n
+    aside = np.cross(n, across)
+    climb = (contact.lift - contact.touch) @ n
+    yield contact.touch
+    for k in range(1, steps):
+        angle = contact.angle * k / steps
+        turned = math.cos(angle) * across + math.sin(angle) * aside
+        yield contact.centre + turned + (start @ n + climb * k / steps) * n
+    yield contact.lift
+
+
+def _contact(
+    link: str, numbers: FloatArray, centre: FloatArray, *, is_pulley: bool = False
+) -> _Contact:
+    begin, entering, end, leaving, touch, lift, axis = numbers[:-1].reshape(7, 3).copy()
+    ends = (begin, entering, end, leaving, touch, lift, axis)
+    return _Contact(link, *ends, float(numbers[-1]), centre.copy(), is_pulley)
+
+
+def _pulley_contact(link: str, numbers: FloatArray, radius: float) -> _Contact:
+    """A pulley's centre lies across the direction in which the cable comes on."""
+    contact = _contact(link, numbers, np.zeros(3), is_pulley=True)
+    if np.array_equal(contact.lift, contact.end) and contact.angle:  # the end is inside
+        chord = float(np.linalg.norm(contact.lift - contact.touch))
+        radius = chord / (2 * math.sin(contact.angle / 2))
+    across = np.cross(contact.axis, contact.entering)
+    return contact._replace(centre=contact.touch + radius * across)

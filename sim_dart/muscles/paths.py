@@ -1,0 +1,159 @@
+"""q -> muscle path lengths l and muscle Jacobian L = dl/dq, through the C core."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core
+from sim_dart.core.tasks import point_rows, task_rows
+
+from .path_shapes import PathShapes, PointForces
+
+FloatArray = NDArray[np.float64]
+
+
+def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
+    """The values as a contiguous float array of shape (size,).
+
+    Raises:
+        InputError: They have another shape or are no numbers.
+    """
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be {size} numbers, not {values!r}") from None
+    if array.shape != (size,):
+        raise InputError(f"{what} must have shape ({size},), not {array.shape}")
+    return array
+
+
+def finite(what: str, values: FloatArray) -> FloatArray:
+    """The values, if all are finite: DART answers others with the terms of an older state.
+
+    Raises:
+        InputError: One is not.
+    """
+    if not np.isfinite(values).all():
+        raise InputError(f"{what} must be finite, not {values}")
+    return values
+
+
+class PathState(NamedTuple):
+    """Lengths and Jacobian at one q. Views: the next evaluation changes them.
+
+    Attributes:
+        lengths: l, shape (m,), in [m].
+        jacobian: L = dl/dq, shape (m, n), in [m/rad] or [m/m]; positive where a muscle lengthens.
+    """
+
+    lengths: FloatArray
+    jacobian: FloatArray
+
+
+class MusclePaths:
+    """The muscle paths of a robot's active cable set.
+
+    Args:
+        robot: The robot.
+        count_turns: Whether cables over cylinders remember how often they have turned, as on a
+            spindle: l then depends on the calls before. Between two calls a cable must turn by
+            less than half a turn.
+
+    Raises:
+        RobotError: The robot is not valid.
+
+    Attributes:
+        core: The robot in the C core.
+        turning: Where turns are counted, what is remembered: the turning angle of each wrap, in
+            [rad], NaN before the first call. A view that may be saved and written back.
+    """
+
+    def __init__(self, robot: Robot, *, count_turns: bool = False) -> None:
+        require_valid(robot)
+        n, m = len(robot.coordinates), len(robot.muscles)
+        self._n = n
+        self.core = self._core = Core(compile_blob(robot))
+        self._move = self._core.move
+        self._handle = self._core.handle
+        self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
+        self._shapes = PathShapes(robot, self._core)
+        self.turning = self._core.array("wrap_turning", sum(len(m.wraps) for m in robot.muscles))
+        if count_turns:
+            self._core.count_turns(self._handle, 1)
+        k = len(robot.task_frames)
+        self._task_rows = task_rows(robot)
+        self._point_rows = point_rows(robot)
+        self._task_values = self._core.array("task_values", 3 * k)
+        self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
+
+    def evaluate(self, q: ArrayLike) -> PathState:
+        """Lengths and Jacobian at q, as views that the next call changes.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+
+        Raises:
+            InputError: q has another shape.
+        """
+        self._move(self._handle, vector("q", q, self._n).tobytes())
+        return self._state
+
+    def path_points(self, q: ArrayLike) -> list[FloatArray]:
+        """A line through each muscle's path, for drawing: arrays of shape (k, 3), in [m].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self.evaluate(q)
+        return self._shapes.lines()
+
+    def point_forces(self, q: ArrayLike, forces: ArrayLike) -> PointForces:
+        """What the muscles pull at: on links at via points, surfaces and pulleys, world axes.
+
+        Their power is that of -L'f. They come in pairs that cancel: two for every straight part of
+        a path, along it.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            forces: Tensions f, shape (m,), in [N].
+        """
+        tensions = vector("forces", forces, self._state.lengths.size)
+        self.evaluate(q)
+        return self._shapes.forces(tensions)
+
+    def task_position(self, q: ArrayLike) -> FloatArray:
+        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        self.evaluate(q)
+        return self._task_values[self._task_rows]
+
+    def task_jacobian(self, q: ArrayLike) -> FloatArray:
+        """J = dy/dq, shape (k, n): rows in [m] or [rad] per [rad] or [m].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._frame_jacobian(q)[self._task_rows]
+
+    def point_jacobian(self, q: ArrayLike) -> FloatArray:
+        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._frame_jacobian(q)[self._point_rows]
+
+    def _frame_jacobian(self, q: ArrayLike) -> FloatArray:
+        """Three rows a task frame, as a view that the next call changes."""
+        self.evaluate(q)
+        self._core.update_task_jacobian(self._handle)
+        return self._task_jacobian
