@@ -309,7 +309,3 @@ def _convert(options: argparse.Namespace) -> int:
     told = [finding.as_dict() for finding in findings]
     print_files(conversion.files, options.json, findings=told)
     return GOOD
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -42,7 +42,7 @@ RATES: dict[str, dict[str, float]] = {
 @contextlib.contextmanager
 def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
     """A device emulator in a process of its own; its address."""
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "device", str(experiment), "--json"]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(experiment), "--json"]
     command += ["--listen", "udp://127.0.0.1:0"]
     if key_file is not None:
         command += ["--key-file", key_file]

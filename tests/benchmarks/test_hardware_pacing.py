@@ -60,7 +60,7 @@ def test_pacing_at_1_khz_with_priority() -> None:
 def device(folder: Path, settings: dict[str, Any]) -> Iterator[str]:
     """The emulator in a process of its own; yields its address."""
     words = [word for key, value in settings.items() for word in ("--set", f"{key}={value!r}")]
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "device", str(folder), *words]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(folder), *words]
     command += ["--listen", "udp://127.0.0.1:0", "--duration", "120"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:

@@ -98,7 +98,7 @@ def test_cosimulation(benchmark: Any) -> None:
 
 def test_whole_run(benchmark: Any, tmp_path: Path) -> None:
     """The example as a user runs it: 8 s at 1 kHz, and the time to its first step."""
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "run", str(PLANAR_2R), "--json"]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), "--json"]
 
     def run() -> dict[str, Any]:
         done = subprocess.run(

@@ -30,7 +30,7 @@ from cardsflow_fmu.cli.main import _parser, main
 from cardsflow_fmu.utils.interrupts import interruptible, terminable
 
 SHORT = ["--set", "run.duration=0.05"]
-CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli.main"]
+CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli"]
 ROBOT = str(PLANAR_2R / "robot")
 
 

@@ -69,7 +69,7 @@ class Served:
 
 @contextmanager
 def served(*words: str, **environment: str) -> Iterator[Served]:
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *words, "--json"]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *words, "--json"]
     command += [] if "--listen" in words else FREE
     with subprocess.Popen(
         command,

@@ -509,7 +509,7 @@ def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> N
         silent.bind(("127.0.0.1", 0))
         silent.settimeout(60.0)
         uri = f"udp://127.0.0.1:{silent.getsockname()[1]}"
-        command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "run", str(PLANAR_2R)]
+        command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R)]
         command += ["--hardware", uri, "-o", str(out)]
         with subprocess.Popen(
             command,
@@ -544,7 +544,7 @@ def test_whatever_ends_a_run_the_robot_ends_safe(
     settings = words(
         {"hardware.ramp_down": 0.1, "hardware.max_missed": 1000, "hardware.watchdog": 0.5}
     )
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "run", str(PLANAR_2R), *settings]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), *settings]
     command += ["--hardware", served.uri, "-o", str(out)]
     device = served.device
     environment_ = os.environ | {"CARDSFLOW_FMU_HOST": host}

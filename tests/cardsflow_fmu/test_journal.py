@@ -199,7 +199,7 @@ def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, after: flo
     command = [
         sys.executable,
         "-m",
-        "cardsflow_fmu.cli.main",
+        "cardsflow_fmu.cli",
         "run",
         str(PLANAR_2R),
         "-o",

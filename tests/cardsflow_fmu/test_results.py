@@ -330,6 +330,6 @@ def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) ->
 
 def test_help_has_an_example() -> None:
     for name in ("plot", "compare", "report"):
-        command = [sys.executable, "-m", "cardsflow_fmu.cli.main", name, "--help"]
+        command = [sys.executable, "-m", "cardsflow_fmu.cli", name, "--help"]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         assert f"example:\n  cardsflow {name} " in done.stdout

@@ -42,7 +42,7 @@ def opened() -> Iterator[Any]:
 
 
 def cardsflow(*words: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *map(str, words)]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
 

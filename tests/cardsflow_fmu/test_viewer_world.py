@@ -200,7 +200,7 @@ def test_a_recording_opens_no_connection(falling: tuple[Path, Result], tmp_path:
     calls = tmp_path / "calls"
     trace = ["strace", "-f", "-e", "trace=socket,connect,sendto", "-o", str(calls)]
     words = ["view", str(falling[0]), "--rrd", str(tmp_path / "run.rrd")]
-    command = [*trace, sys.executable, "-m", "cardsflow_fmu.cli.main", *words]
+    command = [*trace, sys.executable, "-m", "cardsflow_fmu.cli", *words]
     done = subprocess.run(
         command,
         env=os.environ | {"HOME": str(tmp_path / "home")},

@@ -182,7 +182,7 @@ def test_a_failing_fmu_ends_the_run_with_its_own_words_and_keeps_the_results(
 
 
 def cardsflow(*words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *map(str, words)]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
@@ -197,7 +197,7 @@ def test_the_command_prints_a_short_summary(tmp_path: Path) -> None:
 
 
 def test_output_that_nobody_reads_to_the_end_is_no_error(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", "info", str(PLANAR_2R / "robot")]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "info", str(PLANAR_2R / "robot")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stderr is not None

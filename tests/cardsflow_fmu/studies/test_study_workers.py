@@ -142,7 +142,7 @@ def started(file: Path, output: Path, *, resume: bool) -> subprocess.Popen[Any]:
     """The command line, on its own."""
     words = ["study", str(file), "-j", "2", "-o", str(output)]
     words += ["--resume"] if resume else []
-    command = [sys.executable, "-m", "cardsflow_fmu.cli.main", *words]
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", *words]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
 
