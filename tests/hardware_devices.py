@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer, Way
-from cardsflow_fmu.hardware.links.link import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Hello
 
 FloatArray = NDArray[np.float64]
 

@@ -112,8 +112,8 @@ def _require_hardware(experiment: Experiment) -> None:
 
 def _run_system(started: float, options: argparse.Namespace) -> int:
     from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
-    from cardsflow_fmu.hardware.links.link import open_link
     from cardsflow_fmu.hardware.session.connect import environment
+    from cardsflow_fmu.hardware.session.open_link import open_link
     from cardsflow_fmu.ssp.run import SystemRunError, run_system
 
     refuse_view(options, "draws experiments; run the .ssp, and then view its results")

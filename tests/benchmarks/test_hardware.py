@@ -17,9 +17,9 @@ import pytest
 from echo_device import COMMANDS, SIGNATURE, STATES
 from interleaved import record
 
-from cardsflow_fmu.hardware.links.link import Hello
 from cardsflow_fmu.hardware.links.udp import UdpLink, udp_address
 from cardsflow_fmu.hardware.protocol.frame import HEADER_BYTES
+from cardsflow_fmu.hardware.protocol.handshake import Hello
 
 HERE = Path(__file__).parent
 REFERENCE = HERE.parents[1] / "examples/hardware_in_the_loop/device.c"

@@ -34,11 +34,12 @@ from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer, serve
 from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyWay
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
-from cardsflow_fmu.hardware.links.link import Exchange, HardwareLink, Hello, open_link
+from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.links.serial import SerialLink
 from cardsflow_fmu.hardware.links.udp import UdpLink, is_loopback, udp_address
 from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, encode
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import (
     MOST_BYTES,
     Flag,
@@ -48,6 +49,8 @@ from cardsflow_fmu.hardware.protocol.frame import (
     pack,
     unpack,
 )
+from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.session.open_link import open_link
 
 PULL = np.array([3.0, 20.0, 50.0])
 SOON = 0.5
@@ -92,7 +95,7 @@ def linked(kind: str, device: Device, key: bytes | None = None) -> Iterator[Hard
         if kind == "serial":
             pytest.importorskip("serial")
             uri = stack.enter_context(at_the_end_of_a_line(device))
-        link = open_link(uri, key=key, loopback=lambda: device)
+        link = open_link(uri, key=key, make_device=lambda: device)
         stack.callback(link.close)
         yield link
 

@@ -20,8 +20,8 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.model_description import FmiVersion
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
-from cardsflow_fmu.hardware.links.link import Exchange
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Hello
 from cardsflow_fmu.hardware.session import connect as opening

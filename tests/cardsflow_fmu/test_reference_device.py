@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 from hardware_fuzz import FRAMES, bad_frames
 
-from cardsflow_fmu.hardware.links.link import Exchange, Hello
 from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES, Flag, Frame, Kind, pack, unpack
+from cardsflow_fmu.hardware.protocol.handshake import Hello
 
 SOURCE = Path(__file__).parents[2] / "examples/hardware_in_the_loop/device.c"
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]

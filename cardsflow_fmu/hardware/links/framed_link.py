@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import (
     Flag,
     Frame,
@@ -32,8 +33,6 @@ from cardsflow_fmu.hardware.protocol.handshake import (
     Hello,
     whole,
 )
-
-from .link import Exchange
 
 FloatArray = NDArray[np.float64]
 

@@ -1,43 +1,18 @@
-"""The link to hardware, as those see it who use it; `open_link` makes one of an address."""
+"""The interface between a session and a link to hardware."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.emulator.faults import Faults
 from cardsflow_fmu.hardware.protocol.clock import Clock
-from cardsflow_fmu.hardware.protocol.handshake import Hello as Hello
-
-if TYPE_CHECKING:
-    from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
+from cardsflow_fmu.hardware.protocol.handshake import Hello
 
 FloatArray = NDArray[np.float64]
-
-FORMS = "udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback:, emulated:"
-
-
-class Exchange(NamedTuple):
-    """What came of a set point; a tuple because one is made in each step, and quickly.
-
-    Attributes:
-        state: Newest state, shape (states,), in SI units; None if nothing new came.
-        seq: Sequence number of the set point that the newest state answers; 0 before any came.
-        age: Time since the newest state was received, in [s]; infinite before any came.
-        round_trip: From the sending of that set point until its state came, in [s]; NaN if nothing
-            new came.
-        device_flags: Flags of the newest state, bits of `frame.Flag`.
-    """
-
-    state: FloatArray | None
-    seq: int
-    age: float
-    round_trip: float
-    device_flags: int
 
 
 class HardwareLink(Protocol):
@@ -81,47 +56,3 @@ class HardwareLink(Protocol):
 
     def close(self) -> None:
         """Stop if need be, and give the line back; a second time does nothing."""
-
-
-def open_link(
-    uri: str,
-    *,
-    key: bytes | None = None,
-    bind: str = "",
-    loopback: Callable[[], Device] | None = None,
-    faults: Faults | None = None,
-) -> HardwareLink:
-    """The link of an address; its `open` is the first to speak to the device.
-
-    Args:
-        uri: udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback: or emulated:
-        key: The pre-shared key that frames are signed with; unsigned when None.
-        bind: Address of this machine to send from; found by the device's when empty.
-        loopback: Makes the device of loopback: and emulated:
-        faults: What happens to frames of emulated: on their way; nothing when None.
-
-    Raises:
-        InputError: The address cannot be understood.
-    """
-    scheme = uri.partition(":")[0]
-    if scheme == "udp":
-        from .udp import UdpLink
-
-        return UdpLink(uri, key=key, bind=bind)
-    if scheme == "serial":
-        from .serial import SerialLink
-
-        return SerialLink(uri, key=key)
-    if scheme == "loopback":
-        from cardsflow_fmu.hardware.emulator.loopback_link import LoopbackLink
-
-        if loopback is None:
-            raise InputError("loopback: needs a device in this process; here is none")
-        return LoopbackLink(loopback, key=key)
-    if scheme == "emulated":
-        from cardsflow_fmu.hardware.emulator.emulated_link import EmulatedLink, EmulatedWorld
-
-        if loopback is None:
-            raise InputError("emulated: needs a device in this process; here is none")
-        return EmulatedLink(EmulatedWorld(loopback(), faults or Faults()), key=key)
-    raise InputError(f"no hardware at {uri!r}: an address is one of {FORMS}")

@@ -28,7 +28,7 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
 
+from .exchange import Exchange
 from .recording_header import RecordingHeader as RecordingHeader
 from .recording_header import header_data, header_of
 
@@ -52,30 +53,6 @@ _FIXED = struct.Struct("<dddII")
 _ENDING = struct.Struct("<II")
 _MAX_HEADER = 2**20
 _MAX_BYTES = 2**31
-
-
-class Exchanged(Protocol):
-    """What an exchange gave; see `link.Exchange`."""
-
-    @property
-    def state(self) -> FloatArray | None:
-        """The newest state, in SI units; None if nothing new came."""
-
-    @property
-    def seq(self) -> int:
-        """Sequence number."""
-
-    @property
-    def age(self) -> float:
-        """Time since the newest state was received, in [s]."""
-
-    @property
-    def round_trip(self) -> float:
-        """In [s]; NaN if no answer came."""
-
-    @property
-    def device_flags(self) -> int:
-        """Flags of the device's frame."""
 
 
 class Recorder:
@@ -115,7 +92,7 @@ class Recorder:
             self._stream.close()
             raise InputError(f"cannot be written: {self.failure}", file=self.file)
 
-    def write(self, t: float, command: FloatArray, exchange: Exchanged) -> None:
+    def write(self, t: float, command: FloatArray, exchange: Exchange) -> None:
         """Write a record.
 
         Args:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
-from cardsflow_fmu.hardware.links.link import FORMS, HardwareLink, open_link
+from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.protocol.handshake import Hello
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
 from cardsflow_fmu.hardware.protocol.signals import (
@@ -22,6 +22,7 @@ from cardsflow_fmu.hardware.protocol.signals import (
 )
 from cardsflow_fmu.utils.key_file import read_key
 
+from .open_link import ADDRESSES, open_link
 from .session import HardwareSession
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def linked(settings: HardwareSettings, file: Path) -> HardwareSettings:
     """
     link = os.environ.get(LINK) or settings.link
     if not link:
-        what = f"missing: say where the hardware is ({FORMS}), or set {LINK}"
+        what = f"missing: say where the hardware is ({ADDRESSES}), or set {LINK}"
         raise InputError(what, file=file, key="hardware.link")
     return replace(settings, link=link)
 
@@ -105,7 +106,7 @@ def session_of(experiment: Experiment) -> HardwareSession:
         settings.link,
         key=key,
         bind=settings.bind,
-        loopback=lambda: emulated_device(experiment, settings, key),
+        make_device=lambda: emulated_device(experiment, settings, key),
         faults=settings.emulator.faults,
     )
     file = os.environ.get(RECORDING)

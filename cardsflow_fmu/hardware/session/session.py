@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import CardsflowError, Robot
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
-from cardsflow_fmu.hardware.links.link import Exchange, HardwareLink, Hello
+from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
+from cardsflow_fmu.hardware.protocol.handshake import Hello
 from cardsflow_fmu.hardware.protocol.recording import Recorder
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 from sim_dart import MusclePaths

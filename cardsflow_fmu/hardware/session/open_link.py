@@ -1,0 +1,50 @@
+"""The links that there are, by the scheme of their addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.emulator.emulated_link import EmulatedLink, EmulatedWorld
+from cardsflow_fmu.hardware.emulator.faults import Faults
+from cardsflow_fmu.hardware.emulator.loopback_link import LoopbackLink
+from cardsflow_fmu.hardware.links.link import HardwareLink
+from cardsflow_fmu.hardware.links.serial import SerialLink
+from cardsflow_fmu.hardware.links.udp import UdpLink
+
+ADDRESSES = "udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback:, emulated:"
+
+
+def open_link(
+    uri: str,
+    *,
+    key: bytes | None = None,
+    bind: str = "",
+    make_device: Callable[[], Device] | None = None,
+    faults: Faults | None = None,
+) -> HardwareLink:
+    """Make the link of an address; its `open` is the first to send anything.
+
+    Args:
+        uri: udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, loopback: or emulated:
+        key: The pre-shared key that frames are signed with; unsigned when None.
+        bind: Address of this machine to send from; found by the device's when empty.
+        make_device: Makes the device of loopback: and emulated:
+        faults: Faults of the line of emulated:; none when None.
+
+    Raises:
+        InputError: The address cannot be understood.
+    """
+    scheme = uri.partition(":")[0]
+    if scheme == "udp":
+        return UdpLink(uri, key=key, bind=bind)
+    if scheme == "serial":
+        return SerialLink(uri, key=key)
+    if scheme not in ("loopback", "emulated"):
+        raise InputError(f"no hardware at {uri!r}: an address is one of {ADDRESSES}")
+    if make_device is None:
+        raise InputError(f"{scheme}: needs a device in this process; here is none")
+    if scheme == "loopback":
+        return LoopbackLink(make_device, key=key)
+    return EmulatedLink(EmulatedWorld(make_device(), faults or Faults()), key=key)
