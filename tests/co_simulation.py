@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cosim.adapted_fmu import fitting_wiring
+from cardsflow_fmu.cosim.external_fmu import fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master, Recording
 from cardsflow_fmu.signals.ports import load_signals

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
-from cardsflow_fmu.cosim.adapted_fmu import ForeignFmu
 from cardsflow_fmu.cosim.coupling import Coupling
+from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 
 from .controller_types import TYPES
 from .hardware_settings import HardwareSettings
@@ -264,7 +264,7 @@ class Experiment:
         run: Settings of the co-simulation.
         wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
             -> `plant.q.elbow`, or the number that it is held at.
-        fmus: FMUs of others that take the place of plant, controller or reference, by that name.
+        fmus: External FMUs that take the place of plant, controller or reference, by that name.
         robot_changes: What the experiment changes of the robot's files; see `robot_changes`.
         scene: What stands around the robot; None for nothing.
         parts: The robots that `robot` is made of; none where it is one by itself.
@@ -282,7 +282,7 @@ class Experiment:
     controller: ControllerSettings
     run: RunSettings
     wiring: Mapping[str, str | float]
-    fmus: Mapping[str, ForeignFmu] = field(default_factory=dict)
+    fmus: Mapping[str, ExternalFmu] = field(default_factory=dict)
     robot_changes: Mapping[str, Any] = field(default_factory=dict)
     scene: Scene | None = None
     parts: tuple[RobotPart, ...] = ()

@@ -15,7 +15,6 @@ from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import Reading, read
 from cardsflow_fmu.config.key_path import set_value
 from cardsflow_fmu.config.table import Table
-from cardsflow_fmu.cosim.adapted_fmu import ROLES, read_fmus
 from cardsflow_fmu.cosim.coupling import SCHEMES, Coupling, Scheme
 from cardsflow_fmu.signals.ports import (
     coordinate_signals,
@@ -23,6 +22,7 @@ from cardsflow_fmu.signals.ports import (
     muscle_signals,
     task_signals,
 )
+from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.signals.world import wrench_signals
 
 from .controller import followed_space, read_controller
@@ -36,6 +36,7 @@ from .experiment import (
     Rule,
     RunSettings,
 )
+from .external_fmus import read_fmus
 from .hardware import read_hardware
 from .muscles import with_muscle_settings
 from .reference import read_reference

@@ -323,7 +323,7 @@ _FMU = either(
 )
 
 FMUS = table(
-    "FMUs of others in the place of plant, controller, reference or hardware.",
+    "External FMUs in the place of plant, controller, reference or hardware.",
     dict.fromkeys(("plant", "controller", "reference", "hardware"), _FMU),
 )
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def experiment_data(experiment: Experiment) -> dict[str, Any]:
-    """Everything but the robot's files and the FMUs of others.
+    """Everything but the robot's files and the external FMUs.
 
     Args:
         experiment: What to write.

@@ -6,7 +6,7 @@ import json
 import xml.etree.ElementTree as ET
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.signals.variables import ELEMENTS, Variable
 
 from .model_description import (
     FmuDescription,
@@ -19,9 +19,6 @@ from .model_description import (
     type_names,
     unit_definitions,
 )
-
-ELEMENTS = "org.cardsflow.elements"
-"""Type of the annotation with name and unit of the elements of an array, as a JSON list."""
 
 _TIME = "time"
 

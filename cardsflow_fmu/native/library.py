@@ -46,9 +46,9 @@ def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
     """What else than the models themselves is not in C."""
     if experiment.hardware.use:
         return "hardware"
-    foreign = [name for name in names if name in experiment.fmus]
-    if foreign:
-        return f"FMUs of others ({', '.join(foreign)})"
+    external = [name for name in names if name in experiment.fmus]
+    if external:
+        return f"external FMUs ({', '.join(external)})"
     engines = {"plant": experiment.plant.engine, "controller": experiment.controller.engine}
     in_dart = [name for name, engine in engines.items() if engine == "dart"]
     named = ", ".join(f"{role}.engine" for role in in_dart)

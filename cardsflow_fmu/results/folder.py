@@ -71,7 +71,7 @@ class OutputFolder:
 
     def __enter__(self) -> Self:
         try:
-            self._refuse_foreign_files()
+            self._refuse_unowned_files()
             self._make()
             with tempfile.TemporaryFile(dir=self.path):
                 pass
@@ -90,7 +90,7 @@ class OutputFolder:
     ) -> None:
         self._undo()
 
-    def _refuse_foreign_files(self) -> None:
+    def _refuse_unowned_files(self) -> None:
         """Results of an earlier run are replaced; files of the same names by others are not."""
         there = [name for name in _OWN if (self.path / name).exists()]
         if RECORDING_FILE in there and is_recording(self.path / RECORDING_FILE):

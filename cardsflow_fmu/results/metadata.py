@@ -57,20 +57,20 @@ def read_summary(file: Path) -> dict[str, Any]:
     """
     summary = _read(file)
     if summary.get("status") not in ("complete", "incomplete"):
-        raise _foreign(file, "status")
+        raise _malformed(file, "status")
     for key, kinds in _KINDS.items():
         if key in summary and not isinstance(summary[key], kinds):
-            raise _foreign(file, key)
+            raise _malformed(file, key)
     for key, inner in _INNER.items():
         if not isinstance((summary.get(key) or {}).get(inner), _TABLE):
-            raise _foreign(file, f"{key}.{inner}")
+            raise _malformed(file, f"{key}.{inner}")
     for key, (rows, columns) in _ROWS.items():
         if not _are_rows((summary.get(key) or {}).get(rows), columns):
-            raise _foreign(file, f"{key}.{rows}")
+            raise _malformed(file, f"{key}.{rows}")
     for key in ("tracking.rms", "tracking.max", "forces.min", "forces.max"):
         group, name = key.split(".")
         if not isinstance((summary.get(group) or {}).get(name), _NUMBER):
-            raise _foreign(file, key)
+            raise _malformed(file, key)
     return summary
 
 
@@ -97,7 +97,7 @@ def read_units(file: Path) -> dict[str, str]:
     units = _read(file)
     for name, unit in units.items():
         if not isinstance(unit, str):
-            raise _foreign(file, name[:80])
+            raise _malformed(file, name[:80])
     return units
 
 
@@ -113,5 +113,5 @@ def _read(file: Path) -> dict[str, Any]:
     return data
 
 
-def _foreign(file: Path, key: str) -> InputError:
+def _malformed(file: Path, key: str) -> InputError:
     return InputError("is not what a run writes", file=file, key=key)

@@ -40,7 +40,7 @@ class Speed:
 def summarize(
     experiment: Experiment, recording: Recording, speed: Speed, through: str
 ) -> dict[str, Any]:
-    """The summary of an experiment's run; signals that an FMU of others lacks are left out.
+    """The summary of an experiment's run; signals that an external FMU lacks are left out.
 
     Args:
         experiment: What was run.

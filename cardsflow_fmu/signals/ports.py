@@ -24,7 +24,7 @@ from .port import (
     muscle_signals,
     signal_names,
 )
-from .world import world_ports, wrench_ports
+from .world import world_ports, wrench_ports, wrench_signals
 
 if TYPE_CHECKING:
     from sim_dart.scene import Scene
@@ -43,6 +43,7 @@ __all__ = [
     "identifier",
     "load_signals",
     "muscle_signals",
+    "outer_signals",
     "plant_ports",
     "reference_ports",
     "signal_names",
@@ -120,6 +121,16 @@ def load_signals(robot: Robot) -> list[str]:
     """`w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
     points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
     return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
+
+
+def outer_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
+    """Inputs of the plant for external forces on task points and wrenches on links.
+
+    Args:
+        robot: The robot.
+        wrenched: Names of the links that take wrenches.
+    """
+    return [*load_signals(robot), *wrench_signals(wrenched)]
 
 
 def force_unit(coordinate: Coordinate) -> str:

@@ -8,6 +8,9 @@ from itertools import groupby
 
 from .ports import Port
 
+ELEMENTS = "org.cardsflow.elements"
+"""Type of the annotation with name and unit of the elements of an array, as a JSON list."""
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:

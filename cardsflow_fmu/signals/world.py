@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from .port import Causality, Port, signal_names
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.experiment.experiment import Experiment
     from sim_dart.scene import Scene
 
 _TURN = ("qw", "qx", "qy", "qz")
@@ -18,13 +17,6 @@ def wrench_signals(links: Sequence[str]) -> list[str]:
     """`w.<link>.fx`, ..., `w.<link>.tz` of every link that takes a wrench."""
     axes = [f"{kind}{axis}" for kind in "ft" for axis in "xyz"]
     return [f"{name}.{axis}" for name in signal_names("w", links) for axis in axes]
-
-
-def outer_signals(experiment: Experiment) -> list[str]:
-    """Inputs of the plant for what acts from outside: forces on task points, wrenches on links."""
-    from .ports import load_signals
-
-    return [*load_signals(experiment.robot), *wrench_signals(experiment.plant.wrenches)]
 
 
 def wrench_ports(links: Sequence[str], causality: Causality) -> list[Port]:

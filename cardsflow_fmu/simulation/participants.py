@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from cardsflow_fmu.cosim.adapted_fmu import HARDWARE, ROLES, AdaptedFmu, fitting_wiring
+from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import DirectParticipant, Participant
@@ -20,7 +20,8 @@ from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.native.loop import NativeLoop
-from cardsflow_fmu.signals.world import outer_signals
+from cardsflow_fmu.signals.ports import outer_signals
+from cardsflow_fmu.signals.roles import HARDWARE, ROLES
 
 Through = Literal["fmu", "direct", "native"]
 
@@ -88,7 +89,7 @@ def made_master(
                 experiment.wiring,
                 experiment.fmus,
                 participants.values(),
-                outer_signals(experiment),
+                outer_signals(experiment.robot, experiment.plant.wrenches),
             ),
             step=settings.step,
             steps=settings.steps,
@@ -110,12 +111,12 @@ def _participants(
         participants: dict[str, Participant] = {}
         for role in reversed(ROLES):
             name = performer(role, experiment)
-            model, foreign = MODELS[name], experiment.fmus.get(name)
+            model, external = MODELS[name], experiment.fmus.get(name)
             participant: Participant
             with environment(experiment.hardware, streamed):
-                if foreign is not None:
+                if external is not None:
                     participant = FmuInstance(
-                        role, foreign.file, unpacked / name, foreign.parameters
+                        role, external.file, unpacked / name, external.parameters
                     )
                 elif name in fmus:
                     own = fmus[name]
@@ -125,7 +126,7 @@ def _participants(
                 else:
                     participant = DirectParticipant(role, model(experiment))
             stack.callback(participant.close)
-            if foreign is not None:
-                participant = AdaptedFmu(participant, foreign, model.table(experiment))
+            if external is not None:
+                participant = AdaptedFmu(participant, external, model.table(experiment))
             participants[role] = participant
         yield participants

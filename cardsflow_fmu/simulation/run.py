@@ -10,7 +10,6 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.files import write_files
-from cardsflow_fmu.cosim.adapted_fmu import HARDWARE, ROLES
 from cardsflow_fmu.cosim.master import Progress, Recording, Watch
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.fmu.model_description import FmiVersion
@@ -27,6 +26,7 @@ from cardsflow_fmu.results.saved_run import EXPERIMENT, experiment_archive
 from cardsflow_fmu.results.summary import Speed, summarize
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
+from cardsflow_fmu.signals.roles import HARDWARE, ROLES
 from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
@@ -76,7 +76,7 @@ def build(
         The FMUs, by the name of the model; the .ssp stands beside them.
 
     Raises:
-        InputError: The folder cannot be written, or the FMUs of others do not fit.
+        InputError: The folder cannot be written, or the external FMUs do not fit.
     """
     with tempfile.TemporaryDirectory() as aside:
         libraries = _libraries(platforms, Path(aside), native)
@@ -128,7 +128,7 @@ def _build(
     libraries: Mapping[str, Path] | None = None,
     native: bool = False,
 ) -> dict[str, Path]:
-    """Those FMUs that are not of others, by the name of the model, in a folder that exists."""
+    """All FMUs but external ones, by the name of the model, in a folder that exists."""
     period = experiment.controller.period
     steps = {"controller": period}
     internal = {
@@ -157,7 +157,7 @@ def _build(
 
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
-    """The .ssp of FMI 2 FMUs with scalars, and of the FMUs of others that take their place."""
+    """The .ssp of FMI 2 FMUs with scalars, and of the external FMUs that take their place."""
     tables = {name: MODELS[name].table(experiment) for name in _buildable(experiment)}
     files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
     system = experiment_system(experiment, files, tables)

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 from addin_sdfusion.robot import CardsflowError
-from cardsflow_fmu.cosim.adapted_fmu import HARDWARE
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.experiment.resources import EXPERIMENT_FILE
+from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import unpack_archive, write_archive
 
 _RESOURCES = "resources/"

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.cosim.adapted_fmu import ForeignFmu, fitting_wiring, renamed, stated_units
+from cardsflow_fmu.cosim.external_fmu import ExternalFmu, fitting_wiring, renamed, stated_units
 from cardsflow_fmu.cosim.wiring import routes
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.ports import Port, outer_signals
 from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit, conversion, variable_units
-from cardsflow_fmu.signals.world import outer_signals
 
 from .system import Component, Connection, Connector, Parameter, System
 
@@ -37,7 +36,7 @@ def experiment_system(
     parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in _ORDER]
     by_role = {part.name: part for part in parts}
     connections: list[Connection] = []
-    loads = outer_signals(experiment)
+    loads = outer_signals(experiment.robot, experiment.plant.wrenches)
     wiring = fitting_wiring(experiment.wiring, experiment.fmus, parts, loads)
     for target, source in routes(parts, wiring).items():
         role, input_ = target.split(".", 1)
@@ -84,7 +83,7 @@ class _Part:
     """An FMU of the system under the experiment's names."""
 
     def __init__(
-        self, role: str, file: Path, foreign: ForeignFmu | None, ports: Sequence[Port]
+        self, role: str, file: Path, external: ExternalFmu | None, ports: Sequence[Port]
     ) -> None:
         import fmpy  # takes a second
 
@@ -95,13 +94,13 @@ class _Part:
         self._units: dict[str, Unit] = variable_units(description)
         self._held: list[Parameter] = []
         self._own: dict[str, dict[str, str]] = {"input": {}, "output": {}}
-        self._parameters = [] if foreign else [p for p in ports if p.causality == "parameter"]
+        self._parameters = [] if external else [p for p in ports if p.causality == "parameter"]
         names = {side: self._side(side) for side in self._own}
-        if foreign is not None:
-            self._units |= stated_units(foreign, [*names["input"], *names["output"]])
-            self._held = [Parameter(*entry) for entry in foreign.parameters.items()]
+        if external is not None:
+            self._units |= stated_units(external, [*names["input"], *names["output"]])
+            self._held = [Parameter(*entry) for entry in external.parameters.items()]
             for side in self._own:
-                table = renamed(foreign, side, names[side], ports)
+                table = renamed(external, side, names[side], ports)
                 self._own[side] = {port: variable for variable, port in table.items()}
         for side, back in self._own.items():
             back |= {name: name for name in names[side] if name not in back.values()}

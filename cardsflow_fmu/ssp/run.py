@@ -13,7 +13,6 @@ from typing import Any, cast
 
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.config.table import Table
-from cardsflow_fmu.cosim.adapted_fmu import HARDWARE
 from cardsflow_fmu.cosim.coupling import SCHEMES, Coupling, Scheme
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master, Progress, Recording
@@ -28,6 +27,7 @@ from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.result import TABLE, SystemResult
 from cardsflow_fmu.results.saved_run import EXPERIMENT
 from cardsflow_fmu.results.summary import Speed, summarize_system
+from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.signals.units import conversion, variable_units
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 

@@ -17,7 +17,7 @@ from interleaved import interleaved, record
 from robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cosim.adapted_fmu import fitting_wiring
+from cardsflow_fmu.cosim.external_fmu import fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.native.loop import NativeLoop

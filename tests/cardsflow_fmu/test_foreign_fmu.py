@@ -1,4 +1,4 @@
-"""FMUs of others in an experiment: names, units, sizes, parameters, refusals."""
+"""External FMUs in an experiment: names, units, sizes, parameters, refusals."""
 
 from __future__ import annotations
 

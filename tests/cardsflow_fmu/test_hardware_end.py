@@ -202,7 +202,7 @@ def test_a_device_that_is_gone_does_not_hold_terminate(bench: Bench) -> None:
 def test_the_master_terminates_what_has_not_failed(
     bench: Bench, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As FMUs of others may need it; one that has failed is only freed."""
+    """As external FMUs may need it; one that has failed is only freed."""
     bench.host.slave.terminate()
     asked: list[str] = []
     for fails in (False, True):

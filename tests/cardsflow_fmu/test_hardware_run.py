@@ -465,7 +465,7 @@ def test_what_is_wrong_is_named(settings: dict[str, Any], message: str) -> None:
 def test_an_approach_cannot_lead_an_fmu_of_others(tmp_path: Path) -> None:
     reference = build(load(SHORT), tmp_path)["reference"]
     settings = LOCKSTEP | {"hardware.approach": 0.1, "fmus.reference": str(reference)}
-    with pytest.raises(InputError, match=r"hardware\.approach: cannot lead an FMU of others"):
+    with pytest.raises(InputError, match=r"hardware\.approach: cannot lead an external FMU"):
         simulate(load(settings))
 
 

@@ -33,13 +33,13 @@ def with_approach(experiment: Experiment) -> Experiment:
 
     Raises:
         HardwareError: The hardware does not tell where it is.
-        InputError: The reference is an FMU of others, which begins where it begins.
+        InputError: The reference is an external FMU, which begins where it begins.
     """
     seconds = experiment.hardware.approach
     if seconds is None or not experiment.hardware.use:
         return experiment
     if "reference" in experiment.fmus:
-        what = "cannot lead an FMU of others to where the hardware is: leave it out"
+        what = "cannot lead an external FMU to where the hardware is: leave it out"
         raise InputError(what, file=experiment.file, key="hardware.approach")
     with environment(experiment.hardware):
         q = measured_start(experiment)

@@ -40,7 +40,7 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
             notes.append(f"{format_}: not written: {error}")
     files = {MUSCLES: csv_text(muscle_table(robot)).encode()}
     if experiment.fmus:
-        notes.append(f"{EXPERIMENT}: not written, as the experiment has FMUs of others")
+        notes.append(f"{EXPERIMENT}: not written, as the experiment has external FMUs")
     else:
         files[EXPERIMENT] = _experiment(experiment)
     write_files(folder, files)

@@ -58,7 +58,7 @@ def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
 
 
 def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
-    """FMUs of others, and the other files beside the robot's: cable sets, trajectories."""
+    """External FMUs, and the other files beside the robot's: cable sets, trajectories."""
     for role, fmu in sorted(experiment.fmus.items()):
         yield f"fmus/{role}", Path(fmu.file).read_bytes()
         yield f"fmus/{role}.txt", repr(replace(fmu, file=Path())).encode()

@@ -12,8 +12,8 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
 from cardsflow_fmu.config.key_path import join_path, split_path
 from cardsflow_fmu.config.table import Table
-from cardsflow_fmu.cosim.adapted_fmu import ROLES
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.roles import ROLES
 
 from .metrics import DEFAULT_METRICS, spelled_out
 from .path_check import Trial

@@ -10,8 +10,8 @@ from collections import OrderedDict
 from dataclasses import replace
 from pathlib import Path
 
-from cardsflow_fmu.cosim.adapted_fmu import ROLES
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.simulation.participants import MODELS, PreparedFmu, performer
 from cardsflow_fmu.simulation.run import build
 
@@ -52,7 +52,7 @@ def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dic
 
 
 def _names(experiment: Experiment) -> list[str]:
-    """Of the FMUs that a run is made of, and that are not of others."""
+    """Of the FMUs that a run is made of, without external ones."""
     names = (performer(role, experiment) for role in ROLES)
     return [name for name in names if name not in experiment.fmus]
 

@@ -1,4 +1,4 @@
-"""FMUs of others in an experiment: any co-simulation FMU, by an explicit name map."""
+"""External FMUs: name maps, and a participant under mapped names and units."""
 
 from __future__ import annotations
 
@@ -9,29 +9,24 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.config.table import Table
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
 
 from .participant import FloatArray, Participant
 from .wiring import Ported, Wiring, members
 
-ROLES = ("plant", "controller", "reference")
-HARDWARE = "hardware"
-"""The role of an FMU that stands for the plant in an .ssp file's second variant."""
-
 
 @dataclass(frozen=True, slots=True)
-class ForeignFmu:
+class ExternalFmu:
     """An FMU that takes the place of one of the experiment's own.
 
     Attributes:
         file: The .fmu.
         key: Where it is named, such as `fmus.plant`, for messages.
         inputs: The FMU's variable for each port of the experiment that it takes, by the port's
-            name. A name may stand for several ports, or for an array.
+            name. A name may be that of a group of ports, or of an array.
         outputs: The same for the ports that it gives.
-        units: Units of variables that the FMU does not tell, by the variable's name.
+        units: Units of variables that the FMU does not state, by the variable's name.
         parameters: Start values by the FMU's own names, in its own units.
     """
 
@@ -43,71 +38,14 @@ class ForeignFmu:
     parameters: Mapping[str, float] = field(default_factory=dict)
 
 
-def read_fmus(table: Table) -> dict[str, ForeignFmu]:
-    """The FMUs of others that an experiment names, by their role.
-
-    Args:
-        table: The table `fmus`: a path, or a table with a path and a name map, for each role.
-
-    Raises:
-        InputError: Something in it is wrong.
-    """
-    roles = (*ROLES, HARDWARE)
-    fmus = {role: _read_fmu(table, role) for role in roles if role in table}
-    for role in roles:
-        table.value(role, None)
-    table.close()
-    return fmus
-
-
-def _read_fmu(table: Table, role: str) -> ForeignFmu:
-    key = table.key(role)
-    if isinstance(table.value(role), str):
-        return ForeignFmu(_existing(table, role), key)
-    own = table.table(role)
-    fmu = ForeignFmu(
-        _existing(own, "path"),
-        key,
-        _texts(own, "inputs"),
-        _texts(own, "outputs"),
-        _texts(own, "units"),
-        {name: values.number(name) for values, name in _entries(own, "parameters")},
-    )
-    own.close()
-    for name, unit in fmu.units.items():
-        if unit not in KNOWN_UNITS:
-            raise own.table("units").unknown(name, "unit", unit, KNOWN_UNITS)
-    return fmu
-
-
-def _existing(table: Table, key: str) -> Path:
-    file = table.file.parent / table.text(key)
-    try:
-        is_there = file.is_file()
-    except OSError:  # such as a name that is too long
-        is_there = False
-    if not is_there:
-        raise table.error(key, f"there is no file {file}")
-    return file
-
-
-def _texts(table: Table, key: str) -> dict[str, str]:
-    return {name: values.text(name) for values, name in _entries(table, key)}
-
-
-def _entries(table: Table, key: str) -> list[tuple[Table, str]]:
-    values = table.table(key)
-    return [(values, name) for name in table.value(key, {})]
-
-
 def fitting_wiring(
     wiring: Wiring, fmus: Collection[str], parts: Iterable[Ported], loads: Sequence[str]
 ) -> dict[str, str | float]:
-    """An experiment's wiring without loads from outside that FMUs of others do not take.
+    """An experiment's wiring without loads from outside that external FMUs do not take.
 
     Args:
         wiring: The experiment's wiring.
-        fmus: The roles that FMUs of others take.
+        fmus: The roles that external FMUs take.
         parts: The participants.
         loads: Names of the inputs for loads.
     """
@@ -133,7 +71,7 @@ class AdaptedFmu:
 
     Args:
         inner: The FMU, initialised.
-        foreign: What the experiment says of it.
+        external: What the experiment says of it.
         ports: The experiment's table for the role that the FMU takes.
 
     Raises:
@@ -141,13 +79,13 @@ class AdaptedFmu:
         UnknownNameError: The map names something that does not exist.
     """
 
-    def __init__(self, inner: Participant, foreign: ForeignFmu, ports: Sequence[Port]) -> None:
+    def __init__(self, inner: Participant, external: ExternalFmu, ports: Sequence[Port]) -> None:
         self.name = inner.name
         self._inner = inner
         known = {port.name: port for port in ports}
-        units = {**inner.units, **stated_units(foreign, (*inner.input_names, *inner.output_names))}
+        units = {**inner.units, **stated_units(external, (*inner.input_names, *inner.output_names))}
         taken, given = (
-            _Side(own, renamed(foreign, side, own, ports), units, known, f"{foreign.key}.{side}s")
+            _Side(own, renamed(external, side, own, ports), units, known, f"{external.key}.{side}s")
             for side, own in (("input", inner.input_names), ("output", inner.output_names))
         )
         self._taken, self._given = taken, given
@@ -213,32 +151,32 @@ def _conversion(source: Unit | None, target: Unit | None, route: str) -> Convers
         raise InputError(error.what, key=route) from None
 
 
-def stated_units(foreign: ForeignFmu, own: Sequence[str]) -> dict[str, Unit]:
+def stated_units(external: ExternalFmu, own: Sequence[str]) -> dict[str, Unit]:
     """The units that the experiment states for variables of an FMU.
 
     Args:
-        foreign: What the experiment says of the FMU.
+        external: What the experiment says of the FMU.
         own: Names of the FMU's inputs and outputs.
 
     Raises:
         UnknownNameError: There is no such variable.
     """
     units: dict[str, Unit] = {}
-    for name, unit in foreign.units.items():
+    for name, unit in external.units.items():
         variables = members(name, own)
         if not variables:
-            raise UnknownNameError("variable of the FMU", name, own, key=f"{foreign.key}.units")
+            raise UnknownNameError("variable of the FMU", name, own, key=f"{external.key}.units")
         units |= dict.fromkeys(variables, KNOWN_UNITS[unit])
     return units
 
 
 def renamed(
-    foreign: ForeignFmu, side: str, own: Sequence[str], ports: Sequence[Port]
+    external: ExternalFmu, side: str, own: Sequence[str], ports: Sequence[Port]
 ) -> dict[str, str]:
     """The experiment's name of each of an FMU's variables that the map names.
 
     Args:
-        foreign: What the experiment says of the FMU.
+        external: What the experiment says of the FMU.
         side: `input` or `output`.
         own: Names of the FMU's variables on that side.
         ports: The experiment's table for the role that the FMU takes.
@@ -247,19 +185,19 @@ def renamed(
         InputError: A size does not fit.
         UnknownNameError: The map names something that does not exist.
     """
-    wanted = [port.name for port in ports if port.causality == side]
-    key = f"{foreign.key}.{side}s"
+    ours = [port.name for port in ports if port.causality == side]
+    key = f"{external.key}.{side}s"
     names: dict[str, str] = {}
-    for name, variable in (foreign.inputs if side == "input" else foreign.outputs).items():
-        theirs, variables = members(name, wanted), members(variable, own)
-        if not theirs:
-            raise UnknownNameError(side, name, wanted, key=key)
+    for name, variable in (external.inputs if side == "input" else external.outputs).items():
+        mapped, variables = members(name, ours), members(variable, own)
+        if not mapped:
+            raise UnknownNameError(side, name, ours, key=key)
         if not variables:
             raise UnknownNameError(f"{side} of the FMU", variable, own, key=f"{key}.{name}")
-        if len(theirs) != len(variables):
-            what = f"{name} has {len(theirs)}, {variable} of the FMU {len(variables)}"
+        if len(mapped) != len(variables):
+            what = f"{name} has {len(mapped)}, {variable} of the FMU {len(variables)}"
             raise InputError(f"sizes do not fit: {what}", key=f"{key}.{name}")
-        for port, one in zip(theirs, variables, strict=True):
+        for port, one in zip(mapped, variables, strict=True):
             if one in names:
                 raise InputError(f"{one} is mapped twice", key=f"{key}.{name}")
             names[one] = port
