@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from numbers import Real
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 
-FloatArray = NDArray[np.float64]
+from .arrays import FloatArray
 
 
 def is_finite(value: object) -> bool:

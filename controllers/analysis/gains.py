@@ -23,9 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.validation import float_array, is_finite
-
-FloatArray = NDArray[np.float64]
 
 
 class Gains(NamedTuple):

@@ -10,9 +10,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics, bias_torque
 from controllers.force_distribution.methods import (
     DistributedForces,
@@ -22,9 +23,6 @@ from controllers.force_distribution.methods import (
 from controllers.validation import is_finite
 
 from .wrench_set import torque_margins
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _AT_BOUND = 1e-6  # a force this close to a bound is at it, relative to 1 N or the bound
 

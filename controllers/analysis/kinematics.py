@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares, lsq_linear
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.dynamics import TaskDynamics
 from controllers.validation import finite_vector, is_finite
-
-FloatArray = NDArray[np.float64]
 
 _EXACT = 1e-15  # relative changes at which an iteration has nothing to gain any more
 _LONGEST_STEP = 0.3  # of one iteration, in [rad] or [m]

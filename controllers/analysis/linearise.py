@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from addin_sdfusion.robot import InputError, SimulationError
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, bias_torque
 from controllers.validation import finite_vector, is_finite
 
-FloatArray = NDArray[np.float64]
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
 """Forces, shape (m,), of q and qd, at a reference that it knows."""
 Step = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]

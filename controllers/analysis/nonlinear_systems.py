@@ -16,16 +16,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics
 from controllers.force_distribution.bounded import ForceSolution
 from controllers.validation import is_finite
 
 from .linearise import acceleration
-
-FloatArray = NDArray[np.float64]
 
 
 class JointController(Protocol):

@@ -17,13 +17,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, TaskDynamics
 from controllers.validation import finite_vector, is_finite, named_vector
-
-FloatArray = NDArray[np.float64]
 
 STEP = 1e-3
 """Step of the differences, in [rad] or [m].

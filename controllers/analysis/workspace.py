@@ -13,17 +13,15 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, UnknownNameError
+from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics
 from controllers.force_distribution.methods import least_squares
 
 from .workspace_metrics import condition_number, tension_factor, unilateral_dexterity
 from .wrench_set import capacity_margin, has_wrench_closure, too_many_facets
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _ROUNDING = 1e-9  # a margin this little below 0 is rounding, relative to the torques
 _CLOSED = 1e-9  # a tension factor above this is wrench closure

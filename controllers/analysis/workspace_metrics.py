@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from controllers.arrays import FloatArray
 from controllers.force_distribution.feasibility import solve_linear
 from controllers.force_distribution.poses import Poses, gather
 from controllers.qp.problem import BoxProblem
 from controllers.qp.solver import BoxSolver
 
 from .wrench_set import full_rank
-
-FloatArray = NDArray[np.float64]
 
 
 def condition_number(L: ArrayLike) -> FloatArray:

@@ -19,10 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import BoolArray, FloatArray
 from controllers.force_distribution.poses import Poses, gather
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 MOST_FACETS = 20_000
 """Most choices of n - 1 muscles that are gone through."""

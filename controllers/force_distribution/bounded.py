@@ -15,14 +15,14 @@ from typing import Literal
 
 import numpy as np
 import qpsolvers
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
+from controllers.arrays import FloatArray
 from controllers.qp import dual_newton
 from controllers.qp import solver as qp
 from controllers.validation import float_array, is_finite
 
-FloatArray = NDArray[np.float64]
 _Answer = tuple[FloatArray, FloatArray, float]  # forces, slack, largest |slack|
 
 _SOFTNESS = 1e-8  # eps, relative to the size of LL'

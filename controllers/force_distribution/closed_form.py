@@ -19,11 +19,11 @@ capable cable force computation method", Cable-Driven Parallel Robots (2015). CA
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .poses import BoolArray, DistributedForces, Poses, finish, gather, require_finite_bounds
+from controllers.arrays import BoolArray, FloatArray
 
-FloatArray = NDArray[np.float64]
+from .poses import DistributedForces, Poses, finish, gather, require_finite_bounds
 
 _RANK = 1e-10  # singular values below this part of the largest are zero
 _BEYOND = 1e-9  # a force this far beyond a bound violates it, relative to 1 N or the bound

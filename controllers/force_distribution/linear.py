@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.validation import is_finite, named_vector
 
 from .feasibility import solve_linear
 from .poses import DistributedForces, Poses, finish, gather, require_finite_bounds
 from .quadratic import solve_poses
-
-FloatArray = NDArray[np.float64]
 
 _WIDER = 1e-9  # how much a bound found by a linear programme is opened for the QP after it
 

@@ -15,13 +15,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import BoolArray, FloatArray
 
-from .poses import BoolArray, DistributedForces, Poses, finish, gather, require_finite_bounds
-
-FloatArray = NDArray[np.float64]
+from .poses import DistributedForces, Poses, finish, gather, require_finite_bounds
 
 _RANK = 1e-10
 _PARALLEL = 1e-10  # sine of the angle between lines that count as parallel

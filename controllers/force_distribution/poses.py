@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import BoolArray, FloatArray
 
 from .feasibility import is_infeasible
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 SOLVED = "solved"
 INFEASIBLE = "infeasible"

@@ -6,16 +6,15 @@ CASPR's `IDSolverQuadProg`. The problem has one solution, and it is continuous a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.qp.problem import BoxProblem
 from controllers.qp.solver import BoxSolver
 from controllers.validation import named_vector
 
 from .poses import DistributedForces, Poses, finish, gather
-
-FloatArray = NDArray[np.float64]
 
 
 def least_squares(

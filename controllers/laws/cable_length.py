@@ -13,17 +13,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
 
 from .motors import SpringMotors
-
-FloatArray = NDArray[np.float64]
 
 
 class CableDynamics(Dynamics, Protocol):

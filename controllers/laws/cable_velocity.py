@@ -13,13 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import SimulationError
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics
 from controllers.validation import check_sizes, gain_vector
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,14 +12,13 @@ import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, bias_torque
 from controllers.force_distribution.bounded import ForceSolution
 from controllers.validation import check_sizes, gain_vector, is_finite
-
-FloatArray = NDArray[np.float64]
 
 
 class ControlLaw(Protocol):

@@ -10,11 +10,10 @@ full M keeps one joint's motion from disturbing the others.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from controllers.arrays import FloatArray
 
 from .joint_space import JointSpaceController
-
-FloatArray = NDArray[np.float64]
 
 
 class ForcePositionController(JointSpaceController):

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 import qpsolvers
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
@@ -22,8 +22,6 @@ from controllers.validation import check_sizes, gain_vector, named_vector
 
 if TYPE_CHECKING:
     from controllers.analysis.nonlinear_systems import Systems
-
-FloatArray = NDArray[np.float64]
 
 
 class JointSpaceController:

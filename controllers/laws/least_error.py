@@ -15,11 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 import qpsolvers
-from numpy.typing import NDArray
 
+from controllers.arrays import FloatArray
 from controllers.qp import solver as qp
-
-FloatArray = NDArray[np.float64]
 
 _FLAT = 1e-10  # the least curvature, relative to the largest: DAQP needs a definite Hessian
 _KEPT = 1e-6  # a row that is missed by less than this, relative to its size, is kept

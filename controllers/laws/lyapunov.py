@@ -10,12 +10,9 @@ Robots: Design, Planning and Control, ICRA 2002.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from controllers.arrays import FloatArray
 
 from .joint_space import JointSpaceController
-
-FloatArray = NDArray[np.float64]
 
 
 class LyapunovController(JointSpaceController):

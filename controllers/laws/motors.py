@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from controllers.arrays import FloatArray
 from controllers.validation import named_vector
-
-FloatArray = NDArray[np.float64]
 
 
 class SpringMotors:

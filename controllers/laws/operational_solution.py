@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from controllers.arrays import FloatArray
 from controllers.force_distribution.bounded import ForceSolution
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

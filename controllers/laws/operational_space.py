@@ -17,9 +17,10 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
+from controllers.arrays import FloatArray
 from controllers.dynamics import TaskDynamics, bias_torque
 from controllers.qp.problem import BoxProblem, row_softness
 from controllers.qp.solver import DEFAULT_SOLVER
@@ -35,8 +36,6 @@ from controllers.validation import (
 from . import least_error
 from .operational_solution import DAMPED, OperationalSpaceSolution, Posture
 from .priority_level import PriorityLevel
-
-FloatArray = NDArray[np.float64]
 
 FORCE_WEIGHT = 1e-6
 """Default of H_f, in [1/N²], beside H_q in [s⁴/rad²]: larger ones buy self-motion with forces."""

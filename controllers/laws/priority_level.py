@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from controllers.arrays import FloatArray
 from controllers.qp.solver import BoxSolver
-
-FloatArray = NDArray[np.float64]
 
 
 class PriorityLevel:

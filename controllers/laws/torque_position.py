@@ -9,12 +9,9 @@ sag by G/Kp under their weight. A model can be given to it in two ways that this
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from controllers.arrays import FloatArray
 
 from .joint_space import JointSpaceController
-
-FloatArray = NDArray[np.float64]
 
 
 class TorquePositionController(JointSpaceController):

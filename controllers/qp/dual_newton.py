@@ -9,11 +9,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import CardsflowError, InputError
-
-FloatArray = NDArray[np.float64]
+from controllers.arrays import FloatArray
 
 SOLVED, INFEASIBLE, NOT_CONVERGED, WRONG_COST, WRONG_BOUNDS, WRONG_ROWS = range(6)
 

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Status = Literal["solved", "infeasible", "not converged"]
 
 SOFTNESS = 1e-4

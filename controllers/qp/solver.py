@@ -15,14 +15,13 @@ from typing import Any
 
 import numpy as np
 import qpsolvers
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+from controllers.arrays import FloatArray
 
 from . import dual_newton
 from .problem import BoxProblem, BoxSolution, Residuals, Status, check, row_softness
-
-FloatArray = NDArray[np.float64]
 
 DUAL_NEWTON = "dual_newton"
 FALLBACK = "daqp"

@@ -18,14 +18,12 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.validation import finite_vector, float_array, is_finite
 
 from .splines import JointReference
-
-FloatArray = NDArray[np.float64]
 
 _GAP = 1e-6  # the largest gap between two references in a sequence, in [m] or [rad]
 

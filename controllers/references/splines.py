@@ -8,12 +8,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BPoly, PPoly
 
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
-
-FloatArray = NDArray[np.float64]
+from controllers.arrays import FloatArray
 
 
 class JointReference(NamedTuple):

@@ -9,8 +9,9 @@ from addin_sdfusion.robot import Robot, Vector3
 from addin_sdfusion.robot.model import tension_laws
 from addin_sdfusion.robot.model.tension_laws import law_of
 
+from .arrays import FloatArray
 from .composite_inertia import Carried
-from .frames import FloatArray, MovingFrame, Place, moving_frames
+from .frames import MovingFrame, Place, moving_frames
 from .library import law_parameters, pack_blob
 from .path_fields import path_counts, path_fields
 

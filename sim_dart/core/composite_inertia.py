@@ -6,7 +6,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Inertia
 
-from .frames import FloatArray
+from .arrays import FloatArray
 
 
 class Carried:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Motion, Pose, Robot
 from addin_sdfusion.robot.model.rotations import rotation
 
-FloatArray = NDArray[np.float64]
+from .arrays import FloatArray
 
 
 def transform(pose: Pose) -> FloatArray:

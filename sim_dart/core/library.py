@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import CardsflowError
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
+from .arrays import FloatArray, IntArray
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")

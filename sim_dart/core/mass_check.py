@@ -6,7 +6,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 
-from .frames import FloatArray
+from .arrays import FloatArray
 
 _SINGULAR = 1e-13
 

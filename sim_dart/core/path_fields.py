@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import Muscle, Robot, Wrap
 from addin_sdfusion.robot.model.rotations import rotation
 
-from .frames import FloatArray, Place
+from .arrays import FloatArray
+from .frames import Place
 
 _KINDS = ("sphere", "cylinder")
 _INSIDE = 2

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.robot import ANGLES, POSITIONS
 
-FloatArray = NDArray[np.float64]
+from .arrays import FloatArray
 
 _ROWS = {axis: k for axes in (POSITIONS, ANGLES) for k, axis in enumerate(axes)}
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot, UnknownNameError
 
-from .frames import FloatArray, moving_frames
+from .arrays import FloatArray
+from .frames import moving_frames
 
 
 def pushed_points(robot: Robot, wrenched: Sequence[str]) -> tuple[NDArray[np.int32], FloatArray]:

@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
-from sim_dart.meshes import convex_hull
 from sim_dart.muscles.paths import MusclePaths
 from sim_dart.scene import Capsule, MeshShape, Scene
 
 from .link_shapes import link_shapes
+from .meshes import convex_hull
 from .skeleton import build_skeleton
-
-FloatArray = NDArray[np.float64]
 
 _SAME = 1e-9  # in [m]: ends nearer than this are one point
 _NARROWINGS = 40

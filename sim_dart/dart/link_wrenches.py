@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import UnknownNameError
-from sim_dart.core.frames import FloatArray
+from sim_dart.core.arrays import FloatArray
 
 from .skeleton import Skeleton
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim_dart.core.frames import FloatArray
+from sim_dart.core.arrays import FloatArray
 
 from .contacts import Contact
 

@@ -7,14 +7,13 @@ from typing import Any
 
 import dartpy
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Pose
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
-from sim_dart.meshes import convex_hull, dart_mesh
 from sim_dart.scene import Box, Capsule, Cylinder, Scene, Shape, Sphere
 
-FloatArray = NDArray[np.float64]
+from .meshes import convex_hull, dart_mesh
 
 
 @dataclass(frozen=True)

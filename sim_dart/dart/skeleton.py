@@ -10,7 +10,8 @@ import dartpy
 import numpy as np
 
 from addin_sdfusion.robot import WORLD, Coordinate, Joint, Link, Pose, Robot
-from sim_dart.core.frames import FloatArray, transform
+from sim_dart.core.arrays import FloatArray
+from sim_dart.core.frames import transform
 from sim_dart.core.mass_check import require_inertia
 
 _CREATE = {

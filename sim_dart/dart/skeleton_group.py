@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import WORLD, Robot
-from sim_dart.core.frames import FloatArray
+from sim_dart.core.arrays import FloatArray
 
 from .skeleton import Skeleton, build_skeleton
 

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Pose
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
 
 from .shapes import SolidShape
-
-FloatArray = NDArray[np.float64]
 
 _OF_BOTH = 0.6
 _OF_A_CYLINDER = 0.5

@@ -15,9 +15,9 @@ from typing import Any
 
 import dartpy
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, InputError, Pose, Robot, SimulationError, UnknownNameError
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import GROUND, Box, Scene, SceneObject, Shape
 
@@ -27,8 +27,6 @@ from .link_shapes import link_shapes
 from .shapes import SolidShape, Surface, attach, solid_shape, surface
 from .skeleton import Skeleton
 from .tunnelling import SpeedWatch, WatchedBody
-
-FloatArray = NDArray[np.float64]
 
 _GROUND_EDGE, _GROUND_DEPTH = 1000.0, 10.0  # in [m]
 _MOST_OVERLAP = 1e-3  # in [m]: bodies deeper in each other would fly apart at the start

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
+from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
-
-FloatArray = NDArray[np.float64]
 
 
 class RobotTerms:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.mass_check import require_inertia
 from sim_dart.core.tasks import task_rows
 from sim_dart.muscles.paths import finite, vector
 
 from .base import RobotTerms
-
-FloatArray = NDArray[np.float64]
 
 
 class CoreDynamics(RobotTerms):

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import Robot, TaskFrame
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.tasks import angle_bias, task_rows
 from sim_dart.dart.skeleton import build_skeleton
 from sim_dart.muscles.paths import finite, vector
 
 from .base import RobotTerms
-
-FloatArray = NDArray[np.float64]
 
 
 class DartDynamics(RobotTerms):

@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
 from .laws import MuscleLaws
 from .paths import finite, vector
 from .rest import resting_commands, resting_reach
-
-FloatArray = NDArray[np.float64]
 
 
 class Reach(NamedTuple):

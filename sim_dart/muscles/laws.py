@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.tension_laws import command_range, law_of, states_of
+from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.core.library import Core
 
 from .paths import vector
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 Curve = Literal[
     "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"

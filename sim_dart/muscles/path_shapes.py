@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from addin_sdfusion.robot import Muscle, Robot
-from sim_dart.core.frames import FloatArray
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.library import Core
 from sim_dart.core.path_fields import first_points, ordered_wraps, pulley_muscles
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows, task_rows
 
 from .path_shapes import PathShapes, PointForces
-
-FloatArray = NDArray[np.float64]
 
 
 def vector(what: str, values: ArrayLike, size: int) -> FloatArray:

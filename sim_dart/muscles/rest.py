@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from sim_dart.core.arrays import FloatArray
 
 if TYPE_CHECKING:
     from .laws import MuscleLaws
 
-FloatArray = NDArray[np.float64]
 
 _HALVINGS = 60
 

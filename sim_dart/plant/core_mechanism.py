@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from addin_sdfusion.robot import Robot
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import standing_energy
-from sim_dart.core.frames import FloatArray
 from sim_dart.core.mass_check import require_inertia
 from sim_dart.core.tasks import point_rows
 from sim_dart.core.wrench_points import pushed_points

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.frames import FloatArray
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.tasks import point_rows
 from sim_dart.dart.link_wrenches import LinkWrenches
 from sim_dart.dart.skeleton import build_skeleton

@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from sim_dart.core.arrays import FloatArray
 
 from .dart_mechanism import DartMechanism
 from .mechanism import Mechanism
-
-FloatArray = NDArray[np.float64]
 
 
 class Energy(NamedTuple):

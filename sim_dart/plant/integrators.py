@@ -20,16 +20,14 @@ from typing import Protocol
 
 import dartpy
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from addin_sdfusion.robot import InputError, Robot
+from sim_dart.core.arrays import FloatArray
 
 from .dart_mechanism import DartMechanism
 from .energy import Ledger
 from .mechanism import Held
-
-FloatArray = NDArray[np.float64]
 
 
 class Steps(Protocol):

@@ -6,18 +6,16 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.tension_laws import law_of
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows
 
 if TYPE_CHECKING:
     from sim_dart.muscles.laws import MuscleLaws
-
-FloatArray = NDArray[np.float64]
 
 
 class DivergedError(Exception):

@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.tasks import task_rows
 from sim_dart.dart.no_world import NoWorld
 from sim_dart.dart.world import World
@@ -29,8 +30,6 @@ from .engine import Engine, chosen_engine
 from .integrators import Integrator, RungeKutta4, SemiImplicitEuler, refuse_friction
 from .mechanism import DivergedError, Held, Mechanism, Momentum
 from .settings import Rule, check_step
-
-FloatArray = NDArray[np.float64]
 
 
 class Plant:
