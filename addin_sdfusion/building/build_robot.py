@@ -21,15 +21,14 @@ from .design_checks import (
     snapshot_findings,
     up_hint,
 )
-from .design_joints import Edge, Edges, find_edges, grounded_links
-from .link_frames import Frames, place_links
-from .link_masses import Masses, weigh
-from .links import PREFIX, Links, find_links, is_link_group
-from .mass_properties import link_inertia
-from .rigid_motion import pose
+from .joints.edges import Edge, Edges, find_edges, grounded_links
+from .links.links import PREFIX, Links, find_links, is_link_group
+from .links.mass_properties import link_inertia
+from .links.masses import Masses, weigh
 from .robot_findings import with_check
 from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
-from .tree import Tree, find_tree
+from .tree.link_frames import Frames, place_links
+from .tree.tree import Tree, find_tree
 from .upright import upright
 
 
@@ -141,7 +140,7 @@ class _Building:
         return BuiltRobot(
             None if any(finding.is_error for finding in found) else robot,
             found,
-            {link: pose(T) for link, T in self._frames.T_world_link.items()},
+            {link: T.pose() for link, T in self._frames.T_world_link.items()},
             masses.bodies,
             links.of_occurrence,
             base,

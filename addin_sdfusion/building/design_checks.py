@@ -13,8 +13,8 @@ from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, warning
 from ..robot.model.robot import Robot
 from ..snapshot import ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
-from .links import PREFIX, Links, in_name_order
-from .mass_properties import Part
+from .links.links import PREFIX, Links, in_name_order
+from .links.mass_properties import Part
 
 MOST = 10
 """So many names are listed in a message."""

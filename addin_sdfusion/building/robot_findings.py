@@ -9,7 +9,7 @@ from ..robot.checks.check import check
 from ..robot.finding import Finding, Subject
 from ..robot.model.robot import Robot
 from ..robot.writers.sdf.model import sdf_losses
-from .links import PREFIX
+from .links.links import PREFIX
 
 _FOLLOWS = {
     "unknown-link": ("too-few-via-points", "no-moment-arm"),

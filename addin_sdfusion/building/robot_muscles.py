@@ -14,9 +14,8 @@ from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..robot.model.pose import Pose, Vector3
 from ..robot.model.robot import ANGLES, POSITIONS, WORLD, TaskFrame, TaskSet
-from ..robot.model.rotations import rotate
-from .links import in_name_order
-from .rigid_motion import AT_REST, RigidMotion, moved, tidy, undone
+from ..robot.model.transform import IDENTITY, Transform, tidy
+from .links.links import in_name_order
 
 CABLE_SET = "muscles"
 TASK_SET = "task"
@@ -43,7 +42,7 @@ class RobotMuscles(NamedTuple):
 
 
 def robot_muscles(
-    table: MuscleTable, T_world_link: Mapping[str, RigidMotion], suppressed: Collection[str] = ()
+    table: MuscleTable, T_world_link: Mapping[str, Transform], suppressed: Collection[str] = ()
 ) -> RobotMuscles:
     """Move a table into the frames of links.
 
@@ -59,12 +58,12 @@ class _Muscles:
     def __init__(
         self,
         table: MuscleTable,
-        T_world_link: Mapping[str, RigidMotion],
+        T_world_link: Mapping[str, Transform],
         suppressed: Collection[str],
     ) -> None:
         self._table = table
-        self._T_link_world = {link: undone(T) for link, T in T_world_link.items()}
-        self._T_link_world.setdefault(WORLD, AT_REST)
+        self._T_link_world = {link: T.inverse() for link, T in T_world_link.items()}
+        self._T_link_world.setdefault(WORLD, IDENTITY)
         self._links = in_name_order(T_world_link)
         self._suppressed = suppressed
         self._findings: list[Finding] = []
@@ -119,7 +118,7 @@ class _Muscles:
         return ViaPoint(point.link, self._local(point.link, point.position))
 
     def _local(self, link: str, position: Vector3) -> Vector3:
-        return tidy(moved(self._T_link_world[link], position))
+        return tidy(self._T_link_world[link].apply(position))
 
     def _unknown_link(self, subject: Subject, what: str, link: str) -> None:
         alike = [name for name in self._links if name.casefold() == link.casefold()]
@@ -163,7 +162,7 @@ class _Muscles:
         centre = self._local(row.link, row.centre)
         if row.shape == "sphere":
             return WrapSurface(row.name, row.link, "sphere", row.radius, Pose(centre))
-        axis = rotate(self._T_link_world[row.link].R, row.axis)
+        axis = self._T_link_world[row.link].rotate(row.axis)
         length = row.length if row.length > 0.0 else math.inf
         pose = Pose(centre, _along(axis))
         return WrapSurface(row.name, row.link, "cylinder", row.radius, pose, length)
@@ -181,7 +180,7 @@ class _Muscles:
             else:
                 axes = row.axes if isinstance(row, TaskRow) else POSITIONS
                 turns = bool(axes) and axes[0] in ANGLES
-                position = AT_REST.p if turns else self._local(row.link, row.position)
+                position = IDENTITY.p if turns else self._local(row.link, row.position)
                 yield TaskFrame(row.name, row.link, position, axes)
 
 

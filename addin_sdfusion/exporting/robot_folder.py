@@ -17,9 +17,9 @@ from typing import NamedTuple
 from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
-from .own_files import MANIFEST, digest, manifest_text, read_manifest
+from .manifest import MANIFEST, digest, manifest_text, read_manifest
 from .safe_names import refused_name
-from .swap import JOURNAL, Move, recover, remove_empty, swap
+from .transaction import JOURNAL, Move, recover, remove_empty, swap
 
 EXPERIMENT = "experiment.toml"
 NEW_EXPERIMENT = "experiment.new.toml"

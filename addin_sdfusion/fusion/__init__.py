@@ -1,1 +1,1 @@
-"""Parts of `fusion_design`, the reader of the open design."""
+"""Reader of the open Fusion design: `design.read_design` gives its snapshot."""

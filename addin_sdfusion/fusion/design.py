@@ -30,15 +30,15 @@ from ..snapshot import (
     PointSnapshot,
     SurfaceSnapshot,
 )
-from .bodies import count_bodies, read_bodies
-from .groups import read_groups
-from .joints import read_joints
+from .bodies.bodies import count_bodies, read_bodies
+from .bodies.mass import read_mass
+from .bodies.meshes import Mesher
+from .joints.groups import read_groups
+from .joints.joints import read_joints
 from .keys import Keys
-from .mass import read_mass
-from .meshes import Mesher
 from .names import with_unique_names
 from .notes import Log, Notes, if_told
-from .places import Place, find_places, name_of
+from .occurrences import Place, find_places, name_of
 from .points import own_attributes, read_points
 from .surfaces import read_surfaces
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from .notes import if_told
-from .places import Place
+from .occurrences import Place
 
 
 class Keys:

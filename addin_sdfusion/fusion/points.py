@@ -12,7 +12,7 @@ from ..snapshot import PointSnapshot
 from .health import problem_of
 from .keys import Keys
 from .notes import Notes
-from .places import Place, each_in, subject_in
+from .occurrences import Place, each_in, subject_in
 from .units import position
 
 

@@ -18,7 +18,7 @@ from ..robot.model.rotations import add, cross, dot, subtract
 from ..snapshot import SurfaceSnapshot
 from .keys import Keys
 from .notes import Notes
-from .places import Place
+from .occurrences import Place
 from .points import own_attributes
 from .units import direction, length, position
 
@@ -140,8 +140,8 @@ def _surface(
         place.path,
         "cylinder",
         length(told.radius),
-        place.T.point(middle),
-        place.T.vector(direction(cylinder.axis)),
+        place.T.apply(middle),
+        place.T.rotate(direction(cylinder.axis)),
         size,
         attributes=held,
     )

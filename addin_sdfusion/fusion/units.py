@@ -6,20 +6,11 @@ Fusion counts lengths in cm, angles in rad, masses in kg, moments of inertia in 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..robot.model.pose import Vector3
-from ..robot.model.rotations import (
-    Matrix3,
-    add,
-    cross,
-    dot,
-    multiply,
-    normalized,
-    rotate,
-    subtract,
-    transpose,
-)
+from ..robot.model.rotations import cross, dot, normalized, subtract, transpose
+from ..robot.model.transform import Transform
 
 CM = 0.01
 """One cm, in [m]."""
@@ -32,40 +23,6 @@ NEAR = 1e-5
 
 PARALLEL = 1e-6
 """Unit vectors that differ by less count as one."""
-
-_AXES: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-class Frame(NamedTuple):
-    """A pose in some other frame, as rotation matrix and origin.
-
-    Attributes:
-        R: Turns vectors of this frame into the other one.
-        p: Its origin in the other frame, in [m].
-    """
-
-    R: Matrix3
-    p: Vector3
-
-    def point(self, p: Vector3) -> Vector3:
-        """A point of this frame, in the other one, in [m]."""
-        return add(self.p, rotate(self.R, p))
-
-    def vector(self, v: Vector3) -> Vector3:
-        """A vector of this frame, in the other one."""
-        return rotate(self.R, v)
-
-    def then(self, inner: Frame) -> Frame:
-        """A frame that is given in this one, in the other one."""
-        return Frame(multiply(self.R, inner.R), self.point(inner.p))
-
-    def axis(self, number: int) -> Vector3:
-        """One of its axes, x 0, y 1 or z 2, in the other frame."""
-        return transpose(self.R)[number]
-
-
-ROOT_FRAME = Frame(_AXES, (0.0, 0.0, 0.0))
-"""The root component's own frame."""
 
 
 def finite(value: float) -> float:
@@ -104,19 +61,19 @@ def direction(vector: Any) -> Vector3:
     return found
 
 
-def frame(matrix: Any) -> Frame:
+def frame(matrix: Any) -> Transform:
     """A Matrix3D, whose sixteen numbers go row by row."""
     m = [finite(value) for value in matrix.asArray()]
     R = ((m[0], m[1], m[2]), (m[4], m[5], m[6]), (m[8], m[9], m[10]))
-    return Frame(R, (m[3] * CM, m[7] * CM, m[11] * CM))
+    return Transform(R, (m[3] * CM, m[7] * CM, m[11] * CM))
 
 
-def axes_frame(origin: Vector3, x: Any, y: Any, z: Any) -> Frame:
+def axes_frame(origin: Vector3, x: Any, y: Any, z: Any) -> Transform:
     """The frame of an origin, in [m], and three Vector3D along its axes."""
-    return Frame(transpose((direction(x), direction(y), direction(z))), origin)
+    return Transform(transpose((direction(x), direction(y), direction(z))), origin)
 
 
-def is_rigid(T: Frame) -> bool:
+def is_rigid(T: Transform) -> bool:
     """Whether a frame is neither mirrored nor scaled."""
     x, y, z = transpose(T.R)
     units = all(abs(math.hypot(*v) - 1.0) <= PARALLEL for v in (x, y, z))
@@ -134,7 +91,7 @@ def near(a: Vector3, b: Vector3) -> bool:
     return distance(a, b) <= NEAR
 
 
-def same_frame(a: Frame, b: Frame) -> bool:
+def same_frame(a: Transform, b: Transform) -> bool:
     """Whether two frames are one."""
     rows = zip(a.R, b.R, strict=True)
     return near(a.p, b.p) and all(distance(row, other) <= PARALLEL for row, other in rows)

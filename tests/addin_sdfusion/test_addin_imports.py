@@ -108,7 +108,7 @@ def test_modules_without_adsk_import_in_every_python_of_fusion(version: str) -> 
         pytest.skip(f"there is no Python {version} here")
     names = [name for name, needs in modules().items() if not needs]
     assert "snapshot" in names
-    assert "fusion_design" not in names
+    assert "fusion.design" not in names
     done = run(python, names, [])
     assert done.returncode == 0, done.stderr
 
@@ -125,6 +125,4 @@ def test_adsk_is_imported_at_the_edge_only() -> None:
     for file in ADDIN.rglob("*.py"):
         name = file.relative_to(ADDIN).as_posix()
         if _imports(file)[0]:
-            assert name == "addin_sdfusion.py" or name.startswith(
-                ("commands/", "fusion/", "fusion_design")
-            ), name
+            assert name == "addin_sdfusion.py" or name.startswith(("commands/", "fusion/")), name

@@ -14,7 +14,7 @@ from built_stubs import built
 from robots import planar_2r
 
 from addin_sdfusion.exporting.export import export_built
-from addin_sdfusion.exporting.own_files import MANIFEST
+from addin_sdfusion.exporting.manifest import MANIFEST
 from addin_sdfusion.exporting.robot_folder import PART, replacing
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from addin_sdfusion.settings import ExportSettings

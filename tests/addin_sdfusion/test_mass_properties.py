@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 from small_designs import arm, body, box, cylinder, group, part, turned
 
 from addin_sdfusion.building.build_robot import build_robot
-from addin_sdfusion.building.eigenvalues import eigenvalues
-from addin_sdfusion.building.mass_properties import common_sign, told_sign
+from addin_sdfusion.building.links.eigenvalues import eigenvalues
+from addin_sdfusion.building.links.mass_properties import common_sign, told_sign
 from addin_sdfusion.robot import Finding, Inertia
 from addin_sdfusion.snapshot import DesignSnapshot
 

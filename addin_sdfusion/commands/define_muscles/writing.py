@@ -29,9 +29,9 @@ from ...muscles.point_names import natural_key, parse_point_name
 from ...muscles.rows import MuscleTable
 from ...robot.errors import InputError
 from ...robot.model.robot import WORLD
+from .desired_points import AnyRow, Wanted, as_made, original_name, rows_of, wanted_points
 from .edits import About, added, base_feature, delete, is_called, native
 from .picks import Picks, is_center, problem_of
-from .wanted import AnyRow, Wanted, as_made, original_name, rows_of, wanted_points
 
 TOLERANCE = 1e-6
 """How far a new point may be from where it was clicked, in [m]."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import error, unknown
-from ..robot.transforms.joint_chains import Names
-from ..snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import error, unknown
+from ...robot.transforms.joint_chains import Names
+from ...snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot
 
 ROOT_LINK = "base"
 """The link of the bodies that are in the root component itself. Not the design's name: Fusion puts

@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ..muscles.point_names import natural_key
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import error, warning
-from ..robot.model.robot import WORLD
-from ..snapshot import ROOT, DesignSnapshot, GroupSnapshot, OccurrenceSnapshot
-from .component_links import component_links
+from ...muscles.point_names import natural_key
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import error, warning
+from ...robot.model.robot import WORLD
+from ...snapshot import ROOT, DesignSnapshot, GroupSnapshot, OccurrenceSnapshot
+from .components import component_links
 
 PREFIX = "EXPORT_"
 _COPIED = re.compile(r" ?\([0-9]+\)$")

@@ -15,11 +15,12 @@ from typing import Any
 
 import adsk.fusion
 
-from ..robot.model.pose import Vector3
-from ..robot.model.rotations import add
-from .notes import if_told
-from .places import Place
-from .units import NEAR, Frame, axes_frame, direction, distance, frame, length, near, position
+from ...robot.model.pose import Vector3
+from ...robot.model.rotations import add
+from ...robot.model.transform import Transform
+from ..notes import if_told
+from ..occurrences import Place
+from ..units import NEAR, axes_frame, direction, distance, frame, length, near, position
 
 
 @dataclass(frozen=True)
@@ -31,12 +32,14 @@ class JointFrames:
         apart: How far the sides are apart beyond what the joint allows, in [m].
     """
 
-    one: Frame | None = None
-    two: Frame | None = None
+    one: Transform | None = None
+    two: Transform | None = None
     apart: float = 0.0
 
 
-def joint_frames(joint: Any, place: Place, T_one: Frame, T_two: Frame, reach: float) -> JointFrames:
+def joint_frames(
+    joint: Any, place: Place, T_one: Transform, T_two: Transform, reach: float
+) -> JointFrames:
     """The frames of a joint.
 
     Args:
@@ -67,7 +70,7 @@ def joint_frames(joint: Any, place: Place, T_one: Frame, T_two: Frame, reach: fl
     return JointFrames(transforms[0] or geometry[0], transforms[1] or geometry[1])
 
 
-def as_built_frame(joint: Any, place: Place) -> Frame | None:
+def as_built_frame(joint: Any, place: Place) -> Transform | None:
     """The one frame of an as-built joint; None where Fusion tells none, as of a rigid one.
 
     Args:
@@ -82,11 +85,11 @@ def as_built_frame(joint: Any, place: Place) -> Frame | None:
 
 
 def _agreeing(
-    one: Frame, two: Frame, T: Frame, T_one: Frame, T_two: Frame, reach: float
+    one: Transform, two: Transform, T: Transform, T_one: Transform, T_two: Transform, reach: float
 ) -> JointFrames:
     """The sides in the root frame, under the first reading under which they meet."""
-    ones = [one, T_one.then(one), T.then(one)]
-    twos = [two, T_two.then(two), T.then(two)]
+    ones = [one, T_one.compose(one), T.compose(one)]
+    twos = [two, T_two.compose(two), T.compose(two)]
     # Both in the same way first: one side's frame says most about the other's.
     pairs = [*zip(ones, twos, strict=True), *product(ones, twos)]
     for a, b in pairs:
@@ -96,7 +99,7 @@ def _agreeing(
 
 
 def _lifted(
-    found: JointFrames, geometry: tuple[Frame | None, Frame | None], place: Place
+    found: JointFrames, geometry: tuple[Transform | None, Transform | None], place: Place
 ) -> JointFrames:
     """The same, out of the frame of the component that holds the joint if it is told in that.
 
@@ -106,17 +109,17 @@ def _lifted(
     for side, told in ((found.one, geometry[0]), (found.two, geometry[1])):
         if side is None or told is None or near(side.p, told.p):
             continue
-        if near(place.T.point(side.p), told.p):
-            one, two = (None if f is None else place.T.then(f) for f in (found.one, found.two))
+        if near(place.T.apply(side.p), told.p):
+            one, two = (None if f is None else place.T.compose(f) for f in (found.one, found.two))
             return JointFrames(one, two)
     return found
 
 
-def _transform(matrix: Any) -> Frame | None:
+def _transform(matrix: Any) -> Transform | None:
     return None if matrix is None else frame(matrix)
 
 
-def _geometry(told: Any) -> Frame | None:
+def _geometry(told: Any) -> Transform | None:
     """The frame of a JointGeometry or a JointOrigin, whose own axes are z, x, y in this order."""
     if told is None:
         return None

@@ -9,13 +9,14 @@ from typing import Any
 
 import adsk.fusion
 
-from ..robot.finding import Subject
-from ..robot.model.pose import Vector3
-from ..settings import MeshQuality
-from ..snapshot import MeshSnapshot
-from .notes import Notes, if_told
-from .places import Place
-from .units import CM, ROOT_FRAME, Frame, position
+from ...robot.finding import Subject
+from ...robot.model.pose import Vector3
+from ...robot.model.transform import IDENTITY, Transform
+from ...settings import MeshQuality
+from ...snapshot import MeshSnapshot
+from ..notes import Notes, if_told
+from ..occurrences import Place
+from ..units import CM, position
 
 _CLOSE = 1e-3  # of a body's diagonal: by so much nodes may stand out of its bounding box
 _LOOSE = 0.25  # of a body's diagonal: by so much its bounding box may be larger than its mesh
@@ -149,9 +150,9 @@ def _volume(mesh: _Triangles) -> float:
     return total / 6.0
 
 
-def _moved(nodes: array[float], T: Frame) -> array[float]:
+def _moved(nodes: array[float], T: Transform) -> array[float]:
     """Nodes moved by a pose."""
-    if T == ROOT_FRAME:
+    if T == IDENTITY:
         return nodes
     (a, b, c), (d, e, f), (g, h, i) = T.R
     u, v, w = T.p

@@ -6,8 +6,8 @@ from typing import Any
 
 import adsk.fusion
 
-from ..snapshot import MassSnapshot
-from .units import KG_CM2, finite, position
+from ...snapshot import MassSnapshot
+from ..units import KG_CM2, finite, position
 
 
 def read_mass(owner: Any) -> MassSnapshot | None:

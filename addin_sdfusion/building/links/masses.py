@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import warning
-from ..snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import warning
+from ...snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
 from .links import Links
 from .mass_properties import MISMATCH, Part, common_sign, misses, part, rounding, told_sign, total
 from .mass_properties import usable as is_usable

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..robot.model.pose import Vector3
-from ..robot.model.rotations import (
+from ...robot.model.pose import Vector3
+from ...robot.model.rotations import (
     Matrix3,
     axis_rotation,
     cross,
@@ -21,14 +21,15 @@ from ..robot.model.rotations import (
     subtract,
     transpose,
 )
-from ..snapshot import MotionSnapshot
-from .joint_frames import JointFrames
+from ...robot.model.transform import IDENTITY, Transform
+from ...snapshot import MotionSnapshot
+from ..units import NEAR, PARALLEL, parallel
+from .frames import JointFrames
 from .motions import CUSTOM, Freedom, reversed_axis
-from .units import NEAR, PARALLEL, ROOT_FRAME, Frame, parallel
 
 
 def in_root(
-    freedoms: Sequence[Freedom], frames: JointFrames, others: Sequence[Frame]
+    freedoms: Sequence[Freedom], frames: JointFrames, others: Sequence[Transform]
 ) -> tuple[Freedom, ...] | None:
     """The freedoms with axes in the root frame; None if their axes contradict the geometry.
 
@@ -37,9 +38,9 @@ def in_root(
         frames: Of the joint.
         others: Poses of what they may be told in instead.
     """
-    for T in (ROOT_FRAME, *others):
+    for T in (IDENTITY, *others):
         turned = tuple(
-            Freedom(replace(f.motion, axis=T.vector(f.motion.axis)), f.along) for f in freedoms
+            Freedom(replace(f.motion, axis=T.rotate(f.motion.axis)), f.along) for f in freedoms
         )
         if all(_fits(freedom, frames) for freedom in turned):
             return turned

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import error, unknown, warning
-from ..robot.model.robot import WORLD
-from ..robot.transforms.joint_chains import Names
-from ..settings import ExportSettings
-from ..snapshot import MotionSnapshot
-from .design_joints import Edge, edge_key
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import error, unknown, warning
+from ...robot.model.robot import WORLD
+from ...robot.transforms.joint_chains import Names
+from ...settings import ExportSettings
+from ...snapshot import MotionSnapshot
+from ..joints.edges import Edge, edge_key
+from ..links.links import in_name_order
 from .disjoint_sets import DisjointSets
-from .links import in_name_order
-from .tree_roots import find_roots
+from .roots import find_roots
 
 _AXES = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
 _ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}

@@ -6,14 +6,14 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from ..muscles.point_names import natural_key
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import unknown, warning
-from ..robot.model.pose import Vector3
-from ..robot.model.rotations import normalized
-from ..snapshot import ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot
-from .joint_checks import doubts, mistakes
-from .links import PREFIX, Links, in_name_order, is_link_group
+from ...muscles.point_names import natural_key
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import unknown, warning
+from ...robot.model.pose import Vector3
+from ...robot.model.rotations import normalized
+from ...snapshot import ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot
+from ..links.links import PREFIX, Links, in_name_order, is_link_group
+from .checks import doubts, mistakes
 
 _OUTSIDE = object()
 

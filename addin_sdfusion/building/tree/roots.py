@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import error, warning
-from ..settings import ExportSettings
-from .design_joints import Edge
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import error, warning
+from ...settings import ExportSettings
+from ..joints.edges import Edge
+from ..links.links import in_name_order
 from .disjoint_sets import DisjointSets
-from .links import in_name_order
 
 MOST = 10
 """So many names are listed in a message."""

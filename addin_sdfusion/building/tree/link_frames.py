@@ -12,14 +12,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..robot.model.joint import Coordinate, Joint, Motion
-from ..robot.model.pose import Pose, Vector3
-from ..robot.model.robot import WORLD
-from ..robot.model.rotations import add, normalized, rotate, subtract
-from ..snapshot import MotionSnapshot
-from .design_joints import Edge
-from .joint_checks import coordinate_name
-from .rigid_motion import AT_REST, RigidMotion, about, followed, joint_motion, moved, tidy, undone
+from ...robot.model.joint import Coordinate, Joint, Motion
+from ...robot.model.pose import Pose, Vector3
+from ...robot.model.robot import WORLD
+from ...robot.model.rotations import add, normalized, subtract
+from ...robot.model.transform import IDENTITY, Transform, tidy
+from ...snapshot import MotionSnapshot
+from ..joints.checks import coordinate_name
+from ..joints.edges import Edge
+from ..joints.motion import joint_motion
 from .tree import Branch
 
 
@@ -32,7 +33,7 @@ class Frames(NamedTuple):
     """
 
     joints: tuple[Joint, ...]
-    T_world_link: dict[str, RigidMotion]
+    T_world_link: dict[str, Transform]
 
 
 class _Placed(NamedTuple):
@@ -43,7 +44,7 @@ class _Placed(NamedTuple):
         origin: Of its frame at the zero pose, in [m].
     """
 
-    displaced: RigidMotion
+    displaced: Transform
     origin: Vector3
 
 
@@ -53,14 +54,14 @@ def place_links(branches: Sequence[Branch]) -> Frames:
     Args:
         branches: The tree, parents first.
     """
-    placed: dict[str | None, _Placed] = {None: _Placed(AT_REST, AT_REST.p)}
+    placed: dict[str | None, _Placed] = {None: _Placed(IDENTITY, IDENTITY.p)}
     joints = []
     for branch in branches:
         parent = placed[branch.parent]
         joint, placed[branch.child] = _carried(branch, parent)
         joints.append(joint)
     poses = {
-        link: RigidMotion(at.displaced.R, moved(at.displaced, at.origin))
+        link: Transform(at.displaced.R, at.displaced.apply(at.origin))
         for link, at in placed.items()
         if link is not None
     }
@@ -71,14 +72,14 @@ def _carried(branch: Branch, parent: _Placed) -> tuple[Joint, _Placed]:
     edge = branch.edge
     where = _origin(edge)
     if where is None:
-        where = moved(parent.displaced, parent.origin)
+        where = parent.displaced.apply(parent.origin)
     motions = edge.motions
     if branch.child != edge.one:
         where, motions = _reversed(where, motions)
-    back = undone(parent.displaced)
-    origin = moved(back, where)
-    displaced = followed(parent.displaced, about(where, joint_motion(motions)))
-    axes = [tidy(normalized(rotate(back.R, motion.axis))) for motion in motions]
+    back = parent.displaced.inverse()
+    origin = back.apply(where)
+    displaced = joint_motion(motions).about(where).compose(parent.displaced)
+    axes = [tidy(normalized(back.rotate(motion.axis))) for motion in motions]
     joint = Joint(
         edge.name,
         WORLD if branch.parent is None else branch.parent,
@@ -105,7 +106,7 @@ def _reversed(
     """A joint as seen from `one`: the motions undone, the last one first."""
     T = joint_motion(motions)
     single = len(motions) == 1  # its axis is the same on both sides
-    axes = [motion.axis if single else rotate(T.R, motion.axis) for motion in motions]
+    axes = [motion.axis if single else T.rotate(motion.axis) for motion in motions]
     turned = [
         replace(motion, axis=subtract((0.0, 0.0, 0.0), axis))
         for motion, axis in zip(motions, axes, strict=True)

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from ..muscles.point_names import natural_key
-from ..snapshot import GroupSnapshot
-from .notes import Notes, items
-from .places import Place, each_in, path_of, subject_in
+from ...muscles.point_names import natural_key
+from ...snapshot import GroupSnapshot
+from ..notes import Notes, items
+from ..occurrences import Place, each_in, path_of, subject_in
 
 
 def read_groups(place: Place, places: Mapping[str, Place], notes: Notes) -> Iterator[GroupSnapshot]:

@@ -12,9 +12,9 @@ import math
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
-from ..robot.model.pose import Vector3
-from ..robot.model.robot import Inertia
-from ..robot.model.rotations import (
+from ...robot.model.pose import Vector3
+from ...robot.model.robot import Inertia
+from ...robot.model.rotations import (
     Matrix3,
     point_inertia,
     rotate,
@@ -22,9 +22,9 @@ from ..robot.model.rotations import (
     subtract,
     transpose,
 )
-from ..snapshot import MassSnapshot
+from ...robot.model.transform import Transform
+from ...snapshot import MassSnapshot
 from .eigenvalues import eigenvalues
-from .rigid_motion import RigidMotion
 
 Sign = Literal[1, -1]
 
@@ -115,7 +115,7 @@ def total(parts: Iterable[Part]) -> Part:
     return Part(mass, com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
 
 
-def link_inertia(body: Part, T_world_link: RigidMotion) -> Inertia:
+def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
     """A body in the frame of its link.
 
     Args:

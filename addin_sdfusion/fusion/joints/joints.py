@@ -12,16 +12,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..robot.finding import Subject
-from ..robot.model.pose import Vector3
-from ..snapshot import JointKind, JointSnapshot, MotionSnapshot
+from ...robot.finding import Subject
+from ...robot.model.pose import Vector3
+from ...robot.model.transform import IDENTITY, Transform
+from ...snapshot import JointKind, JointSnapshot, MotionSnapshot
+from ..health import problem_of
+from ..notes import Notes, if_told
+from ..occurrences import Place, each_in, subject_in
+from ..units import finite, length
 from .axes import ball_axes, in_root, signed
-from .health import problem_of
-from .joint_frames import JointFrames, as_built_frame, joint_frames
+from .frames import JointFrames, as_built_frame, joint_frames
 from .motions import Freedom, joint_kinds, read_freedoms
-from .notes import Notes, if_told
-from .places import Place, each_in, subject_in
-from .units import ROOT_FRAME, Frame, finite, length
 
 Places = Mapping[str, Place]
 REMEDY = "Modify > Compute All; if that does not help, make the joint anew"
@@ -34,8 +35,8 @@ class _Ends:
 
     one: str | None
     two: str | None
-    T_one: Frame
-    T_two: Frame
+    T_one: Transform
+    T_two: Transform
 
 
 def read_joints(place: Place, places: Places, notes: Notes) -> Iterator[JointSnapshot]:
@@ -124,11 +125,11 @@ class _Reader:
             raise ValueError(f"both sides are {one or 'the root component'}")
         return _Ends(one, two, T_one, T_two)
 
-    def _end(self, occurrence: Any, broken: bool) -> tuple[str | None, Frame]:
+    def _end(self, occurrence: Any, broken: bool) -> tuple[str | None, Transform]:
         """Path and pose of one side; null is the component that holds the joint, or lost."""
         place = self._place
         if occurrence is None:
-            return (None, ROOT_FRAME) if broken else (place.path, place.T)
+            return (None, IDENTITY) if broken else (place.path, place.T)
         path = str(occurrence.fullPathName)
         # Below the place that holds the joint, in case it is not told from the root.
         for candidate in (path, f"{place.path}+{path}"):
@@ -221,5 +222,5 @@ class _Reader:
         self._notes.warn(self._subject, code, f"joint {self._name!r}: {message}")
 
 
-def _origin(frame: Frame | None) -> Vector3 | None:
+def _origin(frame: Transform | None) -> Vector3 | None:
     return None if frame is None else frame.p

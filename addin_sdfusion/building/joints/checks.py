@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import error, finite, warning
-from ..robot.model.rotations import dot, subtract
-from ..snapshot import JointSnapshot, MotionSnapshot
-from .rigid_motion import joint_motion
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import error, finite, warning
+from ...robot.model.rotations import dot, subtract
+from ...snapshot import JointSnapshot, MotionSnapshot
+from .motion import joint_motion
 
 APART = 1e-5
 """In [m]: two sides of a joint that are as close are in one place."""

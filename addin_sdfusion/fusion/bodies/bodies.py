@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
-from ..robot.finding import Subject
-from ..robot.model.pose import Vector3
-from ..snapshot import BodySnapshot, MassSnapshot
+from ...robot.finding import Subject
+from ...robot.model.pose import Vector3
+from ...snapshot import BodySnapshot, MassSnapshot
+from ..notes import Notes, if_told
+from ..occurrences import Place, each_in, subject_in
+from ..units import distance
 from .mass import read_mass
 from .meshes import Mesher, bounding_box
-from .notes import Notes, if_told
-from .places import Place, each_in, subject_in
-from .units import distance
 
 Kind = Literal["solid", "surface", "mesh"]
 Tick = Callable[[str], None]
@@ -125,4 +125,4 @@ def _in_component_frame(mass: MassSnapshot, proxy: Any, place: Place) -> bool:
     def inside(p: Vector3) -> bool:
         return all(a - slack <= v <= b + slack for a, v, b in zip(low, p, high, strict=True))
 
-    return not inside(mass.com) and inside(place.T.point(mass.com))
+    return not inside(mass.com) and inside(place.T.apply(mass.com))

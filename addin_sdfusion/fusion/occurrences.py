@@ -14,9 +14,10 @@ from typing import Any
 from ..muscles.point_names import natural_key
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
+from ..robot.model.transform import IDENTITY, Transform
 from ..snapshot import ROOT
 from .notes import Notes, items
-from .units import ROOT_FRAME, Frame, frame, is_rigid, near, same_frame
+from .units import frame, is_rigid, near, same_frame
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Place:
     parent: str
     occurrence: Any
     component: Any
-    T: Frame
+    T: Transform
 
     @property
     def subject(self) -> Subject:
@@ -71,13 +72,13 @@ class Place:
         It should be told in the root frame already. If it is the same as that of the native entity
         though the place is elsewhere, it was told in the component's frame.
         """
-        moved = self.T.point(native)
+        moved = self.T.apply(native)
         return moved if near(told, native) and not near(told, moved) else told
 
 
 def find_places(root: Any, notes: Notes) -> list[Place]:
     """The root component, then every component in every place, in the order of their paths."""
-    top = Place(ROOT, ROOT, None, root, ROOT_FRAME)
+    top = Place(ROOT, ROOT, None, root, IDENTITY)
     found = {ROOT: top}
     waiting = [top]
     while waiting:
@@ -111,7 +112,7 @@ def _place(occurrence: Any, above: Place, notes: Notes) -> Place | None:
     return Place(path, above.path, occurrence, component, T)
 
 
-def _pose(occurrence: Any, above: Frame) -> Frame:
+def _pose(occurrence: Any, above: Transform) -> Transform:
     """The pose of an occurrence in the root frame.
 
     `transform2` is documented as "in its assembly context", so in the root frame for an occurrence
@@ -124,7 +125,7 @@ def _pose(occurrence: Any, above: Frame) -> Frame:
     if native is None:
         return told
     own = frame(native.transform2)
-    composed = above.then(own)
+    composed = above.compose(own)
     return composed if same_frame(told, own) and not same_frame(told, composed) else told
 
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import adsk.fusion
 
-from ..robot.model.pose import Vector3
-from ..snapshot import JointKind, MotionSnapshot
-from .units import CM, direction, finite
+from ...robot.model.pose import Vector3
+from ...snapshot import JointKind, MotionSnapshot
+from ..units import CM, direction, finite
 
 CUSTOM = 3
 """JointDirections of an axis that is none of the joint's own; 0, 1 and 2 are x, y and z."""

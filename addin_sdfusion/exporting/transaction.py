@@ -11,7 +11,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from .own_files import damaged, read_json, require_inside
+from .manifest import damaged, read_json, require_inside
 
 JOURNAL = "moves.json"
 

@@ -1,0 +1,1 @@
+"""Joints of a design between its links."""

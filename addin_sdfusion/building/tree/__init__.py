@@ -1,0 +1,1 @@
+"""The kinematic tree of the links, and their frames."""

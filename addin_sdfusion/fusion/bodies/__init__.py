@@ -1,0 +1,1 @@
+"""Bodies of a Fusion design with their mass properties and meshes."""

@@ -1,0 +1,1 @@
+"""Joints and rigid groups of a Fusion design, in the root frame."""
