@@ -104,15 +104,13 @@ def _require_hardware(experiment: Experiment) -> None:
     Raises:
         InputError: The address is missing or none, the key cannot be read, a bound is missing.
     """
-    from cardsflow_fmu.hardware.session.connect import session_of
+    from cardsflow_fmu.hardware.session.connect import Connection, make_session
 
     if experiment.hardware.use and "hardware" not in experiment.fmus:
-        session_of(experiment)
+        make_session(experiment, Connection())
 
 
 def _run_system(started: float, options: argparse.Namespace) -> int:
-    from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
-    from cardsflow_fmu.hardware.session.connect import environment
     from cardsflow_fmu.hardware.session.open_link import open_link
     from cardsflow_fmu.ssp.run import SystemRunError, run_system
 
@@ -133,12 +131,12 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
             raise InputError(what, key="--hardware")
         return _print_script(options)
     try:
-        link = HardwareSettings(link=options.hardware or "")
-        with environment(link), progress_bar() as progress:
+        with progress_bar() as progress:
             result = run_system(
                 options.experiment,
                 options.output,
                 settings,
+                hardware=options.hardware or "",
                 realtime=options.realtime,
                 progress=progress,
                 started=started,

@@ -9,7 +9,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.protocol.signals import require_forces
-from cardsflow_fmu.hardware.session.connect import session_of
+from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
 from cardsflow_fmu.signals.hardware import hardware_ports
 from cardsflow_fmu.signals.ports import Port
@@ -33,13 +33,20 @@ class HardwareModel(ExperimentModel):
     Args:
         experiment: Whose hardware.
         values: Memory for the variables.
+        connection: The way to the hardware; that of the environment when None.
     """
 
     description = "Robot hardware behind the ports of the plant"
     has_state = False
 
-    def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        experiment: Experiment,
+        values: FloatArray | None = None,
+        connection: Connection | None = None,
+    ) -> None:
         super().__init__(experiment, values)
+        self._connection = connection
         robot = experiment.robot
         n, m = len(robot.coordinates), len(robot.muscles)
         tasks = len([axis for frame in robot.task_frames for axis in frame.axes])
@@ -121,7 +128,7 @@ class HardwareModel(ExperimentModel):
         return self._session
 
     def _connect(self) -> None:
-        session = session_of(self._experiment)
+        session = make_session(self._experiment, self._connection)
         # also when nobody calls close: whoever frees an FMU only forgets its model
         self._ending = weakref.finalize(self, session.end)
         try:

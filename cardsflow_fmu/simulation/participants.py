@@ -13,7 +13,7 @@ from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import DirectParticipant, Participant
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.hardware.session.connect import environment
+from cardsflow_fmu.hardware.session.connect import Connection
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.hardware import HardwareModel
@@ -106,6 +106,8 @@ def _participants(
 
     The plant comes last: hardware does not wait for long.
     """
+    hardware = experiment.hardware
+    connection = Connection(hardware.link, hardware.key_file, streamed)
     with contextlib.ExitStack() as stack:
         unpacked = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         participants: dict[str, Participant] = {}
@@ -113,7 +115,7 @@ def _participants(
             name = performer(role, experiment)
             model, external = MODELS[name], experiment.fmus.get(name)
             participant: Participant
-            with environment(experiment.hardware, streamed):
+            with connection.exported():
                 if external is not None:
                     participant = FmuInstance(
                         role, external.file, unpacked / name, external.parameters
@@ -123,6 +125,9 @@ def _participants(
                     if not isinstance(own, PreparedFmu):
                         own = PreparedFmu(own, unpacked / name)
                     participant = FmuInstance(role, *own)
+                elif name == HARDWARE:
+                    made = HardwareModel(experiment, connection=connection)
+                    participant = DirectParticipant(role, made)
                 else:
                     participant = DirectParticipant(role, model(experiment))
             stack.callback(participant.close)

@@ -19,7 +19,7 @@ from cardsflow_fmu.cosim.master import Master, Progress, Recording
 from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
-from cardsflow_fmu.hardware.session.connect import environment, linked
+from cardsflow_fmu.hardware.session.connect import Connection, with_link
 from cardsflow_fmu.hardware.session.paced_run import Pace
 from cardsflow_fmu.results.engines import system_engines
 from cardsflow_fmu.results.folder import OutputFolder
@@ -54,6 +54,7 @@ def run_system(
     output: str | Path | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
+    hardware: str = "",
     realtime: bool = False,
     progress: Progress | None = None,
     started: float | None = None,
@@ -67,6 +68,7 @@ def run_system(
         output: Folder for the results; `results` beside the file when None.
         settings: `variant`, `run.step`, `run.duration`, `run.coupling`, `run.order`, and start
             values such as `plant.q_start.elbow`.
+        hardware: Address of the hardware; what the environment or the .ssp says when empty.
         realtime: Whether steps wait for their time by the clock.
         progress: Called now and then with the number of steps done.
         started: `time.perf_counter()` at the start of the program; now when None.
@@ -83,7 +85,7 @@ def run_system(
         streamed = [RECORDING_FILE] if (settings or {}).get("variant") == HARDWARE else []
         recording = folder.path / RECORDING_FILE if streamed else None
         with (
-            environment(HardwareSettings(), recording),
+            Connection(hardware, recording=recording).exported(),
             Journal(folder, contents, streamed) as journal,
         ):
             result = _simulate(path, settings or {}, realtime, progress, started, journal)
@@ -163,7 +165,7 @@ def _simulate(
 def _hardware(path: Path, settings: Mapping[str, Any]) -> HardwareSettings | None:
     """The hardware that the variant of that name drives; None where it is not known."""
     known = system_hardware(path) if settings.get("variant") == HARDWARE else None
-    return None if known is None else linked(known, path)
+    return None if known is None else with_link(known, path, Connection.from_environment().link)
 
 
 @contextlib.contextmanager

@@ -27,7 +27,7 @@ from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, read_recording
-from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, environment
+from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, Connection
 from cardsflow_fmu.hardware.session.paced_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.report.summary_html import summary_tables
@@ -345,12 +345,12 @@ def test_the_environment_is_as_before_afterwards(
 ) -> None:
     monkeypatch.setenv(LINK, "udp://1.2.3.4:5")
     monkeypatch.delenv(RECORDING, raising=False)
-    with environment(HardwareSettings(link="loopback:"), tmp_path / "a.rec"):
+    with Connection("loopback:", recording=tmp_path / "a.rec").exported():
         assert os.environ[LINK] == "loopback:"
         assert os.environ[RECORDING] == str(tmp_path / "a.rec")
     assert os.environ[LINK] == "udp://1.2.3.4:5"
     assert RECORDING not in os.environ
-    with environment(HardwareSettings()):
+    with Connection().exported():
         assert os.environ[LINK] == "udp://1.2.3.4:5"
 
 

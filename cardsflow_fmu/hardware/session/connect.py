@@ -1,15 +1,15 @@
-"""From an experiment to a session with its hardware, and what the environment says about it."""
+"""Sessions with the hardware of an experiment, and the environment variables that FMUs read."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.links.link import HardwareLink
@@ -25,70 +25,79 @@ from cardsflow_fmu.utils.key_file import read_key
 from .open_link import ADDRESSES, open_link
 from .session import HardwareSession
 
-if TYPE_CHECKING:
-    from cardsflow_fmu.experiment.experiment import Experiment
-
 LINK = "CARDSFLOW_HARDWARE_LINK"
 KEY_FILE = "CARDSFLOW_HARDWARE_KEY_FILE"
 RECORDING = "CARDSFLOW_HARDWARE_RECORDING"
 
 
-@contextmanager
-def environment(settings: HardwareSettings, recording: Path | None = None) -> Iterator[None]:
-    """What an experiment says about the way to its hardware, for the FMUs started meanwhile.
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """How a run reaches its hardware, and where its exchanges are recorded.
 
-    Args:
-        settings: What it says; where it is silent, the environment stays as it is.
-        recording: Where to write every exchange; nowhere when None.
+    Attributes:
+        link: Address of the hardware; the experiment's when empty.
+        key_file: File of the pre-shared key; the experiment's when None.
+        recording: File that takes every exchange; none is written when None.
     """
-    given = {
-        LINK: settings.link or None,
-        KEY_FILE: None if settings.key_file is None else str(settings.key_file.resolve()),
-        RECORDING: None if recording is None else str(recording.resolve()),
-    }
-    before = {name: os.environ.get(name) for name in given}
-    _set({name: value for name, value in given.items() if value is not None})
-    try:
-        yield
-    finally:
-        _set(before)
+
+    link: str = ""
+    key_file: Path | None = None
+    recording: Path | None = None
+
+    @classmethod
+    def from_environment(cls) -> Connection:
+        """What the environment variables say, which is all that an FMU is given."""
+        link, *files = (os.environ.get(name, "") for name in (LINK, KEY_FILE, RECORDING))
+        key_file, recording = (Path(file) if file else None for file in files)
+        return cls(link, key_file, recording)
+
+    @contextmanager
+    def exported(self) -> Iterator[None]:
+        """Set the environment variables for FMUs that are started meanwhile."""
+        files = {KEY_FILE: self.key_file, RECORDING: self.recording}
+        given = {name: str(file.resolve()) for name, file in files.items() if file is not None}
+        given |= {LINK: self.link} if self.link else {}
+        before = {name: os.environ.get(name) for name in given}
+        os.environ.update(given)
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                os.environ.pop(name)
+                if value is not None:
+                    os.environ[name] = value
 
 
-def _set(values: Mapping[str, str | None]) -> None:
-    for name, value in values.items():
-        if value is None:
-            os.environ.pop(name, None)
-        else:
-            os.environ[name] = value
-
-
-def linked(settings: HardwareSettings, file: Path) -> HardwareSettings:
-    """The settings with the link that is used, which the environment may override.
+def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSettings:
+    """The settings with the address that is used.
 
     Args:
-        settings: What is said of the hardware.
-        file: Where that is said.
+        settings: Settings of the hardware.
+        file: File of the settings, for messages.
+        link: The address; that of the settings, or of the environment, when empty.
 
     Raises:
-        InputError: Nothing tells where the hardware is.
+        InputError: There is no address.
     """
-    link = os.environ.get(LINK) or settings.link
+    link = link or settings.link or os.environ.get(LINK, "")
     if not link:
         what = f"missing: say where the hardware is ({ADDRESSES}), or set {LINK}"
         raise InputError(what, file=file, key="hardware.link")
     return replace(settings, link=link)
 
 
-def session_of(experiment: Experiment) -> HardwareSession:
-    """A session with an experiment's hardware, not open yet.
+def make_session(experiment: Experiment, connection: Connection | None = None) -> HardwareSession:
+    """Make a session with an experiment's hardware; `open` connects it.
 
     Args:
-        experiment: The experiment; the environment overrides its link.
+        experiment: The experiment.
+        connection: Overrides of the experiment's settings; those of the environment when None.
 
     Raises:
-        InputError: Nothing tells where the hardware is, or its key cannot be read.
+        InputError: There is no address, or the key cannot be read.
     """
-    settings = linked(experiment.hardware, experiment.file)
+    connection = connection or Connection.from_environment()
+    settings = with_link(experiment.hardware, experiment.file, connection.link)
     robot = experiment.robot
     require_forces(robot, experiment.file)
     n, m = len(robot.coordinates), len(robot.muscles)
@@ -101,7 +110,8 @@ def session_of(experiment: Experiment) -> HardwareSession:
         states=settings.states(n, m),
         lockstep=not settings.is_paced,
     )
-    key = _key(settings)
+    key_file = settings.key_file or connection.key_file or os.environ.get(KEY_FILE)
+    key = read_key(key_file) if key_file else None
     link = open_link(
         settings.link,
         key=key,
@@ -109,22 +119,22 @@ def session_of(experiment: Experiment) -> HardwareSession:
         make_device=lambda: emulated_device(experiment, settings, key),
         faults=settings.emulator.faults,
     )
-    file = os.environ.get(RECORDING)
+    file = connection.recording
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
     return HardwareSession(robot, settings, link, hello, make_recorder, link.clock)
 
 
-def measured_start(experiment: Experiment) -> tuple[float, ...]:
-    """Where the robot of an experiment's hardware is: q, in [rad] or [m].
+def measured_positions(experiment: Experiment) -> tuple[float, ...]:
+    """The positions q that an experiment's hardware measures, in [rad] or [m].
 
     Args:
         experiment: The experiment.
 
     Raises:
-        HardwareError: The hardware does not tell.
-        InputError: Nothing tells where the hardware is.
+        HardwareError: The hardware does not answer.
+        InputError: There is no address.
     """
-    session = session_of(experiment)
+    session = make_session(experiment, Connection())
     try:
         session.open()
         return tuple(session.q.tolist())
@@ -133,7 +143,7 @@ def measured_start(experiment: Experiment) -> tuple[float, ...]:
 
 
 def _header(robot: Robot, settings: HardwareSettings, link: HardwareLink) -> RecordingHeader:
-    """What a recording tells of its run, from what has been agreed on."""
+    """The header of a recording, from the handshake."""
     assert link.agreed is not None
     commands, states = hardware_signals(robot, settings)
     return RecordingHeader(
@@ -149,8 +159,3 @@ def _header(robot: Robot, settings: HardwareSettings, link: HardwareLink) -> Rec
         link=settings.link,
         start_state=tuple(link.start_state.tolist()),
     )
-
-
-def _key(settings: HardwareSettings) -> bytes | None:
-    file = settings.key_file or os.environ.get(KEY_FILE)
-    return read_key(file) if file else None

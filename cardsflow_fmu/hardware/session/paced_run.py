@@ -17,7 +17,7 @@ from cardsflow_fmu.experiment.experiment import ApproachSettings, Experiment, St
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 
-from .connect import environment, measured_start
+from .connect import measured_positions
 
 FloatArray = NDArray[np.float64]
 
@@ -41,8 +41,7 @@ def with_approach(experiment: Experiment) -> Experiment:
     if "reference" in experiment.fmus:
         what = "cannot lead an external FMU to where the hardware is: leave it out"
         raise InputError(what, file=experiment.file, key="hardware.approach")
-    with environment(experiment.hardware):
-        q = measured_start(experiment)
+    q = measured_positions(experiment)
     reference, run = experiment.reference, experiment.run
     before = reference.approach.duration if reference.approach else 0.0
     begin = q if reference.space == "joint" else _task_position(experiment, q)
