@@ -1,4 +1,4 @@
-"""What the master steps: a model in this process, or an FMU; the same verbs for both."""
+"""The participant protocol: what the master steps, a model in this process or an FMU."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cardsflow_fmu.models.model import FmuModel
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
+from cardsflow_fmu.signals.units import Unit
 
 FloatArray = NDArray[np.float64]
 
@@ -38,25 +37,3 @@ class Participant(Protocol):
 
     def close(self) -> None:
         """Release what it holds."""
-
-
-class DirectParticipant:
-    """A model stepped as a plain Python object.
-
-    Args:
-        name: Its name in the wiring.
-        model: The model; it is initialised.
-    """
-
-    def __init__(self, name: str, model: FmuModel) -> None:
-        self.name = name
-        self.input_names = tuple(p.name for p in model.ports if p.causality == "input")
-        self.output_names = tuple(p.name for p in model.ports if p.causality == "output")
-        self.units: Mapping[str, Unit] = {
-            p.name: KNOWN_UNITS[p.unit] for p in model.ports if p.unit
-        }
-        self.inputs = model.inputs
-        self.outputs = model.outputs
-        self.step = model.step
-        self.close = model.close
-        model.initialize()

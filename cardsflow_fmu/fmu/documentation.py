@@ -7,7 +7,7 @@ from html import escape
 from cardsflow_fmu.signals.variables import Variable
 from cardsflow_fmu.version import __version__
 
-from .model_description import FmuDescription
+from .description import FmuDescription
 
 _HEADS = ("variable", "size", "unit", "variability", "start", "what it is")
 _TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}

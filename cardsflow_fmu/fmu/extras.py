@@ -7,8 +7,8 @@ from pathlib import Path
 
 from addin_sdfusion.robot import InputError
 
+from .description import FmiVersion, FmuDescription
 from .documentation import documentation_page
-from .model_description import FmiVersion, FmuDescription
 from .terminals import terminals_and_icons
 
 _HERE = Path(__file__).parent

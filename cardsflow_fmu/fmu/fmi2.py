@@ -1,4 +1,4 @@
-"""The model description of FMI 2.0 for co-simulation."""
+"""Model descriptions of FMI 2.0 for co-simulation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 from cardsflow_fmu.signals.variables import Variable
 
-from .model_description import (
+from .description import (
     FmuDescription,
     default_experiment,
     flag,

@@ -1,4 +1,4 @@
-"""The model description of FMI 3.0 for co-simulation."""
+"""Model descriptions of FMI 3.0 for co-simulation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.signals.variables import ELEMENTS, Variable
 
-from .model_description import (
+from .description import (
     FmuDescription,
     default_experiment,
     flag,

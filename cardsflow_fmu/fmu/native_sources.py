@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.runtime.sources import FLAGS, NATIVE, ROOT
 
-from .model_description import FmiVersion
+from .description import FmiVersion
 
 _OPTIONS = " ".join(FLAGS)
 _README = """\

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from cardsflow_fmu.signals.variables import Variable
 
-from .model_description import FmiVersion
+from .description import FmiVersion
 
 _GROUPS = {
     "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d")),

@@ -21,8 +21,9 @@ from cardsflow_fmu.signals.variables import array_variables, scalar_variables
 from cardsflow_fmu.utils.archive import write_archive
 from cardsflow_fmu.version import __version__
 
+from .description import FmiVersion, FmuDescription
 from .extras import extra_files
-from .model_description import FmiVersion, FmuDescription, model_description
+from .model_description import model_description
 from .native_sources import compiled_files, source_files
 
 _PORTS_FILE = "ports.bin"

@@ -15,24 +15,54 @@ of both sides.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.signals.ports import Port
 
-if TYPE_CHECKING:
-    from .model import FloatArray, FmuModel
-
+FloatArray = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 DIFFERENCE = 1e-6
 """Largest change of a known to either side, relative to 1 + |value|."""
 
 
+class Differentiable(Protocol):
+    """A model whose state and variables can be set, stepped and restored; see `FmuModel`.
+
+    Attributes:
+        ports: The table of variables.
+        values: Their values.
+        states: Indices of outputs that are states.
+        steady_outputs: Indices of outputs whose derivative is zero.
+    """
+
+    ports: tuple[Port, ...]
+    values: FloatArray
+    states: Indices
+    steady_outputs: Indices
+
+    def initialize(self, t: float = 0.0) -> None:
+        """Compute the outputs at the start."""
+
+    def step(self, t: float, h: float) -> None:
+        """Advance from t to t + h."""
+
+    def get_state(self) -> bytes:
+        """The state beyond `values`."""
+
+    def set_state(self, state: bytes) -> None:
+        """Restore a state."""
+
+    def set_states(self, states: FloatArray) -> None:
+        """Set the outputs that are states."""
+
+
 def directional_derivative(
-    model: FmuModel, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
+    model: Differentiable, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
 ) -> FloatArray:
     """How outputs change along a direction; the model stays as it is.
 
@@ -64,7 +94,7 @@ def directional_derivative(
     return slopes[unknowns]
 
 
-def _check(model: FmuModel, knowns: Indices, *, at_start: bool) -> None:
+def _check(model: Differentiable, knowns: Indices, *, at_start: bool) -> None:
     for k in knowns:
         port = model.ports[k]
         allowed = port.causality == "input"
@@ -77,7 +107,7 @@ def _check(model: FmuModel, knowns: Indices, *, at_start: bool) -> None:
             raise InputError(f"there is no derivative with respect to {port.name} {when}")
 
 
-def _start(model: FmuModel, t: float, h: float, change: FloatArray) -> FloatArray:
+def _start(model: Differentiable, t: float, h: float, change: FloatArray) -> FloatArray:
     values = model.values.copy()
 
     def restore() -> None:
@@ -91,7 +121,7 @@ def _start(model: FmuModel, t: float, h: float, change: FloatArray) -> FloatArra
     return _outputs(model, go, restore, values)
 
 
-def _step(model: FmuModel, t: float, h: float, change: FloatArray) -> FloatArray:
+def _step(model: Differentiable, t: float, h: float, change: FloatArray) -> FloatArray:
     values, state = model.values.copy(), model.get_state()
 
     def restore() -> None:
@@ -108,7 +138,7 @@ def _step(model: FmuModel, t: float, h: float, change: FloatArray) -> FloatArray
 
 
 def _outputs(
-    model: FmuModel, go: Callable[[], None], restore: Callable[[], None], values: FloatArray
+    model: Differentiable, go: Callable[[], None], restore: Callable[[], None], values: FloatArray
 ) -> FloatArray:
     """The values that `go` leads to."""
     try:

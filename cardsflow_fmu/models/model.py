@@ -1,4 +1,4 @@
-"""What an FMU needs of its model: a plain class with ports and a step, without any FMI."""
+"""The base of the models in FMUs: a plain class with ports and a step, without any FMI."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ from pathlib import Path
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.signals.ports import Port
 
-from .derivatives import Indices, directional_derivative
-
-FloatArray = NDArray[np.float64]
+from .derivatives import FloatArray, Indices, directional_derivative
 
 
 class FmuModel(ABC):

@@ -11,10 +11,11 @@ from typing import Literal, NamedTuple
 from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
-from cardsflow_fmu.cosim.participant import DirectParticipant, Participant
+from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.session.connect import Connection
 from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.direct_participant import DirectParticipant
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel

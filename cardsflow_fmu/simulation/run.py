@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.cosim.master import Progress, Recording, Watch
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE

@@ -16,9 +16,10 @@ from wide_model import FEW, MANY, PORTS, WideModel
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.fmi_calls import Fmi3Calls
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.cosim.participant import DirectParticipant, Participant
+from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.direct_participant import DirectParticipant
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.run import build

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from fmu_host import Host, opened, unpack
 
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

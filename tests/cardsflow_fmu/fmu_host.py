@@ -18,7 +18,7 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from toy_model import PORTS, REFERENCES, ToyModel
 
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.model import FloatArray
 

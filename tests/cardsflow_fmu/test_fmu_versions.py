@@ -19,7 +19,7 @@ from lxml import etree
 
 from cardsflow_fmu import Experiment, __version__, build
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.simulation.run import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

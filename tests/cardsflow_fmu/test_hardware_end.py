@@ -18,7 +18,7 @@ from worker_host import eventually
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device

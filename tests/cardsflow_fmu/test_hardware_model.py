@@ -17,7 +17,7 @@ from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.protocol.errors import HardwareError

@@ -13,7 +13,7 @@ from bare_environment import BareEnvironment
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.wiring import connect
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp

@@ -17,7 +17,7 @@ from fmpy.validation import validate_fmu
 from robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
 from cardsflow_fmu.ssp.run import simulate_system
 

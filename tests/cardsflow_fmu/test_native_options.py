@@ -17,7 +17,7 @@ from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.model import FloatArray
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.loop import NativeLoop, run_batch

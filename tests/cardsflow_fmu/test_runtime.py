@@ -11,7 +11,7 @@ from fmpy import fmi2
 from fmu_host import STEP, Host, opened, plain_run, refused, unpack
 from toy_model import REFERENCES, OtherToyModel, ToyModel
 
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 
 pytestmark = pytest.mark.native
 

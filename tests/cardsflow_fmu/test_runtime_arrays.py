@@ -18,8 +18,8 @@ from fmu_host import refused
 
 from addin_sdfusion.robot import SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.cosim.participant import DirectParticipant
 from cardsflow_fmu.fmu.writer import write_fmu
+from cardsflow_fmu.models.direct_participant import DirectParticipant
 
 pytestmark = pytest.mark.native
 

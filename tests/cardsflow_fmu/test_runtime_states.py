@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 from fmu_host import STEP, Host, opened, plain_run, refused, unpack
 from toy_model import PORTS, REFERENCES, OtherToyModel, ToyModel
 
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 
 pytestmark = pytest.mark.native
 

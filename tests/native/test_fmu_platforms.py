@@ -16,7 +16,7 @@ from targets import TARGETS, TIMEOUT, Target, environment, require
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu.model_description import FmiVersion
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.simulation.run import build
 

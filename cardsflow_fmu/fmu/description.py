@@ -1,0 +1,151 @@
+"""FMU descriptions, and the elements that FMI 2.0 and FMI 3.0 have in common."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.units import SI_UNITS
+from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.version import __version__
+
+FmiVersion = Literal["2.0", "3.0"]
+
+LICENSE_NAME = "BSD-3-Clause"
+
+_QUANTITIES = {
+    "rad": "Angle",
+    "rad/s": "AngularVelocity",
+    "rad/s2": "AngularAcceleration",
+    "m": "Length",
+    "m/s": "Velocity",
+    "m/s2": "Acceleration",
+    "N": "Force",
+    "N.m": "Torque",
+    "s": "Time",
+    "N.m/rad": "RotationalStiffness",
+    "N.m.s/rad": "RotationalDamping",
+    "N/m": "Stiffness",
+    "N.s/m": "Damping",
+    "1/s": "Rate",
+    "1/s2": "SquaredRate",
+}
+
+_LOG_CATEGORIES = {
+    "logEvents": "Instantiation, initialization, reset and end",
+    "logStatusWarning": "Calls that were answered with a warning",
+    "logStatusDiscard": "Calls that were answered with discard",
+    "logStatusError": "Why a call failed",
+    "logAll": "All of these",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FmuDescription:
+    """An FMU as its model description states it.
+
+    Attributes:
+        variables: The variables, which hold all ports of the model in their order.
+        model_name: Name of the model and of its library: a C identifier.
+        description: One line for people.
+        step: Preferred communication step, in [s].
+        stop_time: Preferred end, in [s].
+        internal_step: What communication steps have to be multiples of, in [s].
+        any_step: Whether communication steps may have any length.
+        has_derivatives: Whether the model has directional derivatives.
+        has_state: Whether it can go back to an earlier state.
+        needs_tool: Whether a Python with this package has to be there.
+        sources: C files in the FMU that its library is compiled of, relative to its sources.
+    """
+
+    variables: Sequence[Variable]
+    model_name: str
+    description: str
+    step: float
+    stop_time: float | None = None
+    internal_step: float | None = None
+    any_step: bool = False
+    has_derivatives: bool = False
+    has_state: bool = True
+    needs_tool: bool = True
+    sources: Sequence[str] = ()
+
+    @property
+    def ports(self) -> list[Port]:
+        """The model's table."""
+        return [port for variable in self.variables for port in variable.ports]
+
+
+def root_element(fmu: FmuDescription, **attributes: str) -> ET.Element:
+    """The root of a model description.
+
+    Args:
+        fmu: What to describe.
+        attributes: Those that come first.
+    """
+    return ET.Element(
+        "fmiModelDescription",
+        attributes,
+        modelName=fmu.model_name,
+        description=fmu.description,
+        version=__version__,
+        license=LICENSE_NAME,
+        generationTool=f"CARDSFlow {__version__}",
+        variableNamingConvention="structured",
+    )
+
+
+def flag(value: bool) -> str:
+    """A truth value in XML."""
+    return "true" if value else "false"
+
+
+def number(value: float) -> str:
+    """A number that reads back exactly."""
+    return repr(float(value))
+
+
+def start(port: Port) -> str:
+    """The start value of a port."""
+    return flag(port.start != 0) if port.boolean else number(port.start)
+
+
+def unit_definitions(fmu: FmuDescription) -> list[ET.Element]:
+    """The element with the units that are used; nothing without any."""
+    definitions = ET.Element("UnitDefinitions")
+    used = {variable.unit for variable in fmu.variables}
+    for name, exponents in SI_UNITS.items():
+        if name in used:
+            unit = ET.SubElement(definitions, "Unit", name=name)
+            ET.SubElement(unit, "BaseUnit", {base: str(n) for base, n in exponents.items()})
+    return [definitions] if len(definitions) else []
+
+
+def type_names(fmu: FmuDescription) -> dict[str, str]:
+    """Names of the types that variables are declared by, by unit: a type a quantity.
+
+    A type must not share its name with a variable.
+    """
+    taken = {variable.name for variable in fmu.variables}
+    used = {variable.unit for variable in fmu.variables}
+    return {u: name for u, name in _QUANTITIES.items() if u in used and name not in taken}
+
+
+def log_categories() -> ET.Element:
+    """The element with the log categories."""
+    categories = ET.Element("LogCategories")
+    for name, description in _LOG_CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=description)
+    return categories
+
+
+def default_experiment(fmu: FmuDescription) -> ET.Element:
+    """The element with the preferred times."""
+    experiment = ET.Element("DefaultExperiment", startTime="0.0")
+    if fmu.stop_time is not None:
+        experiment.set("stopTime", number(fmu.stop_time))
+    experiment.set("stepSize", number(fmu.step))
+    return experiment
