@@ -7,7 +7,8 @@ from pathlib import Path
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.external_fmu import fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.cosim.master import Master, Recording
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.simulation.run import build
 

@@ -10,14 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Coordinate, Finding, InputError, Robot, Subject, UnknownNameError
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import Reading, read_trajectory, trajectory_names
 from cardsflow_fmu.signals.port import identifier
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 RANDOM = "random"
 _POSTURES = 500

@@ -7,12 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from addin_sdfusion.robot import InputError, Muscle, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.inverse_dynamics import (
     Motion,
     MotionTerms,
@@ -25,8 +26,6 @@ from controllers.analysis.wrench_set import too_many_facets
 from controllers.force_distribution.methods import minimum_infinity_norm
 from sim_dart import DartDynamics, MuscleDrive
 from sim_dart.muscles.paths import MusclePaths
-
-FloatArray = NDArray[np.float64]
 
 MOST_POINTS = 1000
 """Most points of a motion that are looked at."""

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.cosim.master import Progress
+    from cardsflow_fmu.cosim.recording import Progress
     from cardsflow_fmu.studies.run_study import Progress as StudyProgress
 
 

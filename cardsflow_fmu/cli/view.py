@@ -14,7 +14,7 @@ from addin_sdfusion.robot import InputError
 from .common import GOOD, add_command, add_json, print_files
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.cosim.master import Watch
+    from cardsflow_fmu.cosim.recording import Watch
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.results.result import Result
 

@@ -11,8 +11,9 @@ import numpy as np
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
+from cardsflow_fmu.utils.arrays import FloatArray
 
-from .participant import FloatArray, Participant
+from .participant import Participant
 from .wiring import Ported, Wiring, members
 
 

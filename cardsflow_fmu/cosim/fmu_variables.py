@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit, variable_units
 from cardsflow_fmu.signals.variables import ELEMENTS
-
-from .participant import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray
 
 _KINDS: dict[str, dict[str, tuple[str, Any]]] = {
     "2.0": {

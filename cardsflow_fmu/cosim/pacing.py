@@ -12,9 +12,8 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 _REAL_TIME = ("SCHED_FIFO", "SCHED_RR")
 _SELDOM = 0.01

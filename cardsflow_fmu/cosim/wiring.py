@@ -10,8 +10,9 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.signals.units import Conversion, conversion
+from cardsflow_fmu.utils.arrays import FloatArray
 
-from .participant import FloatArray, Participant
+from .participant import Participant
 
 Indices = slice | list[int]
 Wiring = Mapping[str, str | float]

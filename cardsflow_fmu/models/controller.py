@@ -12,6 +12,7 @@ from cardsflow_fmu.experiment.controller_types import TYPES
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
 from cardsflow_fmu.signals.ports import Port, controller_ports, load_signals
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import whole_steps
 from controllers import (
     ControlLoop,
@@ -24,7 +25,6 @@ from controllers import (
 from sim_dart import CoreDynamics, DartDynamics
 
 from .experiment_model import ExperimentModel
-from .model import FloatArray
 from .muscle_control import MuscleControl
 from .start_commands import start
 

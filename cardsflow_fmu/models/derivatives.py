@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.utils.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 DIFFERENCE = 1e-6

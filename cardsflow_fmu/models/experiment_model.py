@@ -8,8 +8,9 @@ from typing import Self
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.utils.arrays import FloatArray
 
-from .model import FloatArray, FmuModel
+from .model import FmuModel
 
 
 class ExperimentModel(FmuModel):

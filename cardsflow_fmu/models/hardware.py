@@ -13,11 +13,11 @@ from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
 from cardsflow_fmu.signals.hardware import hardware_ports
 from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart import MusclePaths
 
 from .experiment_model import ExperimentModel
-from .model import FloatArray
 
 
 class HardwareModel(ExperimentModel):

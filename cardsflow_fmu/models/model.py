@@ -11,8 +11,9 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.utils.arrays import FloatArray
 
-from .derivatives import FloatArray, Indices, directional_derivative
+from .derivatives import Indices, directional_derivative
 
 
 class FmuModel(ABC):

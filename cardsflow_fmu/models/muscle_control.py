@@ -15,9 +15,8 @@ import numpy as np
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.tension_laws import states_of
 from cardsflow_fmu.signals.muscles import driven_muscles, state_order
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import MuscleDrive
-
-from .model import FloatArray
 
 LATE_PERIODS = 4
 """Horizon where a muscle has several states, in periods, unless an experiment has another."""

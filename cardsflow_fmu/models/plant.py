@@ -14,11 +14,11 @@ from cardsflow_fmu.signals.muscles import (
     state_order,
 )
 from cardsflow_fmu.signals.ports import Port, load_signals, plant_ports
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart import Plant
 
 from .experiment_model import ExperimentModel
-from .model import FloatArray
 from .start_commands import start
 
 

@@ -10,6 +10,7 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Trajectory
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import Port, load_signals, reference_ports
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SplineReference
 from controllers.references.flower import (
     ApproachReference,
@@ -19,7 +20,6 @@ from controllers.references.flower import (
 )
 
 from .experiment_model import ExperimentModel
-from .model import FloatArray
 
 _TIME = struct.Struct("<d")
 

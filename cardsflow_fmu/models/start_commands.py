@@ -9,10 +9,9 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.signals.muscles import modelled_muscles
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import ForceDistribution
 from sim_dart import DartDynamics, MuscleDrive
-
-from .model import FloatArray
 
 
 class Start(NamedTuple):

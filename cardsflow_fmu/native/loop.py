@@ -1,23 +1,25 @@
-"""Plant, controller and reference in C, stepped there as well: thousands of steps in one call.
+"""The native loop: plant, controller and reference in C, thousands of steps in one call.
 
-The master of the same name does the same with participants of any kind; here all are the models of
-native FMUs, and nothing of a step is Python. A call lets go of Python's lock: loops run in threads.
+All participants are the models of native FMUs, and nothing of a step is Python. A call releases
+Python's lock: loops run in threads.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
-from cardsflow_fmu.cosim.master import Progress, Recording, Watch, columns_of
-from cardsflow_fmu.cosim.participant import FloatArray
+from cardsflow_fmu.cosim.master import columns_of
+from cardsflow_fmu.cosim.pacing import Pacer
+from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.controller import ControllerModel
@@ -26,13 +28,9 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.signals.ports import SOLVE_TIME, Port
 from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
-from cardsflow_fmu.utils.interrupts import interruptible
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .library import native_library, native_models, opened_loop
-
-if TYPE_CHECKING:
-    from cardsflow_fmu.cosim.pacing import Pacer
-    from cardsflow_fmu.results.journal import Journal
 
 MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
@@ -41,7 +39,7 @@ MODELS: dict[str, type[ExperimentModel]] = {
 }
 """In the order of the columns of a run."""
 
-_CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C is heard
+_CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C takes effect
 
 
 @dataclass(slots=True)
@@ -63,7 +61,7 @@ class _Part:
         """The loop in C does that."""
 
 
-class NativeLoop:
+class NativeLoop(StepLoop):
     """An experiment that computes in C alone, with the verbs of `master.Master`.
 
     Args:
@@ -71,11 +69,6 @@ class NativeLoop:
 
     Raises:
         InputError: It has something that the native models lack, which is named.
-
-    Attributes:
-        names: Name of every column; the first is `time`.
-        units: Unit of every column that has one, by its name.
-        count: Number of rows that a complete run gives.
     """
 
     def __init__(self, experiment: Experiment) -> None:
@@ -90,70 +83,30 @@ class NativeLoop:
         self.names, self.units, _ = columns_of(parts)
         every = round(experiment.controller.period / run.step)
         self._every = {"plant": 1, "reference": 1, "controller": every}
-        self._has_run = False
+        self._has_run, self._done, self._times = False, 0, np.zeros(self.count)
         self._plan(parts)
 
-    def run(
-        self,
-        progress: Progress | None = None,
-        pacer: Pacer | None = None,
-        watch: Watch | None = None,
-        journal: Journal | None = None,
-    ) -> Recording:
-        """Run to the end, to the first failure, or until Ctrl-C; once.
-
-        Args:
-            progress: As for `Master.run`.
-            pacer: None: these steps wait for nothing.
-            watch: As for `Master.run`.
-            journal: As for `Master.run`.
-
-        Raises:
-            InputError: It has run before, or is closed.
-        """
-        assert pacer is None, "refused before"
+    def _require_ready(self) -> None:
         if self._loop is None or self._has_run:
             raise InputError("a native loop runs once, before it is closed; make another")
         self._has_run = True
-        rows = np.empty((self.count, len(self.names))) if journal is None else journal.rows
-        times = np.zeros(self.count)
-        failure: CardsflowError | None = None
-        done, steps = 0, self.count - 1
-        with interruptible() as interrupted:
-            try:
-                while done < steps and failure is None:
-                    taken, failure = self._advance(done, min(_CHUNK, steps - done), rows, times)
-                    done += taken
-                    if journal is not None:
-                        journal.update(done)
-                    if interrupted:
-                        raise SimulationError("interrupted")
-                    if progress:
-                        progress(done)
-                    if watch:
-                        watch(self.names, rows[:done])
-            except CardsflowError as error:
-                failure = error
-            except KeyboardInterrupt:
-                failure = SimulationError("interrupted")
-            recorded = self._recorded
-            if failure is None:
-                self._library.native_loop_record(
-                    self._loop, steps * self._step, rows[steps:].ctypes.data
-                )
-                recorded = self.count
-            if journal is not None:
-                failure = _ended(journal, recorded) or failure
-        every = self._every["controller"]
-        ticks = list(range(0, done, every))
-        return Recording(
-            self.names,
-            rows[:recorded],
-            self.units,
-            [k + self._tick_shows for k in ticks],
-            times[ticks].tolist(),
-            failure,
-        )
+
+    def _steps(self, rows: FloatArray, pacer: Pacer | None) -> Iterator[int]:
+        """A chunk of steps an iteration."""
+        assert pacer is None, "refused before"
+        steps = self.count - 1
+        while self._done < steps:
+            failure = self._advance(min(_CHUNK, steps - self._done), rows)
+            yield self._done
+            if failure is not None:
+                raise failure
+        self._library.native_loop_record(self._loop, steps * self._step, rows[steps:].ctypes.data)
+        self._recorded = self.count
+
+    def _recording(self, rows: FloatArray, failure: CardsflowError | None) -> Recording:
+        ticks = list(range(0, self._done, self._every["controller"]))
+        shown, times = [k + self._tick_shows for k in ticks], self._times[ticks].tolist()
+        return Recording(self.names, rows, self.units, shown, times, failure)
 
     def close(self) -> None:
         """Free the models."""
@@ -167,10 +120,9 @@ class NativeLoop:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _advance(
-        self, first: int, count: int, rows: FloatArray, times: FloatArray
-    ) -> tuple[int, SimulationError | None]:
-        """Steps in C: how many were complete, and what stopped them."""
+    def _advance(self, count: int, rows: FloatArray) -> SimulationError | None:
+        """Steps in C; what stopped them, None if nothing."""
+        first, times = self._done, self._times
         assert rows.flags.c_contiguous
         assert first + count < min(len(rows), len(times) + 1)
         done = (ctypes.c_int64 * 2)()
@@ -183,11 +135,8 @@ class NativeLoop:
             times[first:].ctypes.data,
             done,
         )
-        self._recorded = first + done[1]
-        if not failed:
-            return done[0], None
-        when = f"at t = {(first + done[0]) * self._step:.6g} s"
-        return done[0], self._error(failed, when)
+        self._done, self._recorded = first + done[0], first + done[1]
+        return self._error(failed, f"at t = {self._done * self._step:.6g} s") if failed else None
 
     def _part(self, k: int, name: str, ports: Sequence[Port]) -> _Part:
         size = ctypes.c_size_t()
@@ -208,13 +157,13 @@ class NativeLoop:
         numbers = {part.name: k for k, part in enumerate(parts)}
         groups, before = experiment.run.coupling.stages(list(numbers))
         turns: list[list[int]] = []
-        ways: list[tuple[int, ...]] = []
+        routes: list[tuple[int, ...]] = []
         changes: list[tuple[float, ...]] = []
         for stage, group in enumerate(groups):
             for name in group:
-                own = [way for copy in copies[name] for way in _ways(copy, name, parts)]
+                own = [route for copy in copies[name] for route in _routes(copy, name, parts)]
                 turns.append([numbers[name], self._every[name], len(own), stage])
-                ways += [places for places, _ in own]
+                routes += [places for places, _ in own]
                 changes += [change for _, change in own]
         controller = parts[numbers["controller"]]
         stages = {name: stage for stage, group in enumerate(groups) for name in group}
@@ -226,20 +175,19 @@ class NativeLoop:
             for name in part.output_names
             if name != SOLVE_TIME
         ]
-        self._tables: list[NDArray[Any]] = [  # C looks at them
-            *(np.array(t, dtype=np.int32) for t in (turns, ways, columns, timer)),
+        self._tables: list[NDArray[Any]] = [  # C keeps pointers to them
+            *(np.array(t, dtype=np.int32) for t in (turns, routes, columns, timer)),
             np.array(changes, dtype=np.float64),
         ]
-        order, ways_, columns_, timer_, changes_ = [table.ctypes.data for table in self._tables]
+        order, routes_, columns_, timer_, changes_ = [table.ctypes.data for table in self._tables]
         refused = self._library.native_loop_plan(
             self._loop,
             *(len(turns), order),
-            *(len(ways), ways_, changes_),
+            *(len(routes), routes_, changes_),
             *(len(columns), columns_),
             *(before, timer_),
         )
         assert not refused
-        self._recorded = 0
 
     def _error(self, failed: int, when: str) -> SimulationError:
         text = self._library.native_loop_message(self._loop).decode("utf-8", "replace")
@@ -276,7 +224,7 @@ def _run_one(experiment: Experiment) -> Recording:
         return loop.run()
 
 
-def _ways(
+def _routes(
     copy: Copy, target: str, parts: Sequence[_Part]
 ) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
     """Of every value: source, value there, target, value there; and factor and offset."""
@@ -297,13 +245,3 @@ def _ways(
 def _places(part: _Part) -> tuple[str, ...]:
     """Inputs and outputs in the order of the values."""
     return (*part.input_names, *part.output_names)
-
-
-def _ended(journal: Journal, recorded: int) -> CardsflowError | None:
-    """Let the journal take the last rows; what is in its way, None if nothing."""
-    try:
-        journal.update(recorded)
-        journal.close()
-    except CardsflowError as error:
-        return error
-    return None

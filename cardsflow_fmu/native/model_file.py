@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import ControllerSettings, Experiment, TaskSettings
@@ -39,8 +39,6 @@ _VERSION = 1
 _HEADER_SIZE = 32
 _RULES = ("euler", "rk4")
 _LAWS = ("joint_space", "operational_space")
-
-FloatArray = NDArray[np.float64]
 
 
 class NativeModel(NamedTuple):

@@ -9,8 +9,9 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.results.result import FloatArray, Result, SystemResult
+from cardsflow_fmu.results.result import Result, SystemResult
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
 from .downsample import every_few

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.analysis.info import table
 from cardsflow_fmu.report.panels import chosen_columns
+from cardsflow_fmu.utils.arrays import FloatArray
 
-from .result import FloatArray, SystemResult
+from .result import SystemResult
 from .saved_run import read_results
 
 Rows = NDArray[np.int64]

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-
-from .result import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray
 
 
 def read_csv(file: Path, *, complete: bool = True) -> tuple[tuple[str, ...], FloatArray]:

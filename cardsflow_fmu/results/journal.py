@@ -12,10 +12,11 @@ from typing import Any, Self
 import numpy as np
 
 from addin_sdfusion.robot import SimulationError
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .folder import OutputFolder
 from .result import SUMMARY, TABLE, UNITS, row_text
-from .row_store import FloatArray, RowStore
+from .row_store import RowStore
 
 STARTED = SimulationError("the run was killed, or still goes on")
 """What the summary names as its error until the run ends."""

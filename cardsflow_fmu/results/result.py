@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.table_forms import TableForm
 from cardsflow_fmu.signals.ports import identifier
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .summary_text import describe_summary
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from cardsflow_fmu.report.figures import Figure
 
-FloatArray = NDArray[np.float64]
 
 _BLOCK = 4096
 TABLE = "results.csv"

@@ -14,7 +14,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.mesh_files import own_name
-from cardsflow_fmu.cosim.master import Recording
+from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.archive import unpack_archive, write_archive
 from cardsflow_fmu.utils.visual_meshes import visual_files

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cardsflow_fmu.cosim.master import Recording
+from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.muscles import tension_signals
 from cardsflow_fmu.signals.ports import Followed, followed_signals, slack_signals
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
 from .engines import MASTERS, engines
 
-FloatArray = NDArray[np.float64]
 Columns = Mapping[str, FloatArray]
 
 
@@ -48,7 +48,7 @@ def summarize(
         speed: How long it took.
         through: What was stepped: `direct`, `fmu` or `native`.
     """
-    robot, columns = experiment.robot, _columns(recording)
+    robot, columns = experiment.robot, recording.columns
     followed = followed_signals(robot, experiment.reference.space)
     bounds = {
         name: (muscle.f_min, muscle.f_max if np.isfinite(muscle.f_max) else None)
@@ -91,7 +91,7 @@ def summarize_system(
         step: Communication step, in [s].
         engine: What computes plant and controller.
     """
-    columns = _columns(recording)
+    columns = recording.columns
     pulled = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
     forces: dict[str, tuple[float | None, float | None]] = {
         name: (None, None)
@@ -154,10 +154,6 @@ def _followed_by_name(recording: Recording) -> Followed:
     units = [recording.units.get(name, "") for name, _ in kept]
     turns = [name.startswith("y.") and recording.units.get(name) == "rad" for name, _ in kept]
     return Followed([a for a, _ in kept], [d for _, d in kept], units, turns)
-
-
-def _columns(recording: Recording) -> dict[str, FloatArray]:
-    return dict(zip(recording.names, recording.rows.T, strict=True))
 
 
 def _course(recording: Recording, columns: Columns) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.files import write_files
-from cardsflow_fmu.cosim.master import Progress, Recording, Watch
+from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for

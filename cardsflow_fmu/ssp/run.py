@@ -15,8 +15,9 @@ from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.config.table import Table
 from cardsflow_fmu.cosim.coupling import SCHEMES, Coupling, Scheme
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.cosim.master import Master, Progress, Recording
+from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
+from cardsflow_fmu.cosim.recording import Progress, Recording
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
 from cardsflow_fmu.hardware.session.connect import Connection, with_link
@@ -155,7 +156,7 @@ def _simulate(
                 journal.begin(master.names, units, master.count, summary)
             with Pace(step, realtime, hardware) as pace:
                 begin = time.perf_counter()
-                recording = pace.judged(master.run(progress, pace.pacer, journal=journal))
+                recording = pace.judged(master.run(progress, pace.pacer, sink=journal))
                 speed = Speed(time.perf_counter() - begin, begin - started)
     summary = about(recording, speed) | pace.report(recording)
     times = recording.times_of_ticks()

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.cosim.master import Recording
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, without_collections
+from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import ApproachSettings, Experiment, StartSettings
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
@@ -106,7 +106,7 @@ class Pace:
         hardware = self._hardware
         if recording.failure is not None or hardware is None or not hardware.is_paced:
             return recording
-        silence = _columns(recording).get("age", np.zeros(1))[-1]
+        silence = recording.columns.get("age", np.zeros(1))[-1]
         if silence <= hardware.watchdog:
             return recording
         what = f"the hardware was lost at the end: the newest state is {silence:.3g} s old"
@@ -118,7 +118,7 @@ class Pace:
         Args:
             recording: What the master recorded.
         """
-        columns = _columns(recording)
+        columns = recording.columns
         report: dict[str, Any] = {}
         if self._scheduling is not None:
             lateness = np.array(recording.lateness)
@@ -135,10 +135,6 @@ class Pace:
                 **_exchanges(columns),
             }
         return report
-
-
-def _columns(recording: Recording) -> dict[str, FloatArray]:
-    return dict(zip(recording.names, recording.rows.T, strict=True))
 
 
 def _exchanges(columns: dict[str, FloatArray]) -> dict[str, Any]:

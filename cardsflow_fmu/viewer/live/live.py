@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.cosim.master import Watch
+from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.results.result import SystemResult
 from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import colours
