@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
 from .html.page_data import Act
@@ -144,9 +145,9 @@ class _Recorder:
         self._log(path, pose)
 
 
-def _lines(shapes: Sequence[s.Shape]) -> tuple[list[s.FloatArray], list[s.Colour], list[float]]:
+def _lines(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour], list[float]]:
     """Everything long: its corners, colour and radius."""
-    found: list[tuple[s.FloatArray, s.Colour, float]] = []
+    found: list[tuple[FloatArray, s.Colour, float]] = []
     for shape in shapes:
         if isinstance(shape, s.Line | s.Capsule | s.Cylinder):
             found.append((shape.points, shape.colour, shape.radius))
@@ -159,9 +160,9 @@ def _lines(shapes: Sequence[s.Shape]) -> tuple[list[s.FloatArray], list[s.Colour
     return [f[0] for f in found], [f[1] for f in found], [f[2] for f in found]
 
 
-def _balls(shapes: Sequence[s.Shape]) -> tuple[list[s.FloatArray], list[s.Colour], list[float]]:
+def _balls(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour], list[float]]:
     """Everything round: centre, colour and radius."""
-    centres: list[s.FloatArray] = []
+    centres: list[FloatArray] = []
     tints: list[s.Colour] = []
     radii: list[float] = []
     for shape in shapes:

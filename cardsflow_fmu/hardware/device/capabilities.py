@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 MOST_STEPS = 1000
 """A set point in lock step takes no more steps than so many: nobody can keep a device busy."""

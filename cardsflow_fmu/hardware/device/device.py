@@ -12,7 +12,7 @@ from collections.abc import Hashable, Sequence
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu.hardware.protocol.frame import (
@@ -27,10 +27,9 @@ from cardsflow_fmu.hardware.protocol.frame import (
     pack,
 )
 from cardsflow_fmu.hardware.protocol.handshake import HELLO_VALUES, ErrorCode, Hello, halves
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .capabilities import Offer, bounds
-
-FloatArray = NDArray[np.float64]
 
 State = Literal["idle", "ready", "running", "safe"]
 

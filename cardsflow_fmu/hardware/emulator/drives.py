@@ -16,13 +16,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
-
-FloatArray = NDArray[np.float64]
 
 
 class Drive(Protocol):

@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,6 @@ from collections import Counter
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
@@ -33,8 +32,7 @@ from cardsflow_fmu.hardware.protocol.handshake import (
     Hello,
     whole,
 )
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 _HELLO_EVERY = 0.05
 _STOP_EVERY = 0.02

@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.handshake import Hello
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class HardwareLink(Protocol):

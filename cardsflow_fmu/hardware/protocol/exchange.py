@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class Exchange(NamedTuple):

@@ -23,13 +23,11 @@ from enum import IntEnum, IntFlag
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .errors import HardwareError
-
-FloatArray = NDArray[np.float64]
 
 MAGIC = 0x57484643
 VERSION = 1

@@ -35,12 +35,11 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .exchange import Exchange
 from .recording_header import RecordingHeader as RecordingHeader
 from .recording_header import header_data, header_of
-
-FloatArray = NDArray[np.float64]
 
 RECORDING_FILE = "hardware.rec"
 MISSED = 1 << 16

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from addin_sdfusion.robot import Robot
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import ForceDistribution
 from sim_dart import DartDynamics
-
-FloatArray = NDArray[np.float64]
 
 
 def holding_forces(robot: Robot, q: FloatArray) -> FloatArray:

@@ -13,12 +13,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
-
-FloatArray = NDArray[np.float64]
 
 _CORRECTION = 0.05
 """Part of the error of a reckoned l0 that a step makes good: what is measured may be a step old,

@@ -8,7 +8,6 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, without_collections
@@ -16,10 +15,9 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import ApproachSettings, Experiment, StartSettings
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .connect import measured_positions
-
-FloatArray = NDArray[np.float64]
 
 
 def with_approach(experiment: Experiment) -> Experiment:

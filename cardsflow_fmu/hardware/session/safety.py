@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.hardware_settings import SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class TripError(HardwareError):

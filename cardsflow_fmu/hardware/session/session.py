@@ -7,7 +7,6 @@ from collections.abc import Callable
 from contextlib import ExitStack, suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import CardsflowError, Robot
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority
@@ -19,14 +18,13 @@ from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Hello
 from cardsflow_fmu.hardware.protocol.recording import Recorder
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 from sim_dart import MusclePaths
 
 from .gravity_compensation import holding_forces
 from .motors import MotorMap
 from .safety import Guard
-
-FloatArray = NDArray[np.float64]
 
 STARTING, RUNNING, HOLDING, STOPPED = range(4)
 

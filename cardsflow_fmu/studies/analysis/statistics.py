@@ -8,17 +8,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from cardsflow_fmu.studies.definition.metrics import parted
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run, is_searched
 from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .table import Columns
-
-FloatArray = NDArray[np.float64]
 
 _WORST = 5
 _MOST_ERRORS = 50

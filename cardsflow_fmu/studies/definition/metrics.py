@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.results.result import Result
 from cardsflow_fmu.signals.ports import muscle_signals
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .study import Box
-
-FloatArray = NDArray[np.float64]
 
 MOST_POSES = 100
 """Most poses of a run at which stiffness is looked at."""

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
+
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .study import Study
 from .variations import Variation
-
-FloatArray = NDArray[np.float64]
 
 _POINTS, _RUNS = 0, 1  # what a seed is spawned for
 

@@ -7,16 +7,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run, is_searched, make_run, searched_values
 from cardsflow_fmu.studies.definition.study import Optimise, Study
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .optimisers import search
 
-FloatArray = NDArray[np.float64]
 Perform = Callable[[Iterable[Run]], list[Outcome]]
 """Does runs, or finds them done; their outcomes in order."""
 

@@ -6,14 +6,13 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies.definition.sampling import sample
 from cardsflow_fmu.studies.definition.study import Optimise
+from cardsflow_fmu.utils.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Evaluate = Callable[[Sequence[FloatArray]], list[float]]
 """The costs of several points of the unit cube, in their order: a generation."""
 

@@ -15,6 +15,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import colours
 from cardsflow_fmu.viewer.scene import shapes as s
@@ -88,7 +89,7 @@ def _painters(opened: Any, stages: Sequence[Stage]) -> list[Painter]:
     return painters
 
 
-def _look(opened: Any, view: StageView, middle: s.FloatArray, count: int) -> None:
+def _look(opened: Any, view: StageView, middle: FloatArray, count: int) -> None:
     camera = opened.initial_camera
     camera.up = tuple(view.up)
     camera.fov = _FIELD
@@ -261,7 +262,7 @@ def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None 
     painters: list[Painter] = []
     due = 0.0
 
-    def watch(names: tuple[str, ...], rows: s.FloatArray) -> None:
+    def watch(names: tuple[str, ...], rows: FloatArray) -> None:
         nonlocal due
         begin = time.perf_counter()
         if begin < due:

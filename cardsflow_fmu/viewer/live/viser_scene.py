@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.scene import shapes as s
 from cardsflow_fmu.viewer.scene.camera import StageView
 from cardsflow_fmu.viewer.scene.primitives import Body, Kind, bodies, directions, unit_body
-from cardsflow_fmu.viewer.scene.shapes import FloatArray
 
 
 class _Batch(NamedTuple):

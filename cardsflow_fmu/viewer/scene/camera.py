@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .shapes import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray
+
 from .stage import Stage
 
 _FLAT = 0.02

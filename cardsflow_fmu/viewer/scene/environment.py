@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 
 from addin_sdfusion.robot import Pose
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import Box, Capsule, Cylinder, MeshShape, Scene, SceneObject, Sphere
 
 from . import colours
 from . import shapes as s
-from .link_poses import FloatArray
 from .meshes import read_triangles
 from .shapes import Triangles
 

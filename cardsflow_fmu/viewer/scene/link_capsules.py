@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from addin_sdfusion.robot import Link, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
 
-from .link_poses import FloatArray
 from .motion import task_points
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Motion, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.core.frames import moving_frames
 
-FloatArray = NDArray[np.float64]
 Poses = Mapping[str, FloatArray]
 """T_world_link at every frame by the name of the link, `world` among them, shape (K, 4, 4)."""
 

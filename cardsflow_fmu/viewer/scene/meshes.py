@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Mesh, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.visual_meshes import visual_files, visuals
 from sim_dart.core.frames import transform
 
-from .shapes import FloatArray, Triangles
+from .shapes import Triangles
 
 MOST_FACES = 6000
 """Of a link's mesh: CAD meshes have a hundred times as many, and look the same from afar."""

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from addin_sdfusion.robot import InputError, Link, Robot, TaskFrame
 from cardsflow_fmu.results.result import SystemResult
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier, muscle_signals, signal_names
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.scene import Scene
-
-from .link_poses import FloatArray
 
 _FARTHEST = 1e9
 

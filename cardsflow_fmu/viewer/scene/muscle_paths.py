@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import MusclePaths
 
-from .link_poses import FloatArray, Poses, moved_point
+from .link_poses import Poses, moved_point
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from cardsflow_fmu.utils.arrays import FloatArray
+
 from .shapes import (
     Arrow,
     Capsule,
     Colour,
     Cylinder,
-    FloatArray,
     Frame,
     Line,
     Shape,

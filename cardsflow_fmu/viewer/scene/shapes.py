@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from cardsflow_fmu.utils.arrays import FloatArray
+
 Colour = tuple[int, int, int]
 
 LINKS = "links"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Robot
 from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import Scene
 
@@ -17,7 +18,7 @@ from . import colours
 from . import shapes as s
 from .environment import Surroundings
 from .link_capsules import bones
-from .link_poses import FloatArray, link_poses, moved_point
+from .link_poses import link_poses, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, pulls

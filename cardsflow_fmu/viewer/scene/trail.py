@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .shapes import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray
 
 _MOST = 4000
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from addin_sdfusion.robot import WrapSurface
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from . import colours
 from . import shapes as s
-from .shapes import FloatArray
 
 
 def wrap_shape(surface: WrapSurface, T: FloatArray, reach: float) -> s.Shape:
