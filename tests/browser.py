@@ -57,7 +57,7 @@ class Page:
         call = {"id": self._number, "method": method, "params": parameters}
         self._socket.send(json.dumps(call))
         while True:
-            message = json.loads(self._socket.recv(timeout=60))
+            message = json.loads(self._socket.recv(timeout=300))
             if message.get("id") == self._number:
                 assert "error" not in message, message["error"]
                 return message["result"]
@@ -83,7 +83,7 @@ class Page:
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
-    def wait_for(self, expression: str, seconds: float = 30.0) -> float:
+    def wait_for(self, expression: str, seconds: float = 300.0) -> float:
         """Wait until an expression is true; returns how long it took, in [s]."""
         begin = time.perf_counter()
         while not self.evaluate(f"!!({expression})"):
@@ -156,7 +156,7 @@ def _debugger(port_file: Path, process: subprocess.Popen) -> str:
     begin = time.perf_counter()
     while True:
         assert process.poll() is None, "chromium has ended"
-        assert time.perf_counter() - begin < 40.0, "chromium does not start"
+        assert time.perf_counter() - begin < 300.0, "chromium does not start"
         time.sleep(0.05)
         with contextlib.suppress(OSError, ValueError, IndexError, KeyError):
             port = int(port_file.read_text().splitlines()[0])

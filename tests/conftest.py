@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from sim_dart import Plant
+
+settings.register_profile(
+    "default",
+    max_examples=20,
+    deadline=None,  # a busy machine is no error
+    derandomize=True,
+    suppress_health_check=list(HealthCheck),
+)
+settings.register_profile(
+    "thorough", settings.get_profile("default"), max_examples=200, derandomize=False
+)
+settings.load_profile(os.environ.get("CARDSFLOW_EXAMPLES", "default"))
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell makes what it runs behind `&` deaf to Ctrl-C, and so all processes of the tests.

@@ -23,7 +23,7 @@ import pytest
 from documents import ROOT, Block, blocks
 
 ALL = os.environ.get("CARDSFLOW_DOCUMENTS") == "all"
-LONGEST = 600.0
+LONGEST = 1200.0
 """Of a block, in [s]."""
 
 _SHELL = """
@@ -200,7 +200,7 @@ def _interrupt(process: subprocess.Popen[str]) -> int:
     """End it as Ctrl-C does; its exit code."""
     process.send_signal(signal.SIGINT)
     try:
-        process.communicate(timeout=120)
+        process.communicate(timeout=300)
     except subprocess.TimeoutExpired:
         process.kill()
         process.communicate()

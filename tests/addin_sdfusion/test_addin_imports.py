@@ -89,7 +89,7 @@ def _imports(file: Path) -> tuple[bool, tuple[Path, ...]]:
 def run(python: str, names: list[str], others: list[str]) -> subprocess.CompletedProcess[str]:
     command = [python, "-I", "-S", "-B", "-c", SCRIPT, str(ADDIN), NAME]
     command += [json.dumps(names), json.dumps(others)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
 
 
 def test_every_module_imports_with_the_standard_library_and_adsk() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from design_strategies import Draughtsman, forward, initial, matrix
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from small_designs import arm, via
 
@@ -211,7 +211,6 @@ def _strange(old: Any, value: Any) -> Any:
     return None
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     st.integers(0, 50),
     st.booleans(),

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from design_strategies import shuffled
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from small_designs import DesignSnapshot, arm, body, box, group, part, revolute, rigid
 
@@ -321,7 +321,6 @@ def test_names_keep_what_the_designer_wrote() -> None:
     assert {link.name for link in made.robot.links} == {"base", "Oberarm (links) <é>", "a_0"}
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from(["", "a", "ad", "bc"]), st.booleans(), st.booleans())
 def test_findings_do_not_depend_on_the_order_of_creation(
     seed: int, grounded: str, loop: bool, fixed: bool

@@ -12,7 +12,7 @@ import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
 from fake_fusion.maths import rotation, translation
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 IDS = ("cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport")
@@ -774,7 +774,6 @@ STEPS = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
 @given(STEPS)
 def test_whatever_the_user_does_is_stored_and_undone(steps: list[tuple[str, int]]) -> None:
     with fake_fusion.install() as fusion:

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
@@ -149,7 +149,6 @@ def test_the_order_of_the_points_does_not_matter():
 coordinate = st.one_of(st.integers(-2, 2).map(float), st.floats(-2.0, 2.0))
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=4, max_size=25))
 def test_any_points_have_a_closed_hull_or_no_volume(points):
     hull = convex_hull(points)

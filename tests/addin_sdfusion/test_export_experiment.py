@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from built_stubs import built
-from hypothesis import given, settings
+from hypothesis import given
 from robots import chain, planar_2r
 from strategies import robots
 
@@ -38,7 +38,6 @@ def with_coordinates(robot: Robot, **changes: float) -> Robot:
     return replace(robot, joints=joints)
 
 
-@settings(max_examples=60, deadline=None)
 @given(robots())
 def test_any_motion_is_within_limits_and_read_back_exactly(robot):
     motion = gentle_motion(robot)
@@ -126,7 +125,6 @@ def test_a_robot_whose_muscles_cannot_hold_it_runs_all_the_same(tmp_path):
     assert np.isfinite(result["q.joint_5"]).all()
 
 
-@settings(max_examples=15, deadline=None)
 @given(robots())
 def test_any_robot_that_can_run_loads(tmp_path_factory, robot):
     robot = replace(robot, links=tuple(replace(link, end=None) for link in robot.links))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 import threading
-import time
 from typing import Any
 
 import numpy as np
@@ -287,11 +286,7 @@ def test_copies_are_independent() -> None:
     assert not vector((0.0, 0.0, 0.0)).normalize()
 
 
-# Speed -------------------------------------------------------------------------------------------
-
-
-def test_large_design_is_read_fast(fusion: Fake) -> None:
-    start = time.perf_counter()
+def test_large_design_is_read_whole(fusion: Fake) -> None:
     root = designs.many_links(200, 400).rootComponent
     assert len(root.allJoints) == 199
     for occurrence in root.allOccurrences:
@@ -302,7 +297,6 @@ def test_large_design_is_read_fast(fusion: Fake) -> None:
         for native in occurrence.component.constructionPoints:
             assert native.createForAssemblyContext(occurrence).geometry
     assert sum(c.constructionPoints.count for c in root.parentDesign.allComponents) == 400
-    assert time.perf_counter() - start < 2.0
 
 
 def test_builder_makes_names_unique(fusion: Fake) -> None:

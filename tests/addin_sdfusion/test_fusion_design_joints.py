@@ -14,7 +14,7 @@ from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.data import transform
 from fake_fusion.maths import inverse, matrix, rotation, translation
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.snapshot import DesignSnapshot, JointSnapshot
@@ -53,7 +53,6 @@ def hinged(build: Builder, **more: Any) -> JointSnapshot:
 
 
 @given(SEEDS, st.sampled_from(["context", "component"]))
-@settings(max_examples=30, deadline=None)
 def test_older_fusion_without_transforms(seed: int, frame: Any) -> None:
     """The geometry alone, in whichever frame, joint origins among it."""
     with fake_fusion.install() as fake:

@@ -11,7 +11,7 @@ from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.entity import occurrence
 from fake_fusion.maths import matrix, point, translation
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.snapshot import DesignSnapshot, snapshot_text
@@ -151,7 +151,6 @@ def test_whatever_fails_the_reading_goes_on(
 
 
 @given(st.sets(st.sampled_from(MEMBERS), min_size=1, max_size=6))
-@settings(max_examples=30, deadline=None)
 def test_several_failures_at_once(members: set[str]) -> None:
     with fake_fusion.install(), pytest.MonkeyPatch.context() as monkeypatch:
         design = with_everything()
@@ -215,7 +214,6 @@ def test_proxies_that_fusion_does_not_give(fusion: Any, monkeypatch: pytest.Monk
 
 
 @given(st.integers(0, 2**32))
-@settings(max_examples=10, deadline=None)
 def test_transform2_that_is_relative_to_the_occurrence_above(seed: int) -> None:
     with fake_fusion.install(), pytest.MonkeyPatch.context() as monkeypatch:
         design = designs.nested_rotated(seed)

@@ -14,7 +14,7 @@ from typing import Any
 import fake_fusion
 import pytest
 from fake_fusion import designs
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion import records
@@ -130,7 +130,6 @@ def refused(tmp_path: Path, content: Any) -> InputError:
 
 
 @given(SNAPSHOTS)
-@settings(max_examples=100, deadline=None)
 def test_comes_back_as_it_was(tmp_path_factory: pytest.TempPathFactory, made: Any) -> None:
     file = write_snapshot(made, tmp_path_factory.mktemp("s") / "folder" / "snapshot.json")
     back = read_snapshot(file)
@@ -239,7 +238,6 @@ def test_damaged_numbers_are_refused(
 
 
 @given(SNAPSHOTS, st.data())
-@settings(max_examples=60, deadline=None)
 def test_any_flipped_byte_is_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, made: DesignSnapshot, data: st.DataObject
 ) -> None:

@@ -40,7 +40,7 @@ class BareEnvironment:
             [self.python, "-I", *arguments],
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=1200,
             env={"PATH": "/usr/bin:/bin", "TMPDIR": str(self._aside), **variables},
             check=False,
         )

@@ -33,7 +33,7 @@ from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 FREE = ["--listen", "udp://127.0.0.1:0"]
-SECONDS = 20
+SECONDS = 300
 SETTINGS = {"run.duration": 0.25, "hardware.ramp_in": 0.0, "hardware.ramp_down": 0.0}
 LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
 
@@ -131,7 +131,7 @@ def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
 
 def test_a_replayed_run_is_the_run(recorded: Path, plant_run: Result) -> None:
     """In lock step bit for bit; beyond its end there is a clear status; and by the clock."""
-    with served("replay-hardware", str(recorded), "--watchdog", "1000") as device:
+    with served("replay-hardware", str(recorded), "--watchdog", "10000") as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
         result = simulate(driven, through="direct")
         np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
@@ -149,11 +149,13 @@ def test_a_replayed_run_is_the_run(recorded: Path, plant_run: Result) -> None:
 class Line:
     """A link in real time with commands of 12 N, every 2 ms."""
 
-    def __init__(self, uri: str, recorded: Path, key: bytes | None = None) -> None:
+    def __init__(
+        self, uri: str, recorded: Path, key: bytes | None = None, timeout: float = 2.0
+    ) -> None:
         header = read_recording(recorded).header
-        self._link = UdpLink(uri, key=key, timeout=0.5)
+        self._link = UdpLink(uri, key=key, timeout=timeout)
         self._hello = Hello(
-            header.signature, 2e-3, 1.0, 1.0, header.commands, header.states, lockstep=False
+            header.signature, 2e-3, 1.0, 10.0, header.commands, header.states, lockstep=False
         )
 
     def __enter__(self) -> Line:
@@ -169,7 +171,7 @@ class Line:
         for k in range(times):
             due = begin + k * 2e-3
             time.sleep(max(due - time.monotonic(), 0.0))
-            answer = self._link.exchange(k * 2e-3, np.full(4, 12.0), due + 0.05)
+            answer = self._link.exchange(k * 2e-3, np.full(4, 12.0), due + SECONDS)
             came = answer if answer.state is not None else came
         assert came is not None
         assert came.state is not None
@@ -195,7 +197,7 @@ def test_a_device_with_a_key_hears_signed_frames_only(recorded: Path, tmp_path: 
     key.chmod(0o644)
     with served("device", str(PLANAR_2R), CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
         with pytest.raises(HardwareError, match="nobody answers"):
-            Line(device.uri, recorded).__enter__()
+            Line(device.uri, recorded, timeout=0.5).__enter__()
         with Line(device.uri, recorded, bytes(range(32))) as line:
             line.exchange(2)
         assert device.end() == 0
@@ -222,13 +224,13 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
     """And with one sender at a time: a second one is refused, and the device says so."""
     robot = read(PLANAR_2R / "robot").require()
     write_sdf(robot, tmp_path)
-    words = "--step 0.002 --encoder 1000 --noise 1e-3 --motor-lag 10 --seed 4 --watchdog 1000"
+    words = "--step 0.002 --encoder 1000 --noise 1e-3 --motor-lag 10 --seed 4 --watchdog 10000"
     with served("device", str(tmp_path), *words.split()) as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             counts = line.state[[0, 1, 4, 5, 6, 7]] * 1000
             with pytest.raises(HardwareError, match="it is in use by another"):
-                Line(device.uri, recorded).__enter__()
+                Line(device.uri, recorded, timeout=0.5).__enter__()
             assert line.exchange(2) & Flag.SAFE == 0
         assert device.end() == 0
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from robots import EXAMPLES, PLANAR_2R, planar_2r
 
@@ -103,7 +103,6 @@ def test_time_that_is_no_whole_number_of_steps_is_not_lost() -> None:
     lag=st.sampled_from([0.0, 0.004]),
     data=st.data(),
 )
-@settings(max_examples=40, deadline=None)
 def test_tensions_stay_within_bounds_whatever_is_commanded(
     kind: str, lag: float, data: st.DataObject
 ) -> None:

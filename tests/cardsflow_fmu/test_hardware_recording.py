@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from addin_sdfusion.robot import InputError
@@ -132,7 +132,6 @@ def test_records_that_are_not_in_order_end_the_recording(tmp_path: Path) -> None
 
 
 @given(data=st.data())
-@settings(max_examples=200, deadline=None)
 def test_a_damaged_file_is_read_as_what_is_left_or_refused(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

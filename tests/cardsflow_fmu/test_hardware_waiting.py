@@ -160,7 +160,7 @@ def test_by_a_socket() -> None:
         def echo() -> None:
             waiter = Waiter(theirs, lambda: theirs.recv(100), 2)
             for _ in range(turns):
-                said = waiter.receive(time.monotonic() + 5.0)
+                said = waiter.receive(time.monotonic() + 60.0)
                 assert said is not None
                 theirs.send(said)
 
@@ -169,14 +169,14 @@ def test_by_a_socket() -> None:
         waiter = Waiter(ours, lambda: ours.recv(100), 2)
         for k in range(turns):
             ours.send(str(k).encode())
-            assert waiter.receive(time.monotonic() + 5.0) == str(k).encode()
+            assert waiter.receive(time.monotonic() + 60.0) == str(k).encode()
         other.join()
         begin = time.monotonic()
         assert waiter.receive(begin + 0.02) is None
-        assert 0.02 <= time.monotonic() - begin < 0.5
+        assert time.monotonic() - begin >= 0.02
         theirs.close()
         for is_awake in (False, True):
             waiter._is_awake = is_awake
             ours.send(b"anybody?")
             with pytest.raises(ConnectionError):
-                waiter.receive(time.monotonic() + 1.0)
+                waiter.receive(time.monotonic() + 60.0)

@@ -37,7 +37,7 @@ COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE", *(f"-I{file}" for fi
 SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant"]
 SHORT = {"run.duration": 0.1}
 KEY = b"a pre-shared key of some length"
-TIMEOUT = 30
+TIMEOUT = 300
 
 _spec = importlib.util.spec_from_file_location("make_controller", FOLDER / "make_controller.py")
 assert _spec is not None

@@ -30,7 +30,10 @@ JOINTS, MUSCLES = 2, 4
 COMMANDS, STATES = MUSCLES, 2 * JOINTS + 2 * MUSCLES
 STEP, F_MIN, F_MAX = 1e-3, 10.0, 500.0
 PULL = np.array([100.0, 20.0, 10.0, 300.0])
-SOON = 0.5
+SOON = 30.0
+"""Longer than an answer takes, on a machine that is ten times slower too, in [s]."""
+SILENCE = 0.05
+"""How long a test waits for an answer that must not come, in [s]."""
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
@@ -65,7 +68,7 @@ def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[s
         assert device.poll() is None, "the device has ended by itself"
     finally:
         device.send_signal(signal.SIGTERM)
-        _, complaints = device.communicate(timeout=10)
+        _, complaints = device.communicate(timeout=120)
     assert (device.returncode, complaints) == (0, "")
 
 
@@ -115,13 +118,14 @@ def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
     built: Path, tmp_path: Path
 ) -> None:
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
-        link.open(hello())
-        begin, came = time.monotonic(), pull(link)
-        while time.monotonic() < begin + 0.1 and not came.device_flags & Flag.SAFE:
-            time.sleep(1e-3)
-            came = pull(link)
-        if came.device_flags & Flag.SAFE:
-            pytest.skip("the machine is too busy to speak to the device in time")
+        for _ in range(100):  # a machine that is busy may be silent for too long
+            link.open(hello())
+            begin, came = time.monotonic(), pull(link)
+            while time.monotonic() < begin + 0.1 and not came.device_flags & Flag.SAFE:
+                time.sleep(1e-3)
+                came = pull(link)
+            if not came.device_flags & Flag.SAFE:
+                break
         assert came.state is not None
         np.testing.assert_allclose(came.state[-4:], PULL, rtol=1e-4)
         time.sleep(0.2)
@@ -191,11 +195,12 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
             first = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 22, 0, PULL))
             assert first is not None
             assert (first.kind, first.seq, first.echo_ns) == (Kind.STATE, 1, 22)
-            again = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 33, 0, PULL))
+            within = SOON if lockstep else SILENCE
+            again = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 33, 0, PULL), within)
             assert (again is not None) == lockstep
-            assert say(Frame(Kind.SETPOINT, 0, 5, 0, 0.0, 33, 0, PULL)) is None
-            assert say(Frame(Kind.SETPOINT, 0, 6, 2, 0.0, 33, 0, PULL)) is None
-            assert say(Frame(Kind.SETPOINT, 0, 5, 2, 0.0, 33, 0, PULL[:3])) is None
+            assert say(Frame(Kind.SETPOINT, 0, 5, 0, 0.0, 33, 0, PULL), SILENCE) is None
+            assert say(Frame(Kind.SETPOINT, 0, 6, 2, 0.0, 33, 0, PULL), SILENCE) is None
+            assert say(Frame(Kind.SETPOINT, 0, 5, 2, 0.0, 33, 0, PULL[:3]), SILENCE) is None
             pong = say(Frame(Kind.PING, 0, 5, 7, 0.0, 44, 0, (1.0, 2.0)))
             assert pong is not None
             assert (pong.kind, pong.echo_ns, list(pong.values)) == (Kind.PONG, 44, [1.0, 2.0])
@@ -206,15 +211,15 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
 
 
 @contextmanager
-def conversation(uri: str) -> Iterator[Callable[[Frame | bytes], Frame | None]]:
-    """Sends single frames to a device; what comes back in 50 ms."""
+def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
+    """Sends single frames to a device; what comes back within a time."""
     host, port = uri.removeprefix("udp://").split(":")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.connect((host, int(port)))
-        line.settimeout(0.05)
 
-        def say(frame: Frame | bytes) -> Frame | None:
-            line.send(frame if isinstance(frame, bytes) else pack(frame))
+        def say(frame: Frame, within: float = SOON) -> Frame | None:
+            line.settimeout(within)
+            line.send(pack(frame))
             try:
                 return unpack(line.recv(MOST_BYTES))
             except TimeoutError:
@@ -247,7 +252,7 @@ def test_bad_frames_do_no_harm_under_the_sanitizers(
         for k, frame in enumerate(bad_frames(samples, FRAMES // 2, seed=4)):
             line.send(frame)
             if k % 20 == 0:
-                came = pull(link)
+                came = pull(link, within=SOON if key else 0.1)
                 if came.state is None or came.device_flags & Flag.SAFE:
                     assert key is None  # it took a frame with a right checksum for a stop
                     link.open(hello(lockstep=True))

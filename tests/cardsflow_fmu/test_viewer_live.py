@@ -176,7 +176,7 @@ def test_sliders_move_the_robot_and_its_table(opened: Any, monkeypatch: pytest.M
 def wait_until(condition: Any) -> None:
     begin = time.perf_counter()
     while not condition():
-        assert time.perf_counter() - begin < 10.0
+        assert time.perf_counter() - begin < 300.0
         time.sleep(0.02)
 
 
@@ -186,7 +186,7 @@ def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
     address_of(process)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
-    assert process.communicate(timeout=20) == ("", "")
+    assert process.communicate(timeout=300) == ("", "")
     assert process.returncode == 0
 
 
@@ -200,7 +200,7 @@ def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     time.sleep(0.5)
     assert process.poll() is None
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=20)
+    process.communicate(timeout=300)
     assert process.returncode == 0
     assert (tmp_path / "results.csv").is_file()
 
@@ -234,7 +234,7 @@ def test_wrong_words_are_bad_input(
 def picture(page: Page) -> np.ndarray:
     """What is seen left of the controls, once the coloured muscles are drawn."""
     begin = time.perf_counter()
-    while time.perf_counter() - begin < 60.0:
+    while time.perf_counter() - begin < 300.0:
         image = page.screenshot()[:, :250]
         if np.count_nonzero(np.ptp(image, axis=2) > 60) > 50:
             return image
@@ -264,7 +264,7 @@ def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path:
             assert all(a in ("data:", "blob:") or a.startswith(url) for a in asked), asked
     finally:
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
+        process.communicate(timeout=300)
     assert process.returncode == 0
 
 

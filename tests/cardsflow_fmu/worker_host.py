@@ -83,7 +83,7 @@ def children(process: int | str = "self") -> list[int]:
     return found
 
 
-def eventually(holds: Callable[[], bool], seconds: float = 10.0) -> bool:
+def eventually(holds: Callable[[], bool], seconds: float = 100.0) -> bool:
     """Whether something comes true within some seconds."""
     end = time.monotonic() + seconds
     while not holds():

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import qpsolvers
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog, lsq_linear
 
@@ -41,7 +41,6 @@ def is_optimal(L: np.ndarray, solution: ForceSolution, H: np.ndarray) -> bool:
 
 
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))
-@settings(deadline=None, max_examples=150)
 def test_a_feasible_torque_is_made_with_least_effort(seed: int, n: int, extra: int) -> None:
     L, f, H = random_problem(seed, n, n + extra)
     distribution = ForceDistribution(np.full(n + extra, 10.0), np.full(n + extra, 100.0), weights=H)
@@ -54,7 +53,6 @@ def test_a_feasible_torque_is_made_with_least_effort(seed: int, n: int, extra: i
 
 
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))
-@settings(deadline=None, max_examples=150)
 def test_an_infeasible_torque_is_missed_by_as_little_as_possible(
     seed: int, n: int, extra: int
 ) -> None:

@@ -9,7 +9,7 @@ import fake_fusion
 import numpy as np
 import pytest
 from fake_fusion import designs
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from robots import PLANAR_2R, planar_2r
 from scipy.spatial.transform import Rotation
@@ -107,7 +107,6 @@ def test_however_it_is_drawn_the_robot_is_the_same(how: dict) -> None:
     same_dynamics(robot, tasks=not old)
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
     rotation=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
     shift=st.tuples(*[st.floats(-200.0, 200.0)] * 3),
@@ -129,7 +128,6 @@ def test_moved_nested_and_made_in_any_order_the_robot_is_the_same(
     np.testing.assert_allclose(initial, q, atol=1e-9)
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 @given(nesting=st.integers(0, 3), seed=st.integers(0, 2**16))
 def test_nesting_and_order_leave_gravity_and_tasks_as_they_are(nesting, seed) -> None:
     built = build_robot(drawn(nesting=nesting, seed=seed))

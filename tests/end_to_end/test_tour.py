@@ -31,7 +31,7 @@ def test_the_tour_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(EXAMPLES, folder, ignore=unwanted)
     tour = nbformat.read(TOUR, as_version=4)
     client = nbclient.NotebookClient(
-        tour, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
+        tour, timeout=1200, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
     )
     client.execute()
     outputs = [out for cell in tour.cells for out in cell.get("outputs", [])]

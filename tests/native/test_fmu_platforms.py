@@ -118,10 +118,12 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("hosts")
 
 
+@pytest.mark.cross
 @pytest.mark.parametrize("name", EMULATED)
 def test_the_same_bits_on_every_platform(
     name: str, fmu: Unpacked, programs: Path, tmp_path: Path
 ) -> None:
+    require(TARGETS[name])
     own = trajectory(host("gcc -O2", programs), fmu.library, fmu)
     folder = programs / name.replace(" ", "_")
     folder.mkdir(exist_ok=True)

@@ -34,8 +34,8 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot.readers import read, read_trajectory, trajectory_names
 
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "500"))
-SECONDS = 2.0
-"""One mutation may take so long."""
+SECONDS = 20.0
+"""Processor time that one mutation may take, far above what any does."""
 
 EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r/robot"
 MODELS = ("BMArm", "Example_planar_XY", "Example_spherical", "RoboyLeftArm")

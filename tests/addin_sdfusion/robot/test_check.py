@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from strategies import inertias, robots
 
 from addin_sdfusion.robot import (
@@ -298,7 +298,6 @@ def test_mass_properties_made_from_a_density_pass_both_inertia_tests(inertia):
     assert positive_semidefinite(density_matrix(inertia.matrix))
 
 
-@settings(deadline=None)
 @given(robots())
 def test_random_trees_are_sound(robot):
     assert [finding for finding in check(robot) if finding.is_error] == []

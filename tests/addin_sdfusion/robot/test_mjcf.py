@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from every_joint import every_joint
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 from robots import chain, planar_2r, random_robot
 from strategies import robots
 
@@ -107,7 +107,6 @@ def next_to_origin(muscle):
     return any(0.0 < math.hypot(*point.position) < 1e-5 for point in muscle.via_points)
 
 
-@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
 @given(robots())
 def test_any_sound_robot_is_written(robot):
     assume(not any(map(next_to_origin, robot.muscles)))

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from every_joint import every_joint
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from robots import chain, planar_2r, random_robot
 from strategies import robots
 
@@ -142,7 +142,6 @@ def test_opensim_reads_the_published_robots_with_equal_dynamics_and_paths(shared
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
-@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
 @given(robots())
 def test_any_sound_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:

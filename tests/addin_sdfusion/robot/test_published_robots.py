@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from addin_sdfusion.robot import CardsflowError, Robot, sdf_losses
@@ -16,14 +14,12 @@ PUBLISHED = [f"caspr/{name}" for name in CASPR] + [f"cardsflow/{name}" for name 
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_every_published_robot_is_read_or_its_defects_are_told(shared, name):
-    start = time.perf_counter()
     try:
         reading = read(shared / "robots" / name)
     except CardsflowError as error:
         pytest.fail(f"not even read: {error}")
     assert isinstance(reading.robot, Robot) or any(f.is_error for f in reading.findings)
     assert all(f.file is not None and "\n" not in str(f) for f in reading.findings)
-    assert time.perf_counter() - start < 2.0
 
 
 GEN_A = {"inertia-about-origin", "inertia-xz-yz-swapped"}

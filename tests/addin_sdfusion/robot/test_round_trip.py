@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from strategies import numbers, robots
 
@@ -23,7 +23,6 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot.readers import read_trajectory, trajectory_names
 
 EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r/robot"
-slow = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.fixture
@@ -31,7 +30,6 @@ def robot():
     return read_robot(EXAMPLE)
 
 
-@slow
 @given(robots())
 def test_sdf_gives_back_the_robot_to_the_last_bit(robot):
     with tempfile.TemporaryDirectory() as folder:
@@ -40,7 +38,6 @@ def test_sdf_gives_back_the_robot_to_the_last_bit(robot):
         assert read_robot(Path(folder) / "model.sdf") == robot
 
 
-@slow
 @given(robots(caspr=True))
 def test_caspr_gives_back_the_robot_to_the_last_bit(robot):
     with tempfile.TemporaryDirectory() as folder:
@@ -48,7 +45,6 @@ def test_caspr_gives_back_the_robot_to_the_last_bit(robot):
         assert read_robot(folder) == robot
 
 
-@slow
 @given(robots())
 def test_cardsflow_xml_alone_gives_back_the_active_muscles_and_task_frames(robot):
     with tempfile.TemporaryDirectory() as folder:
@@ -85,7 +81,6 @@ def trajectories(draw):
     return Trajectory("t", spline, tuple(points), time_step, space)
 
 
-@slow
 @given(trajectories())
 def test_trajectories_read_back_to_the_last_bit(trajectory):
     with tempfile.TemporaryDirectory() as folder:

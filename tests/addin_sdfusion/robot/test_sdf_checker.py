@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(
 
 def verdict(folder):
     command = [str(CHECKER), "sdf", "-k", str(folder / "model.sdf")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     return done.stdout + done.stderr
 
 

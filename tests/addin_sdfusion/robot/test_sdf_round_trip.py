@@ -12,7 +12,7 @@ import dartpy
 import numpy as np
 import pytest
 from every_joint import every_joint
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from strategies import axes, names, poses, robots
 
@@ -32,7 +32,6 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot.model.rotations import compose, inverse
 from sim_dart import DartDynamics
 
-slow = settings(deadline=None, suppress_health_check=list(HealthCheck))
 scales = st.tuples(*[st.floats(1e-3, 2.0)] * 3)
 meshes = st.builds(
     Mesh,
@@ -108,7 +107,6 @@ def wraps(draw, muscle, surfaces):
     return tuple(draw(st.lists(wrap, max_size=3)))
 
 
-@slow
 @given(with_everything())
 def test_a_robot_with_everything_comes_back_to_the_last_bit(robot):
     if any(finding.is_error for finding in sdf_losses(robot)):

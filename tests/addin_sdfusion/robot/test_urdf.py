@@ -8,7 +8,7 @@ import dartpy
 import numpy as np
 import pytest
 from every_joint import every_joint
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from robots import planar_2r, random_robot
 from strategies import robots
 
@@ -75,7 +75,6 @@ def test_dart_reads_the_published_robots_with_the_same_mass_matrix(shared, name,
     assert_equal_mass_matrices(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
-@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
 @given(robots())
 def test_any_sound_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:

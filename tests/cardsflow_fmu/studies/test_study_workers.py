@@ -173,7 +173,7 @@ def children(parent: int) -> list[int]:
 
 def wait_for_end_of(processes: list[int]) -> None:
     """No process is left behind."""
-    end = time.monotonic() + 30.0
+    end = time.monotonic() + 300.0
     while any(is_alive(process) for process in processes):
         assert time.monotonic() < end
         time.sleep(0.05)

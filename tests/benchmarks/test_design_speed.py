@@ -1,0 +1,81 @@
+"""Times of reading, building and exporting large designs and files, and of the largest QPs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from built_stubs import built
+from design_strategies import Draughtsman
+from fake_fusion import designs, install
+from interleaved import record
+from qp_problems import at_bounds, feasible, infeasible, rank_deficient
+from robots import chain
+
+from addin_sdfusion.build_robot import build_robot
+from addin_sdfusion.export import export_built
+from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot.readers import read
+from addin_sdfusion.settings import ExportSettings
+from controllers.qp import BoxSolver
+
+
+@contextmanager
+def takes_at_most(seconds: float, name: str) -> Iterator[None]:
+    """Record how long a block takes; it must stay below a bound in [s]."""
+    begin = time.perf_counter()
+    yield
+    took = time.perf_counter() - begin
+    record(name, seconds=took)
+    assert took < seconds
+
+
+def test_a_large_design_is_read() -> None:
+    with install():
+        from addin_sdfusion.fusion_design import read_design
+
+        with takes_at_most(2.0, "the fake's design of 200 links and 400 points, drawn"):
+            design = designs.many_links(200, 400)
+        with takes_at_most(2.0, "a design of 200 links and 400 points, read"):
+            read_design(design, meshes=False)
+
+
+def test_a_large_design_is_built() -> None:
+    drawn = Draughtsman(1, 200, ["revolute"], muscles=133).draw()
+    assert sum(len(m.via_points) for m in drawn.robot.muscles) > 350
+    build_robot(drawn.snapshot)
+    with takes_at_most(1.0, "a design of 200 links and 133 muscles, built"):
+        build_robot(drawn.snapshot)
+
+
+def test_a_design_of_200_links_is_exported(tmp_path: Path) -> None:
+    settings = ExportSettings(visual=False, collision="none")
+    with takes_at_most(5.0, "a design of 200 links, exported"):
+        export_built(built(chain(200, 100)), settings, tmp_path / "chain")
+
+
+def test_published_robots_are_read(shared: Path) -> None:
+    for folder in sorted(shared.glob("robots/*/*")):
+        with takes_at_most(2.0, f"the published robot {folder.name}, read"):
+            try:
+                read(folder)
+            except CardsflowError as error:
+                pytest.fail(f"not even read: {error}")
+
+
+def test_the_largest_problems_are_solved_within_a_tick() -> None:
+    """Cold, of every kind: far below a tick of 10 ms even on a slow machine."""
+    worst = 0.0
+    for kind in (feasible, at_bounds, rank_deficient, infeasible):
+        large = [problem for problem in map(kind, range(400)) if len(problem.g) == 80]
+        assert large
+        for problem in large:
+            m_eq, n = problem.A.shape
+            begin = time.perf_counter()
+            BoxSolver(n, m_eq).solve(problem)
+            worst = max(worst, time.perf_counter() - begin)
+    record("QPs of 80 variables, cold", worst_seconds=worst)
+    assert worst < 0.05
