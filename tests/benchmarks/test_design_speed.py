@@ -15,12 +15,12 @@ from interleaved import record
 from qp_problems import at_bounds, feasible, infeasible, rank_deficient
 from robots import chain
 
-from addin_sdfusion.build_robot import build_robot
-from addin_sdfusion.export import export_built
+from addin_sdfusion.building.build_robot import build_robot
+from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.robot import CardsflowError
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.settings import ExportSettings
-from controllers.qp import BoxSolver
+from controllers.qp.solver import BoxSolver
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def takes_at_most(seconds: float, name: str) -> Iterator[None]:
 
 def test_a_large_design_is_read() -> None:
     with install():
-        from addin_sdfusion.fusion_design import read_design
+        from addin_sdfusion.fusion.design import read_design
 
         with takes_at_most(2.0, "the fake's design of 200 links and 400 points, drawn"):
             design = designs.many_links(200, 400)

@@ -16,6 +16,7 @@ from replay import replay_vectors
 from robots import EXAMPLES
 from targets import (
     FOLDERS,
+    PROGRAMS,
     ROOT,
     TARGETS,
     ZIG,
@@ -30,7 +31,6 @@ from vector_file import write_vectors
 from cardsflow_fmu import Experiment
 
 FREESTANDING = ROOT / "sim_dart/csrc/freestanding"
-HERE = Path(__file__).parent
 FLAGS = ["-std=gnu99", "-ffp-contract=off", "-fno-math-errno", "-ffreestanding", "-fno-builtin"]
 FLAGS += ["-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE", "-nostdinc"]
 FLAGS += ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-fno-unwind-tables"]
@@ -52,10 +52,10 @@ def build(program: Path, processor: str, *sources: str, flags: tuple[str, ...] =
     """Compile a program for the machine; nothing but this repository and the compiler is used."""
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: the extra `cross`")
-    files = [HERE / name for name in ("bare_machine.c", *sources)]
+    files = [PROGRAMS / name for name in ("bare_machine.c", *sources)]
     files += [file for csrc in (*FOLDERS, FREESTANDING) for file in sorted(csrc.glob("*.c"))]
     compiler = Path(importlib.util.find_spec("ziglang").origin).parent  # type: ignore[union-attr, arg-type]
-    headers = [FREESTANDING, *FOLDERS, HERE, program.parent, compiler / "lib/include"]
+    headers = [FREESTANDING, *FOLDERS, PROGRAMS, program.parent, compiler / "lib/include"]
     cpu = (PROCESSORS | SINGLE_PROCESSORS)[processor]
     target = ["thumb-freestanding-eabihf", f"-mcpu={cpu}"]
     command = [*ZIG, *target, *FLAGS, *flags, *(f"-I{folder}" for folder in headers)]

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from damaged import SANITIZED, count_refused
 from every_joint import every_joint
 from float_loop import SOFT, SOLVED, run_loop
 from precision import STRICT, Handle, Precision, open_robot
 from robots import EXAMPLES, planar_2r, random_robot
 from targets import TARGETS, Target, build_program, run_program, single_flags
-from test_fuzz import SANITIZED, count_refused
 from vector_file import write_vectors
 
 from addin_sdfusion.robot import CardsflowError, Robot, read_robot

@@ -8,21 +8,17 @@ CARDSFLOW_QP_PROBLEMS says how many problems of each kind, 500 else:
 from __future__ import annotations
 
 import os
-import sys
 from collections import Counter
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from precision import Handle, Precision, open_program
+from qp_problems import KINDS, is_proof_of_infeasibility
 
 from controllers.qp.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
 from controllers.qp.problem import BoxProblem
-
-sys.path.append(str(Path(__file__).parents[1] / "controllers"))
-from qp_problems import KINDS, is_proof_of_infeasibility
 
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "500"))
 WITH_SOLUTION = ("feasible", "at_bounds", "rank_deficient")

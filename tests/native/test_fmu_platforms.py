@@ -12,7 +12,7 @@ from typing import NamedTuple
 import fmpy
 import pytest
 from robots import EXAMPLES
-from targets import TARGETS, TIMEOUT, Target, environment, require
+from targets import PROGRAMS, TARGETS, TIMEOUT, Target, environment, require
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment
@@ -63,7 +63,7 @@ def host(name: str, folder: Path) -> list[str]:
     target = TARGETS[name]
     runner = require(target)
     program = folder / f"host{target.suffix}"
-    source = Path(__file__).with_name("fmu_trajectory.c")
+    source = PROGRAMS / "fmu_trajectory.c"
     headers = Path(fmpy.__file__).parent / "c-code"
     libraries = [] if target.suffix == ".exe" else ["-ldl"]
     flags = ["-ffp-contract=off", f"-I{headers}"]  # its inputs are to be the same as well

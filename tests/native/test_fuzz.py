@@ -8,15 +8,15 @@ by test_damaged_robot_files.py.
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
 import fmpy
 import pytest
+from damaged import MUTATIONS, SANITIZED, count_refused
 from every_joint import every_joint
 from robots import EXAMPLES, planar_2r, random_robot
-from targets import ALONG, ROOT, Target, build_program, run_program
+from targets import ALONG, ROOT, build_program
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment
@@ -25,9 +25,6 @@ from cardsflow_fmu.runtime.sources import RUNTIME as RUNTIME_FOLDER
 from cardsflow_fmu.simulation.run import build
 from sim_dart import compile_blob
 
-MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "1000"))
-BATCH = 5000
-SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
 STRICT = ("-fno-sanitize-recover=all",)
 DERIVATIVES = [str(file) for file in sorted(ALONG.glob("*.c"))]
 MUSCULAR = ("pneumatic_elbow", "hill_arm")
@@ -45,15 +42,6 @@ def rough(robot: Robot) -> Robot:
         for j in robot.joints
     ]
     return replace(robot, joints=tuple(joints))
-
-
-def count_refused(program: list[str], *arguments: Path) -> int:
-    """How many of all are refused, some thousands a run of the program."""
-    refused = 0
-    for first in range(0, MUTATIONS, BATCH):
-        count = min(BATCH, MUTATIONS - first)
-        refused += int(run_program(program, str(first), str(count), *arguments))
-    return refused
 
 
 def test_damaged_blobs(tmp_path: Path) -> None:

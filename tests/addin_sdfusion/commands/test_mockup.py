@@ -1,0 +1,101 @@
+"""The dialogs' definitions, the page made from them, icons and manifest."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import struct
+import uuid
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from addin_sdfusion.commands.check.dialog import DIALOG as CHECK
+from addin_sdfusion.commands.define_muscles.dialog import DIALOG as DEFINE
+from addin_sdfusion.commands.dialogs import Dialog
+from addin_sdfusion.commands.export.dialog import DIALOG as EXPORT
+from cardsflow_fmu.version import __version__
+
+ROOT = Path(__file__).parents[3]
+DIALOGS = (DEFINE, CHECK, EXPORT)
+dialogs = pytest.mark.parametrize("dialog", DIALOGS, ids=lambda dialog: dialog.name)
+
+
+def script(name: str) -> Any:
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_is_up_to_date() -> None:
+    """If this fails: python docs/make_addin_page.py --png."""
+    page = (ROOT / "docs/addin.html").read_text(encoding="utf-8")
+    assert page == script("make_addin_page").page()
+
+
+def test_the_page_needs_no_network_and_shows_everything() -> None:
+    page = (ROOT / "docs/addin.html").read_text(encoding="utf-8")
+    assert not re.search(r"(src|href)=\"(?!data:)", page)
+    assert "<script" not in page
+    for dialog in DIALOGS:
+        for item in dialog.all_inputs():
+            assert item.id == "components" or item.label.replace("'", "&#x27;") in page
+
+
+def test_the_picture_is_small() -> None:
+    data = (ROOT / "docs/images/addin_dialogs.png").read_bytes()
+    assert data.startswith(b"\x89PNG")
+    assert len(data) < 200_000
+
+
+@dialogs
+def test_ids_are_unique_and_everything_is_explained(dialog: Dialog) -> None:
+    items = list(dialog.all_inputs())
+    assert len({item.id for item in items}) == len(items)
+    for item in items:
+        assert re.fullmatch(r"[a-z][a-z_]*[a-z]", item.id)
+        assert "__" not in item.id
+        assert item.tooltip or item.kind in ("tab", "group")
+        assert len(item.columns) == len(item.widths)
+        assert item.kind != "selection" or (item.filters and item.prompt)
+        assert item.kind != "dropdown" or not item.value or item.value in item.options
+
+
+@dialogs
+def test_icons(dialog: Dialog) -> None:
+    folder = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources"
+    sizes = {"16x16": 16, "32x32": 32, "64x64": 64, "16x16@2x": 32, "32x32@2x": 64}
+    sizes |= {"16x16-disabled": 16, "32x32-disabled": 32}
+    for name, size in sizes.items():
+        data = (folder / f"{name}.png").read_bytes()
+        assert struct.unpack(">II", data[16:24]) == (size, size)
+        assert len(data) < 10_000
+
+
+def test_icons_are_those_of_the_script() -> None:
+    import io
+
+    from PIL import Image
+
+    made = script("make_addin_icons")
+    for name, layers in made.ICONS.items():
+        file = ROOT / "addin_sdfusion/commands" / name / "resources/32x32.png"
+        drawn = io.BytesIO(made.png(made.pixels(layers, 32), 32))
+        with Image.open(file) as a, Image.open(drawn) as b:
+            assert a.tobytes() == b.tobytes()
+
+
+def test_manifest() -> None:
+    manifest = json.loads((ROOT / "addin_sdfusion/addin_sdfusion.manifest").read_text())
+    assert manifest["autodeskProduct"] == "Fusion360"
+    assert manifest["type"] == "addin"
+    assert manifest["version"] == __version__
+    assert manifest["supportedOS"] == "windows|mac"
+    assert manifest["editEnabled"] is True
+    assert uuid.UUID(manifest["id"]).version == 4
+    assert manifest["description"][""]

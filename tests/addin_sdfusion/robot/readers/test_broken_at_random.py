@@ -1,0 +1,211 @@
+"""Broken files, made at random: read or refused in one line and in time, never a traceback.
+
+A mutation's number and kind alone decide it. CARDSFLOW_MUTATIONS says how many are tried, 500
+if it is not set; a failure names its number.
+"""
+
+from __future__ import annotations
+
+import copy
+import os
+import random
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from addin_sdfusion.robot import (
+    BasePulley,
+    CableModel,
+    CardsflowError,
+    TaskFrame,
+    TaskSet,
+    Trajectory,
+    TrajectoryPoint,
+    caspr_losses,
+    read_robot,
+    write_caspr,
+    write_sdf,
+)
+from addin_sdfusion.robot.readers import read, read_trajectory, trajectory_names
+
+MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "500"))
+SECONDS = 20.0
+"""Processor time that one mutation may take, far above what any does."""
+
+EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot"
+MODELS = ("BMArm", "Example_planar_XY", "Example_spherical", "RoboyLeftArm")
+NASTY = ["", " ", "nan", "inf", "-1e308 1e308 1", "1e-320", "1e999", "-1", "0", "9" * 400]
+NASTY += ["world", "link_1", "link_2", "joint_1", "tip", "basic", "a\nb\tc", "é", "1 2 3", "true"]
+NASTY += ["x y z", "xyzabg", "S_EULER_XYZ", "P_AXIS", "../x.traj", "1e308 -1e308 1e308", "relative"]
+TAGS = ["cable_ideal", "cable_passive_linear_spring", "cable_vsd_polynomial", "attachment"]
+TAGS += ["base_rotating_pulley", "screw_base_rotating_pulley", "position", "pose_euler_xyz"]
+TAGS += ["orientation_euler_xyz", "operational_spaces", "parabolic_blend_trajectory"]
+TAGS += ["cubic_spline_average_velocity_trajectory", "file_trajectory", "muscle_hill_type"]
+
+
+def damage(rng: random.Random, root: ElementTree.Element) -> None:
+    """One defect: an element removed, doubled, moved or renamed, or a value replaced."""
+    nodes = list(root.iter())
+    parents = [node for node in nodes if len(node)]
+    if not parents:
+        return
+    parent = rng.choice(parents)
+    child = rng.choice(list(parent))
+    action = rng.choice(["remove", "double", "move", "rename", "text", "attribute"])
+    if action == "remove":
+        parent.remove(child)
+    elif action == "double":
+        parent.append(copy.deepcopy(child))
+    elif action == "move":
+        parent.remove(child)
+        rng.choice(parents).insert(0, child)
+    elif action == "rename":
+        child.tag = rng.choice([*TAGS, *(node.tag for node in nodes)])
+    elif action == "text":
+        child.text = rng.choice(NASTY)
+    elif child.attrib:
+        name = rng.choice(sorted(child.attrib))
+        value = rng.choice([None, *NASTY])
+        child.attrib.pop(name)
+        if value is not None:
+            child.set(name, value)
+
+
+def damaged(rng: random.Random, file: Path) -> None:
+    """The file with one to four defects."""
+    root = ElementTree.parse(file).getroot()
+    for _ in range(rng.randint(1, 4)):
+        damage(rng, root)
+    ElementTree.ElementTree(root).write(file, encoding="utf-8")
+
+
+def cut(rng: random.Random, file: Path) -> None:
+    """The file with a few bytes overwritten somewhere, or nothing behind them."""
+    data = file.read_bytes()
+    at = rng.randint(0, len(data))
+    piece = rng.randbytes(rng.randint(0, 4))
+    tail = data[at + len(piece) :] if rng.random() < 0.7 else b""
+    file.write_bytes(data[:at] + piece + tail)
+
+
+def survive(path: Path) -> None:
+    """Reads a robot; only the errors of this package may come out, in one line."""
+    told = []
+    try:
+        reading = read(path)
+        told = [str(finding) for finding in reading.findings]
+        assert reading.robot is not None or any(finding.is_error for finding in reading.findings)
+        if reading.robot is not None and not any(f.is_error for f in reading.findings):
+            told += [str(finding) for finding in caspr_losses(reading.robot)]
+    except CardsflowError as error:
+        told.append(str(error))
+    for file in path.glob("*_trajectories.xml"):
+        told += survive_trajectories(file)
+    assert all("\n" not in line and len(line) < 4000 for line in told)
+
+
+def survive_trajectories(file: Path) -> Iterator[str]:
+    """Reads all trajectories; what is wrong with them."""
+    for space in ("joint", "operational"):
+        try:
+            names = trajectory_names(file, space)
+        except CardsflowError as error:
+            yield str(error)
+            continue
+        for name in names:
+            try:
+                read_trajectory(file, name, space)
+            except CardsflowError as error:
+                yield str(error)
+
+
+def try_all(
+    count: int, sources: list[Path], mutate: Callable[[random.Random, Path], None], folder: Path
+) -> None:
+    """Mutate copies of the sources in turn, every file of them, and read what comes of it."""
+    for number in range(count):
+        rng = random.Random(f"{mutate.__name__} {number}")
+        target = folder / str(number)
+        shutil.copytree(sources[number % len(sources)], target)
+        for file in sorted(target.iterdir()):
+            if rng.random() < 0.5:
+                (cut if file.suffix == ".traj" else mutate)(rng, file)
+        start = time.process_time()
+        try:
+            survive(target)
+        except Exception as error:
+            raise AssertionError(f"mutation {number} is kept in {target}") from error
+        assert time.process_time() - start < SECONDS, f"mutation {number}"
+        shutil.rmtree(target)
+
+
+SPRING = CableModel("passive_spring", (("K", 5.0), ("l0", 1.0)))
+POLYNOMIAL = (("K_cable", 4e4), ("num_stiffness_polynomial_coeff", 1.0))
+PULLEY = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
+REST = (0.0, 0.0)
+SAMPLES = tuple(TrajectoryPoint(0.1 * k, (1.0, -k), REST, REST) for k in range(5))
+BLEND = (TrajectoryPoint(0.0, REST), TrajectoryPoint(2.0, (1.0, 2.0), blend_time=0.5))
+
+
+def caspr_with_everything(folder: Path) -> Path:
+    """The example in CASPR's files, with all that they can hold."""
+    robot = read_robot(EXAMPLE)
+    first, second, third, *others = robot.muscles
+    robot = robot.with_muscles(
+        [
+            replace(first, pulley=PULLEY),
+            replace(second, model=SPRING, f_min=0.0, f_max=0.0),
+            replace(third, model=CableModel("vsd_polynomial", POLYNOMIAL)),
+            *others,
+        ]
+    )
+    (frame,) = robot.task_frames
+    turn = TaskFrame("tip_orientation", frame.link, axes=("beta",))
+    pose = TaskSet("pose", (frame, turn))
+    robot = replace(robot, task_sets=(*robot.task_sets, pose), task_set="pose")
+    file = EXAMPLE / "planar_2r_trajectories.xml"
+    trajectories = [read_trajectory(file, name) for name in trajectory_names(file)]
+    trajectories.append(Trajectory("samples", "samples", SAMPLES, 0.1))
+    trajectories.append(Trajectory("blend", "parabolic_blend", BLEND, 0.1))
+    trajectories.append(replace(trajectories[0], name="reach", space="operational"))
+    write_caspr(robot, folder, trajectories=trajectories)
+    return folder
+
+
+@pytest.mark.parametrize("mutate", [damaged, cut])
+def test_a_broken_caspr_robot_is_read_or_refused(tmp_path, mutate):
+    sources = [caspr_with_everything(tmp_path / "example")]
+    try_all(MUTATIONS // 5, sources, mutate, tmp_path)
+
+
+@pytest.mark.parametrize("mutate", [damaged, cut])
+def test_a_broken_published_caspr_model_is_read_or_refused(shared, tmp_path, mutate):
+    sources = [shared / "robots/caspr" / model for model in MODELS]
+    try_all(MUTATIONS // 5, sources, mutate, tmp_path)
+
+
+def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
+    write_sdf(read_robot(EXAMPLE), tmp_path / "example")
+    try_all(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)
+
+
+@pytest.mark.parametrize("parent", ["l{before}", "l{after}", "nowhere{i}"])
+def test_ten_thousand_links_are_no_burden_in_a_chain_a_loop_or_pieces(tmp_path, parent):
+    count = 10_000
+    parts = []
+    for i in range(count):
+        name = parent.format(before=i - 1, after=(i + 1) % count, i=i)
+        parts.append(
+            f'<link name="l{i}"/><joint name="j{i}" type="fixed"><pose relative_to="{name}"/>'
+            f"<parent>{name}</parent><child>l{i}</child></joint>"
+        )
+    text = f'<sdf version="1.7"><model name="m">{"".join(parts)}</model></sdf>'
+    (tmp_path / "model.sdf").write_text(text)
+    start = time.process_time()
+    survive(tmp_path)
+    assert time.process_time() - start < 10.0

@@ -1,0 +1,230 @@
+"""External FMUs in an experiment: names, units, sizes, parameters, refusals."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
+
+from addin_sdfusion.robot import CardsflowError, InputError
+from cardsflow_fmu import Experiment, build
+from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.simulation.run import simulate
+
+EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"
+LEVERS = np.array([[0.1, -0.1, 0.05, -0.05], [0.0, 0.02, 0.1, -0.1]])
+STEP = 1e-3
+
+MAPS: dict[str, dict[str, Any]] = {
+    "2.0": {
+        "inputs": {f"f.cable_{k}": f"pull_{k}" for k in range(1, 5)},
+        "outputs": {
+            "q.joint_1": "angle_1",
+            "q.joint_2": "angle_2",
+            "qd.joint_1": "rate_1",
+            "qd.joint_2": "rate_2",
+        },
+    },
+    "3.0": {"inputs": {"f": "pulls"}, "outputs": {"q": "angles", "qd": "rates"}},
+}
+
+
+@pytest.fixture(scope="session")
+def bodies(tmp_path_factory: pytest.TempPathFactory, compiler: str) -> dict[str, Path]:
+    """The foreign plant in both versions of FMI."""
+    folder = tmp_path_factory.mktemp("foreign")
+    return {fmi: foreign_fmu(folder / f"body_{fmi[0]}.fmu", compiler, fmi) for fmi in MAPS}
+
+
+def experiment(plant: object, **settings: Any) -> Experiment:
+    changes = {
+        "fmus.plant": plant,
+        "wiring.plant.brake": 0.0,
+        "run.duration": 0.05,
+        **{key.replace("__", "."): value for key, value in settings.items()},
+    }
+    return Experiment.load(EXAMPLE, changes)
+
+
+def direct(experiment: Experiment) -> Result:
+    """A run with our own models as plain Python objects around the foreign FMU."""
+    return simulate(experiment, through="direct")
+
+
+def body(file: Path, fmi: str, **changes: Any) -> dict[str, Any]:
+    return {"path": str(file), **MAPS[fmi], **changes}
+
+
+def expected(result: Result, inertia: float) -> tuple[np.ndarray, np.ndarray]:
+    """Angles and rates in [rad] and [rad/s] under the recorded forces."""
+    forces = result.columns([f"f.cable_{k}" for k in range(1, 5)])
+    q, qd = [np.array([-0.5, 0.5])], [np.zeros(2)]
+    for force in forces[:-1]:
+        qd.append(qd[-1] + STEP * LEVERS @ force / inertia)
+        q.append(q[-1] + STEP * qd[-1])
+    return np.array(q), np.array(qd)
+
+
+@pytest.mark.parametrize("version", MAPS)
+def test_a_foreign_plant_in_its_own_units(bodies: dict[str, Path], version: str) -> None:
+    plant = body(bodies[version], version, parameters={"inertia": 4.0})
+    result = direct(experiment(plant))
+    q, qd = expected(result, inertia=4.0)
+    assert np.ptp(q[:, 0]) > 1e-4
+    np.testing.assert_allclose(result.columns(["q.joint_1", "q.joint_2"]), q, rtol=1e-12)
+    np.testing.assert_allclose(result.columns(["qd.joint_1", "qd.joint_2"]), qd, atol=1e-12)
+    assert result.units["q.joint_1"] == "rad"
+    assert result.summary["tracking"]["per_signal"]["q.joint_1"]["unit"] == "rad"
+    assert "l.cable_1" not in result.names
+
+
+def test_both_versions_of_fmi_give_the_same(bodies: dict[str, Path]) -> None:
+    rows = [direct(experiment(body(bodies[fmi], fmi))).rows for fmi in MAPS]
+    np.testing.assert_array_equal(*rows)
+
+
+def test_variables_that_nothing_maps_keep_name_and_unit(bodies: dict[str, Path]) -> None:
+    plant = body(bodies["2.0"], "2.0")
+    plant["inputs"] = {k: v for k, v in MAPS["2.0"]["inputs"].items() if k != "f.cable_1"}
+    wiring = {"wiring.plant.pull_1": "controller.f.cable_1"}
+    result = direct(experiment(plant, **wiring))
+    np.testing.assert_array_equal(result.rows, direct(experiment(body(bodies["2.0"], "2.0"))).rows)
+
+
+def test_a_boolean_input_can_be_held(bodies: dict[str, Path]) -> None:
+    for fmi in MAPS:
+        result = direct(experiment(body(bodies[fmi], fmi), wiring__plant__brake=1.0))
+        assert np.ptp(result["q.joint_1"]) == 0.0
+
+
+@pytest.mark.parametrize("scheme", ["jacobi", "gauss_seidel"])
+def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: str) -> None:
+    """Our FMI 2.0 controller and reference with a foreign FMI 3.0 plant."""
+    order = {"run__order": ["reference", "controller", "plant"]}
+    settings = {"run__coupling": scheme, **(order if scheme == "gauss_seidel" else {})}
+    through = {fmi: direct(experiment(body(bodies[fmi], fmi), **settings)).rows for fmi in MAPS}
+    assert len(through["3.0"]) == 51
+    np.testing.assert_array_equal(through["2.0"], through["3.0"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"outputs": {"q": "angles", "qd": "angles"}}, "is mapped twice"),
+        (
+            {"outputs": {"q": "rates", "qd": "angles"}},
+            "angles[1] -> qd.joint_1: 'deg' does not fit",
+        ),
+        ({"inputs": {"f": "angles"}}, "no input of the FMU 'angles'"),
+        (
+            {"inputs": {"f.cable_1": "pulls"}},
+            "sizes do not fit: f.cable_1 has 1, pulls of the FMU 4",
+        ),
+        ({"inputs": {"g": "pulls"}}, "fmus.plant.inputs: no input 'g'"),
+        ({"outputs": {"q": "angels"}}, "no output of the FMU 'angels'"),
+        ({"units": {"angles": "mm"}}, "'mm' does not fit 'rad'"),
+        ({"units": {"angles": "furlong"}}, "no unit 'furlong'"),
+        ({"units": {"angel": "deg"}}, "no variable of the FMU 'angel'"),
+        ({"parameters": {"mass": 1.0}}, "no variable 'mass'"),
+        ({"parameters": {"inertia": "big"}}, "must be a number"),
+        ({"parameters": {"inertia": -1.0}}, "failed at the start"),
+        ({"path": "nowhere.fmu"}, "there is no file"),
+        ({"wheels": 3}, "no key 'wheels'"),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_the_first_step(
+    bodies: dict[str, Path], changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(CardsflowError) as caught:
+        direct(experiment(body(bodies["3.0"], "3.0", **changes)))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_unit_that_the_fmu_does_not_tell_may_be_stated(tmp_path: Path, compiler: str) -> None:
+    text = FMI3.replace('name="angles" valueReference="2" causality="output" unit="deg"', "X")
+    text = text.replace("X", 'name="angles" valueReference="2" causality="output"')
+    silent = foreign_fmu(tmp_path / "silent.fmu", compiler, "3.0", text)
+    with pytest.raises(InputError, match="no unit does not fit 'rad': state the missing unit"):
+        direct(experiment(body(silent, "3.0")))
+    result = direct(experiment(body(silent, "3.0", units={"angles": "deg"})))
+    assert result["q.joint_1"][0] == pytest.approx(-0.5)
+
+
+def test_an_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
+    file = exchange_only(tmp_path / "exchange.fmu")
+    with pytest.raises(InputError, match=r"exchange\.fmu: is for model exchange only"):
+        direct(experiment(str(file)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [('fmiVersion="2.0"', 'fmiVersion="1.0"'), ("<ModelVariables>", "<Models>")]
+)
+def test_what_is_no_fmu_is_refused(tmp_path: Path, compiler: str, old: str, new: str) -> None:
+    file = foreign_fmu(tmp_path / "odd.fmu", compiler, "2.0", FMI2.replace(old, new))
+    with pytest.raises(InputError, match=r"odd\.fmu"):
+        direct(experiment(str(file)))
+
+
+@pytest.mark.parametrize("version", MAPS)
+def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVersion) -> None:
+    """In either version of FMI, arrays too, beside a reference of FMI 2.0."""
+    settings = {"run.duration": 0.05}
+    built = build(Experiment.load(EXAMPLE, settings), tmp_path, fmi=version)
+    named = settings | {f"fmus.{role}": str(built[role]) for role in ("plant", "controller")}
+    result = simulate(Experiment.load(EXAMPLE, named))
+    np.testing.assert_array_equal(result.rows, simulate(Experiment.load(EXAMPLE, settings)).rows)
+    assert math.isfinite(result.summary["tracking"]["rms"])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"fmus.motor": "a.fmu"}, "fmus.motor: no key 'motor'"),
+        ({"fmus.plant": 3}, "fmus.plant: must be a table"),
+        ({"run.coupling": "strong"}, "run.coupling: no coupling 'strong'"),
+        ({"run.coupling": "gauss_seidel"}, "run.order: missing"),
+        ({"run.coupling": "gauss_seidel", "run.order": ["plant"]}, "in any order"),
+        ({"run.order": ["plant"]}, "no key 'order'"),
+    ],
+)
+def test_keys_that_do_not_fit_are_refused(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Experiment.load(EXAMPLE, settings)
+    assert message in str(caught.value)
+
+
+def test_a_coupling_is_part_of_the_data_that_travels() -> None:
+    order = ("reference", "controller", "plant")
+    settings = {"run.coupling": "gauss_seidel", "run.order": list(order)}
+    data = Experiment.load(EXAMPLE, settings).data["run"]
+    assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
+
+
+def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: str) -> None:
+    text = FMI2.replace('start="', 'start="q', 1)
+    file = foreign_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
+    with pytest.raises(InputError, match=r"odd\.fmu: is no FMU: could not convert"):
+        simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
+
+
+def test_a_library_that_cannot_be_loaded_leaves_the_current_folder(tmp_path: Path) -> None:
+    built = build(Experiment.load(EXAMPLE), tmp_path / "built")
+    file, here = tmp_path / "odd.fmu", Path.cwd()
+    with zipfile.ZipFile(built["plant"]) as good, zipfile.ZipFile(file, "w") as bad:
+        for name in good.namelist():
+            bad.writestr(name, b"?" if name.startswith("binaries/") else good.read(name))
+    with pytest.raises(InputError, match=r"odd\.fmu: cannot be loaded"):
+        simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
+    assert Path.cwd() == here
+
+
+def test_a_path_that_is_too_long_is_refused() -> None:
+    with pytest.raises(InputError, match=r"fmus\.plant: there is no file"):
+        Experiment.load(EXAMPLE, {"fmus.plant": "p" * 400})

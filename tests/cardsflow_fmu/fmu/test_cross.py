@@ -1,0 +1,116 @@
+"""The C library for other platforms: that it compiles there, and exports what FMI asks for."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu import Experiment, build
+from cardsflow_fmu.fmu import platforms as cross
+from cardsflow_fmu.runtime import library, sources
+from cardsflow_fmu.runtime.library import library_path, this_platform
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+MAGIC = {
+    "x86_64-linux": b"\x7fELF\x02\x01",
+    "aarch64-linux": b"\x7fELF\x02\x01",
+    "x86_64-windows": b"MZ",
+    "x86_64-darwin": b"\xcf\xfa\xed\xfe\x07\x00\x00\x01",
+    "aarch64-darwin": b"\xcf\xfa\xed\xfe\x0c\x00\x00\x01",
+}
+
+needs_compiler = pytest.mark.skipif(
+    importlib.util.find_spec("ziglang") is None, reason="no ziglang: the extra `cross`"
+)
+
+
+@needs_compiler
+@pytest.mark.parametrize("platform", MAGIC)
+def test_compiles(platform: str, tmp_path: Path) -> None:
+    """The same input gives the same bytes."""
+    folders = [tmp_path / name for name in ("one", "two")]
+    for folder in folders:
+        folder.mkdir()
+    one, two = (cross.compile_for(platform, folder).read_bytes() for folder in folders)
+    assert one == two
+    assert one.startswith(MAGIC[platform])
+    for name in (b"fmi2DoStep", b"fmi2Instantiate", b"cardsflow_worker_run"):
+        assert name in one
+
+
+def test_own_platform_needs_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    own = this_platform()
+    found = cross.libraries_for([own.tuple, own.fmi2 or own.tuple], tmp_path)
+    assert found == {own.tuple: library_path()}
+
+
+def test_without_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    other = "win64" if sys.platform != "win32" else "linux64"
+    with pytest.raises(InputError, match=r"pip install 'cardsflow\[cross\]'"):
+        cross.libraries_for([other], tmp_path)
+
+
+def test_bad_platforms(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="win32"):
+        cross.libraries_for(["win32"], tmp_path)
+    with pytest.raises(InputError, match="needs a platform"):
+        cross.libraries_for([], tmp_path)
+
+
+def test_native_libraries_come_with_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As they are, and into native FMUs unasked; else a word on what to do."""
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(library, "_root", lambda: tmp_path)
+    own, other = this_platform(), "x86_64-windows"
+    assert other != own.tuple
+    target = tmp_path / f"{sources.NATIVE.target}{own.suffix}"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(b"own")
+    message = "no prebuilt library for it is in this installation.*cardsflow\\[cross\\]"
+    with pytest.raises(InputError, match=message):
+        cross.libraries_for([other], tmp_path, native=True)
+    experiment = Experiment.load(EXAMPLES / "planar_2r")
+    alone = build(experiment, tmp_path / "alone", native=True)["plant"]
+    assert binaries(alone) == {f"binaries/{own.fmi2}/plant{own.suffix}": b"own"}
+    prebuilt = tmp_path / sources.PREBUILT / f"{other}.dll"
+    prebuilt.parent.mkdir()
+    prebuilt.write_bytes(b"other")
+    mark = prebuilt.with_suffix(".sha256")
+    mark.write_text("of other sources\n")
+    assert library.prebuilt_libraries() == {}
+    mark.write_text(f"{sources.NATIVE.fingerprint()}\n")
+    assert cross.libraries_for(["win64"], tmp_path, native=True) == {other: prebuilt}
+    both = build(experiment, tmp_path / "both", native=True)["plant"]
+    assert binaries(both) == binaries(alone) | {"binaries/win64/plant.dll": b"other"}
+
+
+def binaries(fmu: Path) -> dict[str, bytes]:
+    archive = zipfile.ZipFile(fmu)
+    return {name: archive.read(name) for name in archive.namelist() if name.startswith("binaries/")}
+
+
+def test_native_libraries_hold_nothing_that_starts_a_python() -> None:
+    native, all_of_it = sources.NATIVE.sources(), sources.FMI.sources()
+    names = {Path(name).stem for name in native}
+    assert not {name for name in names if name.startswith(("python", "worker", "process"))}
+    assert set(native) - set(all_of_it) == {f"{sources.RUNTIME}/backend_native.c"}
+
+
+def test_the_build_of_the_package_knows_the_platforms(monkeypatch: pytest.MonkeyPatch) -> None:
+    import hatch_build
+
+    assert hatch_build.wanted_platforms("") == []
+    assert hatch_build.wanted_platforms("all") == list(sources.PREBUILT_PLATFORMS)
+    assert hatch_build.wanted_platforms("x86_64-windows") == ["x86_64-windows"]
+    with pytest.raises(SystemExit, match="no platform win32; platforms: x86_64-linux"):
+        hatch_build.wanted_platforms("win32")

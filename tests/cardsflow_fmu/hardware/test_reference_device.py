@@ -1,0 +1,265 @@
+"""The reference device in C: compiled as firmware would be, and driven by the very link."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hardware_fuzz import FRAMES, bad_frames
+
+from cardsflow_fmu.hardware.links.udp import UdpLink
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
+from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES, Flag, Frame, Kind, pack, unpack
+from cardsflow_fmu.hardware.protocol.handshake import Hello
+
+SOURCE = Path(__file__).parents[3] / "examples/hardware_in_the_loop/device.c"
+STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]
+SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SIGNATURE = 0x0123_4567_89AB_CDEF
+KEYS = [None, b"a pre-shared key of some length", b"k" * 100]
+JOINTS, MUSCLES = 2, 4
+COMMANDS, STATES = MUSCLES, 2 * JOINTS + 2 * MUSCLES
+STEP, F_MIN, F_MAX = 1e-3, 10.0, 500.0
+PULL = np.array([100.0, 20.0, 10.0, 300.0])
+SOON = 30.0
+"""Longer than an answer takes, on a machine that is ten times slower too, in [s]."""
+SILENCE = 0.05
+"""How long a test waits for an answer that must not come, in [s]."""
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture(scope="session")
+def built(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The compiled device."""
+    program = tmp_path_factory.mktemp("device") / "device"
+    compile_device(compiler, program, ["-O2"])
+    return program
+
+
+def compile_device(compiler: str, program: Path, options: list[str]) -> None:
+    command = [compiler, *STRICT, *options, "-o", str(program), str(SOURCE), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@contextmanager
+def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[str]:
+    """The address of a running device, which must end without a word of complaint."""
+    arguments = [str(program), "127.0.0.1", "0", f"{SIGNATURE:x}"]
+    if key is not None:
+        (folder / "key.bin").write_bytes(key)
+        arguments.append(str(folder / "key.bin"))
+    device = subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={}
+    )
+    assert device.stdout is not None
+    try:
+        yield device.stdout.readline().strip()
+        assert device.poll() is None, "the device has ended by itself"
+    finally:
+        device.send_signal(signal.SIGTERM)
+        _, complaints = device.communicate(timeout=120)
+    assert (device.returncode, complaints) == (0, "")
+
+
+def hello(*, lockstep: bool = False, step: float = STEP) -> Hello:
+    return Hello(SIGNATURE, step, 1.0, 0.02, COMMANDS, STATES, lockstep)
+
+
+def pull(link: UdpLink, command=PULL, *, within: float = SOON) -> Exchange:
+    return link.exchange(0.0, np.asarray(command, float), time.monotonic() + within)
+
+
+def followed(commands: np.ndarray, h: float) -> np.ndarray:
+    """What the stand-in for hardware does, row by row: lags by the backward Euler rule."""
+    tension, q = np.full(MUSCLES, F_MIN), np.zeros(JOINTS)
+    turn = 1e-3 * np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])
+    rows = []
+    for command in commands:
+        tension = (0.005 * tension + h * command) / (0.005 + h)
+        q_before, q = q, (0.1 * q + h * turn @ tension) / (0.1 + h)
+        lengths = 0.3 - 0.02 * np.array([q[0], q[1], -q[0], -q[1]])
+        rows.append([*q, *(q - q_before) / h, *lengths, *tension])
+    return np.array(rows)
+
+
+def test_is_short_and_allocates_nothing() -> None:
+    assert len(SOURCE.read_text().splitlines()) < 300
+    for file in SOURCE.parent.glob("*.[ch]"):
+        assert re.search(r"\b([mc]alloc|realloc|alloca|free)\b", file.read_text()) is None
+
+
+@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize("step", [STEP, 5 * STEP])
+def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) -> None:
+    commands = np.random.default_rng(0).uniform(F_MIN, F_MAX, (100, COMMANDS))
+    expected = followed(commands, step)
+    with running(built, tmp_path, key) as uri, UdpLink(uri, key=key) as link:
+        link.open(hello(lockstep=True, step=step))
+        np.testing.assert_array_equal(link.start_state, [0] * 4 + [0.3] * 4 + [F_MIN] * 4)
+        for command, state in zip(commands, expected, strict=True):
+            came = pull(link, command)
+            assert came.state is not None
+            np.testing.assert_allclose(came.state, state, rtol=1e-9, atol=1e-12)
+        assert link.stop()
+
+
+def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
+    built: Path, tmp_path: Path
+) -> None:
+    with running(built, tmp_path) as uri, UdpLink(uri) as link:
+        for _ in range(100):  # a machine that is busy may be silent for too long
+            link.open(hello())
+            begin, came = time.monotonic(), pull(link)
+            while time.monotonic() < begin + 0.1 and not came.device_flags & Flag.SAFE:
+                time.sleep(1e-3)
+                came = pull(link)
+            if not came.device_flags & Flag.SAFE:
+                break
+        assert came.state is not None
+        np.testing.assert_allclose(came.state[-4:], PULL, rtol=1e-4)
+        time.sleep(0.2)
+        came = pull(link)
+        assert came.device_flags & Flag.SAFE
+        assert came.state is not None
+        np.testing.assert_allclose(came.state[-4:], F_MIN, rtol=1e-4)
+        link.open(hello())
+        assert not pull(link).device_flags & Flag.SAFE
+
+
+def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
+    with running(built, tmp_path) as uri, UdpLink(uri) as link:
+        link.open(hello(lockstep=True))
+        wild = np.array([-1e308, 1e308, 0.0, 501.0])
+        came = [pull(link, wild) for _ in range(200)][-1]
+        assert came.device_flags & Flag.CLAMPED
+        assert came.state is not None
+        np.testing.assert_allclose(came.state[-4:], [F_MIN, F_MAX, F_MIN, F_MAX], rtol=1e-9)
+        assert not pull(link).device_flags & Flag.CLAMPED
+
+
+def test_refusals(built: Path, tmp_path: Path) -> None:
+    wishes = [
+        (Hello(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
+        (Hello(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
+        (Hello(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
+        (hello(step=1.5 * STEP, lockstep=True), "whole"),
+        (hello(step=1e300, lockstep=True), "whole"),
+        (hello(step=0.011), "watchdog"),
+    ]
+    with running(built, tmp_path) as uri, UdpLink(uri) as link:
+        for wish, word in wishes:
+            with pytest.raises(HardwareError, match=f"refuses: .*{word}"):
+                link.open(wish)
+        link.open(hello(lockstep=True))
+        pull(link)
+        with pytest.raises(HardwareError, match="in use by another"):
+            UdpLink(uri, timeout=0.15).open(hello())
+        assert pull(link).seq == 2
+
+
+def test_with_a_key_only_signed_frames_are_heard(built: Path, tmp_path: Path) -> None:
+    key = KEYS[1]
+    assert key is not None
+    with running(built, tmp_path, key) as uri:
+        for wrong in (None, key[::-1], key[:-1]):
+            with pytest.raises(HardwareError, match="nobody answers"):
+                UdpLink(uri, key=wrong, timeout=0.1).open(hello())
+    (tmp_path / "short").write_bytes(b"short")
+    arguments = [str(built), "127.0.0.1", "0", "1", str(tmp_path / "short")]
+    done = subprocess.run(arguments, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "16 to 256 bytes" in done.stderr
+
+
+def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
+    built: Path, tmp_path: Path
+) -> None:
+    for lockstep in (True, False):
+        with running(built, tmp_path) as uri, conversation(uri) as say:
+            wish = hello(lockstep=lockstep)
+            flags = int(Flag.LOCKSTEP) if lockstep else 0
+            answer = say(Frame(Kind.HELLO, flags, 5, 0, 0.0, 1, 0, wish.values()))
+            assert answer is not None
+            assert answer.kind is Kind.HELLO_ACK
+            first = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 22, 0, PULL))
+            assert first is not None
+            assert (first.kind, first.seq, first.echo_ns) == (Kind.STATE, 1, 22)
+            within = SOON if lockstep else SILENCE
+            again = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 33, 0, PULL), within)
+            assert (again is not None) == lockstep
+            assert say(Frame(Kind.SETPOINT, 0, 5, 0, 0.0, 33, 0, PULL), SILENCE) is None
+            assert say(Frame(Kind.SETPOINT, 0, 6, 2, 0.0, 33, 0, PULL), SILENCE) is None
+            assert say(Frame(Kind.SETPOINT, 0, 5, 2, 0.0, 33, 0, PULL[:3]), SILENCE) is None
+            pong = say(Frame(Kind.PING, 0, 5, 7, 0.0, 44, 0, (1.0, 2.0)))
+            assert pong is not None
+            assert (pong.kind, pong.echo_ns, list(pong.values)) == (Kind.PONG, 44, [1.0, 2.0])
+            stopped = say(Frame(Kind.STOP, 0, 5, 8, 0.0, 55, 0, ()))
+            assert stopped is not None
+            assert stopped.kind is Kind.STOPPED
+            assert stopped.flags & Flag.SAFE
+
+
+@contextmanager
+def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
+    """Sends single frames to a device; what comes back within a time."""
+    host, port = uri.removeprefix("udp://").split(":")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.connect((host, int(port)))
+
+        def say(frame: Frame, within: float = SOON) -> Frame | None:
+            line.settimeout(within)
+            line.send(pack(frame))
+            try:
+                return unpack(line.recv(MOST_BYTES))
+            except TimeoutError:
+                return None
+
+        yield say
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("key", [None, KEYS[1]])
+def test_bad_frames_do_no_harm_under_the_sanitizers(
+    compiler: str, tmp_path: Path, key: bytes | None
+) -> None:
+    """Tensions stay within bounds, and a good link still gets its answers in between."""
+    program = tmp_path / "sanitized"
+    compile_device(compiler, program, SANITIZED)
+    with running(program, tmp_path, key) as uri, UdpLink(uri, key=key, timeout=5.0) as link:
+        link.open(hello(lockstep=True))
+        samples: list[bytes] = []
+        send, line = link._send, link._socket
+        assert line is not None
+        link._send = lambda data: (samples.append(data), send(data))[1]  # type: ignore[method-assign]
+        for _ in range(3):
+            pull(link)
+        link._send = send  # type: ignore[method-assign]
+        others = [(Kind.HELLO, hello().values()), (Kind.STOP, ()), (Kind.PING, [1.0])]
+        for kind, values in others:
+            samples.append(pack(Frame(kind, 2, link.run_id, 9, 0.0, 1, 0, values), key))
+        answered = 0
+        for k, frame in enumerate(bad_frames(samples, FRAMES // 2, seed=4)):
+            line.send(frame)
+            if k % 20 == 0:
+                came = pull(link, within=SOON if key else 0.1)
+                if came.state is None or came.device_flags & Flag.SAFE:
+                    assert key is None  # it took a frame with a right checksum for a stop
+                    link.open(hello(lockstep=True))
+                    line = link._socket
+                    assert line is not None
+                    continue
+                answered += 1
+                assert (came.state[-4:] >= F_MIN - 1e-9).all()
+                assert (came.state[-4:] <= F_MAX + 1e-9).all()
+        assert answered > (k // 20 - 5 if key else k // 200)

@@ -1,0 +1,83 @@
+"""A host in C, without Python, in an environment that leads to none."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_host import OUTPUTS, STEP, SUPPORT, run
+from toy_model import REFERENCES, ToyModel
+
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.simulation.run import build
+
+STEPS = 1000
+KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # what sanitized builds need
+EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"
+
+
+@pytest.fixture(scope="session")
+def c_host(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The compiled host."""
+    program = tmp_path_factory.mktemp("c_host") / "c_host"
+    headers = Path(fmpy.__file__).parent / "c-code"
+    source = SUPPORT / "c_host.c"
+    run([compiler, "-Wall", "-Werror", f"-I{headers}", str(source), "-o", str(program), "-ldl"])
+    return program
+
+
+def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -> np.ndarray:
+    """What the host prints for an unpacked FMU."""
+    description = fmpy.read_model_description(str(folder))
+    name = description.coSimulation.modelIdentifier
+    done = subprocess.run(
+        [
+            str(c_host),
+            str(folder / f"binaries/linux64/{name}.so"),
+            description.guid,
+            (folder / "resources").as_uri(),
+            str(STEPS),
+            *map(str, (number, *references)),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={name: os.environ[name] for name in KEPT if name in os.environ},
+        cwd="/",
+    )
+    assert done.returncode == 0, done.stderr
+    return np.array([line.split() for line in done.stdout.splitlines()], float)
+
+
+@pytest.mark.native
+def test_steps_the_toy(c_host: Path, toy_fmu: Path) -> None:
+    found = outputs_of(c_host, toy_fmu, REFERENCES["u"], OUTPUTS)
+    model = ToyModel(0.25)
+    model.initialize()
+    expected = []
+    for k in range(STEPS):
+        model.inputs[0] = k / 1000.0
+        model.step(k * STEP, STEP)
+        expected.append(model.values[OUTPUTS].copy())
+    assert (found == np.array(expected)).all()
+
+
+def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
+    experiment = Experiment.load(EXAMPLE)
+    archive = build(experiment, tmp_path / "fmus")["plant"]
+    fmpy.extract(str(archive), str(tmp_path / "plant"))
+    model = PlantModel(experiment)
+    references = {port.name: i for i, port in enumerate(model.ports)}
+    outputs = [i for i, port in enumerate(model.ports) if port.causality == "output"]
+    number = references["f.cable_1"]
+    found = outputs_of(c_host, tmp_path / "plant", number, outputs)
+    model.initialize()
+    for k in range(STEPS):
+        model.values[number] = k / 1000.0
+        model.step(k * STEP, STEP)
+        assert (found[k] == model.values[outputs]).all()

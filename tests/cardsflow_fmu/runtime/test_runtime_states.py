@@ -1,0 +1,257 @@
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import random
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
+from fmu_host import STEP, SUPPORT, Host, opened, plain_run, refused, unpack
+from toy_model import PORTS, REFERENCES, OtherToyModel, ToyModel
+
+from cardsflow_fmu.fmu.description import FmiVersion
+
+pytestmark = pytest.mark.native
+
+FMI = ("2.0", "3.0")
+
+
+@pytest.mark.parametrize("is_serialized", [False, True])
+def test_rollback_is_exact(started: Host, is_serialized: bool) -> None:
+    slave = started.slave
+    started.drive(0, 20)
+    state = slave.getFMUstate()
+    if is_serialized:
+        data = slave.serializeFMUstate(state)
+        slave.freeFMUstate(state)
+        state = slave.deSerializeFMUstate(data)
+    first = started.drive(20, 60)
+    for _ in range(2):
+        slave.setFMUstate(state)
+        assert (started.drive(20, 60) == first).all()
+    slave.freeFMUstate(state)
+    assert (first == plain_run(60)[20:]).all()
+
+
+def test_every_variable_comes_back(started: Host) -> None:
+    slave = started.slave
+    started.set(gain=0.1, u=2.0)
+    slave.setBoolean([REFERENCES["locked"]], [True])
+    started.drive(0, 3)
+    reals = [reference for reference, port in enumerate(PORTS) if not port.boolean]
+    before = slave.getReal(reals), slave.getBoolean([1, 5, 9])
+    state = slave.getFMUstate()
+    slave.setBoolean([REFERENCES["locked"]], [False])
+    started.set(gain=9.0, u=-7.0)
+    started.drive(3, 9)
+    slave.setFMUstate(state)
+    slave.freeFMUstate(state)
+    assert (slave.getReal(reals), slave.getBoolean([1, 5, 9])) == before
+
+
+def test_a_state_can_be_overwritten(started: Host) -> None:
+    slave = started.slave
+    state = slave.getFMUstate()
+    started.drive(0, 5)
+    assert slave.fmi2GetFMUstate(slave.component, ctypes.byref(state)) == fmi2.fmi2OK
+    first = started.drive(5, 9)
+    slave.setFMUstate(state)
+    slave.freeFMUstate(state)
+    assert (started.drive(5, 9) == first).all()
+
+
+def test_goes_to_another_instance(toy_fmu: Path) -> None:
+    with opened(toy_fmu, toy_fmu) as (one, two):
+        one.start(stiffness=7.0, gain=2.0)
+        one.drive(0, 10)
+        state = one.slave.getFMUstate()
+        data = one.slave.serializeFMUstate(state)
+        one.slave.freeFMUstate(state)
+        state = two.slave.deSerializeFMUstate(data)
+        two.slave.setFMUstate(state)
+        two.slave.freeFMUstate(state)
+        assert (one.drive(10, 50) == two.drive(10, 50)).all()
+
+
+OTHER_PROCESS = """
+import sys
+from pathlib import Path
+from fmu_host import opened
+
+with opened(Path(sys.argv[1])) as (host,):
+    state = host.slave.deSerializeFMUstate(Path(sys.argv[2]).read_bytes())
+    host.slave.setFMUstate(state)
+    host.slave.freeFMUstate(state)
+    print(host.drive(10, 50).tobytes().hex())
+"""
+
+
+def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -> None:
+    started.set(gain=2.0)
+    started.drive(0, 10)
+    state = started.slave.getFMUstate()
+    (tmp_path / "state").write_bytes(started.slave.serializeFMUstate(state))
+    started.slave.freeFMUstate(state)
+    here = os.environ | {"PYTHONPATH": str(SUPPORT)}
+    command = [sys.executable, "-c", OTHER_PROCESS, str(toy_fmu), str(tmp_path / "state")]
+    done = subprocess.run(command, env=here, capture_output=True, text=True, check=True)
+    assert bytes.fromhex(done.stdout) == started.drive(10, 50).tobytes()
+
+
+def test_other_parameters_are_taken_over(started: Host) -> None:
+    slave = started.slave
+    state = slave.getFMUstate()
+    slave.reset()
+    started.start(stiffness=1.0)
+    slave.setFMUstate(state)
+    slave.freeFMUstate(state)
+    assert (started.drive(0, 10) == plain_run(10)).all()
+
+
+def test_leads_out_of_an_error(started: Host) -> None:
+    slave = started.slave
+    started.drive(0, 5)
+    state = slave.getFMUstate()
+    started.set(fail_at=0.0)
+    refused(lambda: slave.doStep(5 * STEP, STEP))
+    slave.setFMUstate(state)
+    slave.freeFMUstate(state)
+    assert (started.drive(5, 50) == plain_run(50)[5:]).all()
+
+
+def test_before_the_initialization(host: Host) -> None:
+    slave = host.slave
+    host.set(gain=0.3)
+    state = slave.getFMUstate()
+    host.set(gain=0.9)
+    host.start()
+    host.drive(0, 5)
+    slave.setFMUstate(state)
+    slave.freeFMUstate(state)
+    host.start()
+    assert (host.drive(0, 9) == plain_run(9, gain=0.3)).all()
+
+
+def test_in_initialization_mode(host: Host) -> None:
+    slave = host.slave
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    host.set(stiffness=3.0)
+    for is_up_to_date in (False, True):
+        if is_up_to_date:
+            host.get("x")
+        state = slave.getFMUstate()
+        slave.exitInitializationMode()
+        host.drive(0, 5)
+        slave.setFMUstate(state)
+        slave.freeFMUstate(state)
+    slave.exitInitializationMode()
+    assert (host.drive(0, 9) == plain_run(9, stiffness=3.0)).all()
+
+
+def test_wrong_bytes_are_refused(started: Host) -> None:
+    slave = started.slave
+    state = slave.getFMUstate()
+    data = slave.serializeFMUstate(state)
+    slave.freeFMUstate(state)
+    for wrong in (b"", data[:-1], data + b"\0", data[:40], b"\1" + data[1:]):
+        refused(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
+        assert started.last.startswith("deSerializeFMUstate: the state")
+    assert (started.drive(0, 5) == plain_run(5)).all()
+
+
+def test_damaged_bytes_do_no_harm(toy_fmu: Path) -> None:
+    rng = random.Random(1)
+    with opened(toy_fmu) as (host,):
+        host.start()
+        state = host.slave.getFMUstate()
+        data = host.slave.serializeFMUstate(state)
+        host.slave.freeFMUstate(state)
+        for _ in range(300):
+            wrong = bytearray(data)
+            for _ in range(rng.randint(1, 4)):
+                wrong[rng.randrange(len(wrong))] = rng.randrange(256)
+            go_to(host, bytes(wrong))
+        host.slave.reset()
+        host.start()
+        assert (host.drive(0, 5) == plain_run(5)).all()
+
+
+def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+    other = unpack(tmp_path / "other", OtherToyModel, "other", fmi=fmi)
+    with opened(toy_fmu, other) as (one, two):
+        one.start()
+        state = one.slave.getFMUstate()
+        data = one.slave.serializeFMUstate(state)
+        one.slave.freeFMUstate(state)
+        refused(lambda: two.slave.deSerializeFMUstate(data))
+        assert two.last == "deSerializeFMUstate: the state is another FMU's"
+
+
+def test_a_state_that_the_model_refuses(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    slave = started.slave
+    monkeypatch.setattr(ToyModel, "get_state", lambda self: b"short")
+    state = slave.getFMUstate()
+    refused(lambda: slave.setFMUstate(state))
+    slave.freeFMUstate(state)
+    assert "unpack requires a buffer of 24 bytes" in started.last
+
+
+def test_room_that_is_too_small(started: Host) -> None:
+    slave = started.slave
+    state = slave.getFMUstate()
+    room = ctypes.create_string_buffer(3)
+    refused(lambda: slave.fmi2SerializeFMUstate(slave.component, state, room, 3))
+    slave.freeFMUstate(state)
+    assert "too little room" in started.last
+
+
+def go_to(host: Host, data: bytes) -> None:
+    """Take a damaged state for a true one, if the FMU does."""
+    try:
+        state = host.slave.deSerializeFMUstate(data)
+    except FMICallException:
+        return
+    try:
+        host.slave.setFMUstate(state)
+        host.slave.doStep(0.0, STEP)
+    except FMICallException:
+        pass
+    host.slave.freeFMUstate(state)
+
+
+def test_numbers_that_cannot_be_set_are_refused(started: Host) -> None:
+    slave = started.slave
+    started.drive(0, 5)
+    state = slave.getFMUstate()
+    data = slave.serializeFMUstate(state)
+    slave.freeFMUstate(state)
+    header = struct.calcsize("<8s4I3Q3d")
+    start_time, time = header - 24, header - 8
+    places = [start_time, time, header, header + 8 * REFERENCES["gain"]]
+    for place in places:
+        for number in (math.nan, math.inf):
+            wrong = data[:place] + struct.pack("<d", number) + data[place + 8 :]
+            refused(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
+            assert started.last == "deSerializeFMUstate: the state is damaged"
+    assert (started.drive(5, 9) == plain_run(9)[5:]).all()
+
+
+def test_the_state_of_another_fmu_is_refused(
+    started: Host, fmi: FmiVersion, tmp_path: Path
+) -> None:
+    with opened(unpack(tmp_path / "other", x_start=0.5, fmi=fmi)) as (other,):
+        other.start()
+        state = other.slave.getFMUstate()
+        refused(lambda: started.slave.setFMUstate(state))
+        assert started.last == "setFMUstate: the state is another FMU's"
+        other.slave.freeFMUstate(state)
+    started.slave.reset()
+    started.start()
+    assert (started.drive(0, 5) == plain_run(5)).all()

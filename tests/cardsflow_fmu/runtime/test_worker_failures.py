@@ -1,0 +1,217 @@
+"""A worker process that dies, hangs or is left alone: its host neither dies, hangs nor leaks."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from fmu_host import STEP, SUPPORT, refused
+from stubborn_model import CRASH, EXIT, HOLD, SLEEP, WELL
+from worker_host import (
+    children,
+    eventually,
+    is_running,
+    opened_stubborn,
+    put,
+    start,
+    sums,
+    unpack_stubborn,
+    value,
+)
+
+pytestmark = [
+    pytest.mark.native,
+    pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc"),
+]
+
+KILLS = int(os.environ.get("CARDSFLOW_TEST_KILLS", "3"))
+
+HOST = """
+import sys
+from pathlib import Path
+from worker_host import load, put, start, value
+host = load(Path(sys.argv[1]))
+host.slave.instantiate(callbacks=host.callbacks)
+start(host)
+print(int(value(host, "process")), flush=True)
+put(host, action=float(sys.argv[2]))
+if sys.argv[2] != "0":
+    host.slave.doStep(0.0, 1e-3)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture(autouse=True)
+def worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Models run in worker processes."""
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
+
+
+@pytest.fixture(scope="session")
+def stubborn_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An unpacked FMU of the stubborn model."""
+    return unpack_stubborn(tmp_path_factory.mktemp("stubborn") / "stubborn")
+
+
+def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        expected = sums(host, 0, 5)
+        for _ in range(KILLS):
+            process = int(value(host, "process"))
+            put(host, action=SLEEP, worker_timeout=1e6)
+            killer = threading.Timer(0.05, os.kill, (process, signal.SIGKILL))
+            killer.start()
+            refused(lambda: host.slave.doStep(5 * STEP, STEP))
+            killer.join()
+            assert host.last.endswith("the worker process was ended by signal 9")
+            refused(lambda: value(host, "sum"))
+            host.slave.reset()
+            start(host)
+            assert value(host, "process") != process
+            assert sums(host, 0, 5) == expected
+
+
+def test_killed_between_steps(stubborn_fmu: Path) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        for call in ("doStep", "reset"):
+            os.kill(int(value(host, "process")), signal.SIGKILL)
+            if call == "doStep":
+                refused(lambda: host.slave.doStep(0.0, STEP))
+            host.slave.reset()
+            start(host)
+        assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [(EXIT, "the worker process has ended with exit code 7"), (CRASH, "the worker process ")],
+)
+def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        put(host, action=action)
+        refused(lambda: host.slave.doStep(0.0, STEP))
+        assert message in host.last
+        host.slave.reset()
+        start(host)
+        assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
+
+
+@pytest.mark.parametrize("action", [SLEEP, HOLD])
+@pytest.mark.parametrize("told_by", ["environment", "parameter"])
+def test_hangs(
+    stubborn_fmu: Path, action: int, told_by: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if told_by == "environment":
+        monkeypatch.setenv("CARDSFLOW_FMU_TIMEOUT", "0.5")
+    with opened_stubborn(stubborn_fmu) as host:
+        process = value(host, "process")
+        put(host, action=action, worker_timeout=0.5 if told_by == "parameter" else 1e6)
+        begin = time.monotonic()
+        refused(lambda: host.slave.doStep(0.0, STEP))
+        assert time.monotonic() - begin > 0.4
+        assert host.last.endswith("no answer from the worker process within 0.5 s")
+        assert not is_running(process)
+        host.slave.reset()
+        start(host)
+        assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
+
+
+def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        state = host.slave.getFMUstate()
+        os.kill(int(value(host, "process")), signal.SIGKILL)
+        refused(lambda: host.slave.doStep(0.0, STEP))
+        host.slave.setFMUstate(state)
+        host.slave.freeFMUstate(state)
+        put(host, u=1.0)
+        host.slave.doStep(0.0, STEP)
+
+
+@pytest.mark.parametrize("action", [WELL, SLEEP, HOLD])
+def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
+    with lonely_host(stubborn_fmu, action) as host:
+        process = read_number(host)
+        assert is_running(process)
+        time.sleep(0.1)
+        host.kill()
+    assert eventually(lambda: not is_running(process))
+
+
+def test_host_ends_without_freeing(stubborn_fmu: Path) -> None:
+    with lonely_host(stubborn_fmu, WELL) as host:
+        process = read_number(host)
+        host.communicate("")
+    assert eventually(lambda: not is_running(process))
+
+
+def test_interrupt_of_the_terminal(stubborn_fmu: Path) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        os.kill(int(value(host, "process")), signal.SIGINT)
+        assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
+        assert os.getpgid(int(value(host, "process"))) != os.getpgid(0)
+
+
+def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        with opened_stubborn(stubborn_fmu) as host:
+            assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
+            os.kill(int(value(host, "process")), signal.SIGKILL)
+            refused(lambda: host.slave.doStep(3 * STEP, STEP))
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
+def test_free_leaves_nothing(stubborn_fmu: Path) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        process = value(host, "process")
+        assert int(process) in children()
+    assert int(process) not in children()
+
+
+def lonely_host(fmu: Path, action: int) -> subprocess.Popen[str]:
+    """A host process of its own that prints the number of its worker, and then waits."""
+    paths = os.pathsep.join(path for path in sys.path if path)
+    return subprocess.Popen(
+        [sys.executable, "-c", HOST, str(fmu), str(action)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
+
+
+def read_number(host: subprocess.Popen[str]) -> int:
+    assert host.stdout is not None
+    return int(host.stdout.readline())
+
+
+CLOSED = """
+import os, sys
+from pathlib import Path
+from worker_host import load, start, sums
+wanted = os.dup(1)
+for number in map(int, sys.argv[2]):
+    os.close(number)
+host = load(Path(sys.argv[1]))
+host.slave.instantiate(callbacks=host.callbacks)
+start(host)
+os.write(wanted, repr(sums(host, 0, 5)).encode())
+host.slave.freeInstance()
+"""
+
+
+@pytest.mark.parametrize("closed", ["2", "01", "012"])
+def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
+    with opened_stubborn(stubborn_fmu) as host:
+        expected = sums(host, 0, 5)
+    here = os.environ | {"PYTHONPATH": str(SUPPORT)}
+    command = [sys.executable, "-c", CLOSED, str(stubborn_fmu), closed]
+    done = subprocess.run(command, env=here, stdout=subprocess.PIPE, check=False)
+    assert done.stdout.decode() == repr(expected)

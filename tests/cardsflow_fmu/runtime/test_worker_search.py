@@ -1,0 +1,144 @@
+"""Which Python a worker process is made of, and what is told where there is none."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from fmu_host import cannot_open, opened, plain_run
+
+from cardsflow_fmu.version import __version__
+
+pytestmark = [
+    pytest.mark.native,
+    pytest.mark.skipif(sys.platform == "win32", reason="scripts stand in for Pythons"),
+]
+
+
+@pytest.fixture(autouse=True)
+def worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Models run in worker processes; no Python is named."""
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
+    for name in ("CARDSFLOW_PYTHON", "VIRTUAL_ENV"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def script(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
+
+
+def proxy(path: Path, record: Path) -> Path:
+    """This Python by another path, which notes that it was started."""
+    return script(path, f'echo started >> {record}\nexec {sys.executable} "$@"')
+
+
+def runs(folder: Path) -> None:
+    with opened(folder) as (host,):
+        host.start()
+        assert (host.drive(0, 5) == plain_run(5)).all()
+
+
+def test_the_builder_is_recorded(toy_fmu: Path) -> None:
+    assert (toy_fmu / "resources/python.txt").read_text() == f"{sys.executable}\n"
+
+
+def test_environment_variable_comes_first(
+    toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = tmp_path / "record"
+    monkeypatch.setenv("CARDSFLOW_PYTHON", str(proxy(tmp_path / "some python", record)))
+    runs(toy_fmu)
+    assert record.read_text() == "started\n"
+
+
+def test_virtual_environment(
+    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = tmp_path / "record"
+    (damaged / "resources/python.txt").write_text("/no/such/python\n")
+    proxy(tmp_path / "environment/bin/python", record)
+    monkeypatch.setenv("VIRTUAL_ENV", str(tmp_path / "environment"))
+    runs(damaged)
+    assert record.read_text() == "started\n"
+
+
+def test_python_of_the_path(damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    record = tmp_path / "record"
+    (damaged / "resources/python.txt").unlink()
+    proxy(tmp_path / "bin/python3", record)
+    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}")
+    runs(damaged)
+    assert record.read_text() == "started\n"
+
+
+def test_a_python_without_the_package_is_passed_over(
+    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = script(tmp_path / "bare", f'shift\nexec {sys.executable} -I -S "$@"')
+    (damaged / "resources/python.txt").write_text(f"{bare}\n")
+    monkeypatch.setenv("VIRTUAL_ENV", sys.prefix)
+    runs(damaged)
+
+
+def test_what_was_tried_is_told_in_one_line(
+    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (damaged / "resources/python.txt").write_text("/no/such/python\n")
+    script(tmp_path / "environment/bin/python", f'shift\nexec {sys.executable} -I -S "$@"')
+    monkeypatch.setenv("VIRTUAL_ENV", str(tmp_path / "environment"))
+    script(tmp_path / "bin/python3", "exit 3")
+    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}")
+    assert cannot_open(damaged) == (
+        f"no Python with the package cardsflow {__version__}; tried "
+        "/no/such/python (recorded in the FMU): cannot be started: No such file or directory; "
+        f"{tmp_path}/environment/bin/python (VIRTUAL_ENV): "
+        "ModuleNotFoundError: No module named 'cardsflow_fmu'; "
+        "python3 (on the path): the worker process has ended with exit code 3"
+    )
+
+
+def test_the_named_python_is_the_only_one(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CARDSFLOW_PYTHON", "/no/such/python")
+    message = cannot_open(toy_fmu)
+    assert "/no/such/python (CARDSFLOW_PYTHON): cannot be started" in message
+    assert "recorded" not in message
+
+
+def test_another_version_of_the_package(
+    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = tmp_path / "other/cardsflow_fmu"
+    shutil.copytree(Path(__file__).parents[3] / "cardsflow_fmu", package)
+    (package / "version.py").write_text('__version__ = "99.0"\n')
+    text = f"import sys; sys.path.insert(0, {str(package.parent)!r}); sys.argv = sys.argv[1:]"
+    start = script(
+        tmp_path / "python",
+        f'shift 2\nprogram="$1"; shift\nexec {sys.executable} -E -c "{text}; exec(sys.argv[0])" '
+        '"$program" "$@"',
+    )
+    monkeypatch.setenv("CARDSFLOW_PYTHON", str(start))
+    message = cannot_open(damaged)
+    assert message.endswith(f"{start} (CARDSFLOW_PYTHON): has cardsflow 99.0")
+
+
+def test_a_python_that_never_answers(
+    toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CARDSFLOW_FMU_START_TIMEOUT", "0.3")
+    monkeypatch.setenv("CARDSFLOW_PYTHON", str(script(tmp_path / "slow", "exec sleep 1000")))
+    assert cannot_open(toy_fmu).endswith("no answer from the worker process within 0.3 s")
+
+
+def test_nothing_is_imported_from_the_current_folder(
+    toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("ctypes", "numpy", "cardsflow_fmu"):
+        (tmp_path / f"{name}.py").write_text("raise ImportError('from the current folder')\n")
+    monkeypatch.chdir(tmp_path)
+    runs(toy_fmu)

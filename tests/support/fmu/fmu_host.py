@@ -1,0 +1,208 @@
+"""A host of FMUs: FMPy with a logger that remembers; and the plain loop to compare with."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import fmpy
+import numpy as np
+import pytest
+from fmi3_host import FMU3SlaveAs2
+from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
+from toy_model import PORTS, REFERENCES, ToyModel
+
+from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.fmu.writer import write_fmu
+from cardsflow_fmu.models.model import FloatArray
+
+SUPPORT = Path(__file__).parent
+"""The folder of the models and hosts of the tests."""
+STEP = 1e-3
+OUTPUTS = [REFERENCES[name] for name in ("x", "v", "work")]
+
+
+class Message(NamedTuple):
+    status: int
+    category: str
+    text: str
+
+
+@dataclass
+class Host:
+    """An instance, and what it has logged."""
+
+    slave: fmi2.FMU2Slave
+    messages: list[Message] = field(default_factory=list)
+    callbacks: fmi2.fmi2CallbackFunctions = field(default_factory=fmi2.fmi2CallbackFunctions)
+
+    def __post_init__(self) -> None:
+        def log(_: object, name: bytes, status: int, category: bytes, text: bytes) -> None:
+            assert name == self.slave.instanceName.encode()
+            self.messages.append(Message(status, category.decode(), text.decode()))
+
+        self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+
+    @property
+    def last(self) -> str:
+        """The last message, as a host that formats it would show it."""
+        return self.messages[-1].text.replace("%%", "%").replace("##", "#")
+
+    def open(self, events: bool) -> None:
+        """Instantiate."""
+        self.slave.instantiate(callbacks=self.callbacks, loggingOn=events)
+
+    def instantiate(
+        self, guid: str, resources: str, kind: int = fmi2.fmi2CoSimulation, events: bool = False
+    ) -> int | None:
+        """Call fmi2Instantiate itself."""
+        component: int | None = self.slave.fmi2Instantiate(
+            self.slave.instanceName.encode(),
+            kind,
+            guid.encode(),
+            resources.encode(),
+            ctypes.byref(self.callbacks),
+            False,
+            events,
+        )
+        self.slave.component = component
+        return component
+
+    def start(self, **parameters: float) -> None:
+        """Everything up to step mode."""
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+        self.set(**parameters)
+        self.slave.exitInitializationMode()
+
+    def set(self, **values: float) -> None:
+        """Set real variables by name."""
+        self.slave.setReal([REFERENCES[name] for name in values], list(values.values()))
+
+    def get(self, *names: str) -> list[float]:
+        """Get real variables by name."""
+        values: list[float] = self.slave.getReal([REFERENCES[name] for name in names])
+        return values
+
+    def drive(self, first: int, last: int) -> FloatArray:
+        """Step from `first` to `last` with a varying force; the outputs behind every step."""
+        rows = []
+        for k in range(first, last):
+            self.set(u=force(k))
+            self.slave.doStep(k * STEP, STEP)
+            rows.append(self.slave.getReal(OUTPUTS))
+        return np.array(rows)
+
+
+@dataclass
+class Host3(Host):
+    """An instance of an FMI 3.0 FMU, used as if it were one of FMI 2.0."""
+
+    def __post_init__(self) -> None:
+        def log(_: object, status: int, category: bytes, text: bytes) -> None:
+            self.messages.append(Message(status, category.decode(), text.decode()))
+
+        self.log = log
+
+    @property
+    def last(self) -> str:
+        return self.messages[-1].text
+
+    def open(self, events: bool) -> None:
+        self.slave.instantiate(logMessage=self.log, loggingOn=events)
+
+
+def force(k: int) -> float:
+    """The force in step k, in [N]."""
+    return float(np.sin(0.1 * k))
+
+
+def plain_run(count: int, model: ToyModel | None = None, **parameters: float) -> FloatArray:
+    """The same as `Host.start` and `Host.drive`, without any FMI."""
+    model = model or ToyModel(0.25)
+    for name, value in parameters.items():
+        model.values[REFERENCES[name]] = value
+    model.initialize()
+    rows = []
+    for k in range(count):
+        model.inputs[0] = force(k)
+        model.step(k * STEP, STEP)
+        rows.append(model.values[OUTPUTS].copy())
+    return np.array(rows)
+
+
+def unpack(
+    folder: Path,
+    model_class: type[ToyModel] = ToyModel,
+    name: str = "toy",
+    x_start: float = 0.25,
+    fmi: FmiVersion = "2.0",
+) -> Path:
+    """Build an FMU and unpack it into `folder`; returns that."""
+    archive = write_fmu(
+        folder.with_suffix(".fmu"),
+        model_class=model_class,
+        model_name=name,
+        ports=PORTS,
+        resources={"x_start.txt": repr(x_start).encode()},
+        step=STEP,
+        fmi=fmi,
+    )
+    fmpy.extract(str(archive), str(folder))
+    return folder
+
+
+def load(folder: Path, instance_name: str = "größe 1") -> Host:
+    """Load an unpacked FMU, without an instance."""
+    description = fmpy.read_model_description(str(folder))
+    is_2 = description.fmiVersion == "2.0"
+    slave = (fmi2.FMU2Slave if is_2 else FMU3SlaveAs2)(
+        guid=description.guid,
+        unzipDirectory=str(folder),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName=instance_name,
+    )
+    return Host(slave) if is_2 else Host3(slave)
+
+
+@contextmanager
+def opened(*folders: Path, events: bool = False) -> Iterator[Sequence[Host]]:
+    """Instances of unpacked FMUs, freed at the end."""
+    hosts = [load(folder, f"toy {i}") for i, folder in enumerate(folders)]
+    for host in hosts:
+        host.open(events)
+    yield hosts
+    for host in hosts:
+        host.slave.freeInstance()
+
+
+def refused(call: Callable[[], object]) -> None:
+    """The call answers fmi2Error."""
+    with pytest.raises(FMICallException) as caught:
+        call()
+    assert caught.value.status == fmi2.fmi2Error
+
+
+def cannot_open(folder: Path) -> str:
+    """The only message of an instantiation that fails."""
+    host = load(folder)
+    resources = (folder / "resources").as_uri()
+    assert host.instantiate(host.slave.guid, resources) is None
+    host.slave.freeLibrary()
+    (message,) = host.messages
+    assert message.status == fmi2.fmi2Error
+    assert message.category == "logStatusError"
+    return message.text
+
+
+def run(command: list[str]) -> str:
+    """The output of a command that has to succeed."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout

@@ -1,0 +1,21 @@
+"""Programs that open damaged files under sanitizers, and how many files they refuse."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from targets import Target, run_program
+
+MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "1000"))
+BATCH = 5000
+SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
+
+
+def count_refused(program: list[str], *arguments: Path) -> int:
+    """How many of all are refused, some thousands a run of the program."""
+    refused = 0
+    for first in range(0, MUTATIONS, BATCH):
+        count = min(BATCH, MUTATIONS - first)
+        refused += int(run_program(program, str(first), str(count), *arguments))
+    return refused

@@ -1,0 +1,137 @@
+"""Core and laws compiled for this machine, in single or double precision, as one library.
+
+The package's own libraries compute with doubles. These are compiled by a test, for either kind of
+number, with the very sources.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+from targets import FLAGS, FOLDERS, PROGRAMS, Target, environment, single_flags
+
+from addin_sdfusion.robot import Robot
+from sim_dart import compile_blob
+
+Array = NDArray[Any]
+GCC = Target(["gcc", "-O2"])
+
+STRICT = ("-Wdouble-promotion", "-Wfloat-conversion")
+"""No double slips in, and none is cut."""
+
+_ANSWERS_SIZE = ("core_size", "dual_newton_size", "computed_torque_size", "control_loop_size")
+_ANSWERS_POINTER = ("core_array", "core_open", "dual_newton_open", "dual_newton_array")
+
+
+class Precision:
+    """The library, and the kind of number that it computes with.
+
+    Args:
+        folder: Where to compile to.
+        single: With numbers of single precision.
+        sources: Further C files of this folder.
+        flags: Further flags.
+    """
+
+    def __init__(
+        self, folder: Path, single: bool, sources: Sequence[str] = (), flags: Sequence[str] = ()
+    ) -> None:
+        if shutil.which("gcc") is None:
+            pytest.skip("no gcc")
+        self.single, self.dtype = single, np.dtype(np.float32 if single else np.float64)
+        self.number = ctypes.c_float if single else ctypes.c_double
+        target = folder / f"core_{self.dtype}.so"
+        files = [PROGRAMS / name for name in sources]
+        files += [file for csrc in FOLDERS for file in sorted(csrc.glob("*.c"))]
+        headers = [f"-I{place}" for place in (*FOLDERS, folder)]
+        own = (*single_flags(GCC), *STRICT) if single else ()
+        command = [*GCC.compiler, *FLAGS, "-shared", "-fPIC", *own]
+        command += [*flags, *headers, *map(str, files), "-o", str(target), "-lm"]
+        done = subprocess.run(
+            command, capture_output=True, text=True, check=False, env=environment()
+        )
+        assert done.returncode == 0, done.stderr
+        self.library = ctypes.CDLL(str(target))
+        for name in _ANSWERS_SIZE:
+            getattr(self.library, name).restype = ctypes.c_size_t
+        for name in _ANSWERS_POINTER:
+            getattr(self.library, name).restype = ctypes.c_void_p
+
+    def numbers(self, values: ArrayLike) -> Array:
+        """Values as the library takes them."""
+        return np.ascontiguousarray(values, dtype=self.dtype)
+
+    def view(self, address: int | None, length: int) -> Array:
+        """The library's own memory."""
+        assert address
+        kind = self.number * length
+        return np.frombuffer(kind.from_address(address), self.dtype)
+
+    def call(self, name: str, *arguments: Any) -> int:
+        """Call a function; arrays go as addresses, floats as the library's numbers."""
+        function: Any = getattr(self.library, name)
+        return int(function(*map(self._argument, arguments)) or 0)
+
+    def _argument(self, value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return ctypes.c_void_p(value.ctypes.data)
+        if isinstance(value, bytes):
+            return ctypes.c_char_p(value)
+        if isinstance(value, float):
+            return self.number(value)
+        return value
+
+
+class Handle:
+    """An opened handle of the library, by the prefix of its functions."""
+
+    def __init__(self, precision: Precision, prefix: str, pointer: int) -> None:
+        assert pointer, prefix
+        self.precision, self.prefix = precision, prefix
+        self.pointer = ctypes.c_void_p(pointer)
+
+    def array(self, name: str) -> Array:
+        """A view."""
+        length = ctypes.c_size_t()
+        find: Any = getattr(self.precision.library, f"{self.prefix}_array")
+        address = find(self.pointer, name.encode(), ctypes.byref(length))
+        return self.precision.view(address, length.value)
+
+    def call(self, name: str, *arguments: Any) -> int:
+        """A function of the handle."""
+        return self.precision.call(f"{self.prefix}_{name}", self.pointer, *arguments)
+
+
+def room(size: int) -> Array:
+    """Memory, as the handles want it aligned."""
+    return np.zeros(-(-size // 8), dtype=np.uint64)
+
+
+def open_robot(precision: Precision, robot: Robot) -> Handle:
+    """A robot opened in a core of that precision."""
+    blob = np.frombuffer(compile_blob(robot, single=precision.single), np.uint64).copy()
+    message = ctypes.create_string_buffer(256)
+    size = precision.call("core_size", blob, blob.nbytes, message, len(message))
+    assert size, message.value
+    memory = room(size)
+    pointer = precision.call("core_open", blob, blob.nbytes, memory)
+    handle = Handle(precision, "core", pointer)
+    handle.memory = blob, memory  # type: ignore[attr-defined]
+    return handle
+
+
+def open_program(precision: Precision, n: int, rows: int) -> Handle:
+    """A QP solver for problems of a size."""
+    memory = room(precision.call("dual_newton_size", n, rows))
+    pointer = precision.call("dual_newton_open", n, rows, memory)
+    handle = Handle(precision, "dual_newton", pointer)
+    handle.memory = memory  # type: ignore[attr-defined]
+    return handle

@@ -1,0 +1,128 @@
+"""Platforms and compilers on which C programs of the tests are built and run."""
+
+from __future__ import annotations
+
+import atexit
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PROGRAMS = ROOT / "tests/native/csrc"
+"""Programs of the tests in C."""
+FOLDERS = [ROOT / "sim_dart/csrc", ROOT / "controllers/csrc"]
+ALONG = ROOT / "sim_dart/csrc/along"
+"""The core for derivatives, which only FMUs carry."""
+FLAGS = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE"]
+ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
+TIMEOUT = 900  # in [s]: ziglang makes a platform's C library first
+
+
+class Target(NamedTuple):
+    """A compiler's command, and what runs its programs here; nothing for this machine's own."""
+
+    compiler: list[str]
+    runner: tuple[str, ...] = ()
+    suffix: str = ""
+
+
+_QEMU = ("qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu")
+TARGETS = {
+    "gcc -O1": Target(["gcc", "-O1"]),
+    "gcc -O2": Target(["gcc", "-O2"]),
+    "gcc -O3": Target(["gcc", "-O3"]),
+    "gcc -O3 -march=native": Target(["gcc", "-O3", "-march=native"]),
+    "clang -O3": Target(["clang", "-O3"]),
+    "zig linux64": Target([*ZIG, "x86_64-linux-gnu.2.17", "-O3"]),
+    "zig linux64 v3": Target([*ZIG, "x86_64-linux-gnu.2.17", "-mcpu=x86_64_v3", "-O3"]),
+    "zig linux-aarch64, qemu": Target([*ZIG, "aarch64-linux-gnu.2.17", "-O3"], _QEMU),
+    "zig win64, wine": Target([*ZIG, "x86_64-windows-gnu", "-O3"], ("wine64",), ".exe"),
+}
+
+
+def single_flags(target: Target) -> tuple[str, ...]:
+    """What its compiler needs for single precision: literals are to be single too."""
+    literals = ("-fsingle-precision-constant",)
+    if target.compiler[0] != "gcc":
+        literals = ("-Xclang", "-cl-single-precision-constant")
+    return ("-DCARDSFLOW_FLOAT", *literals)
+
+
+@cache
+def environment() -> dict[str, str]:
+    """Without what a sanitized run preloads; wine keeps quiet, and its files out of the home."""
+    files = tempfile.mkdtemp(prefix="wine")
+    atexit.register(shutil.rmtree, files, ignore_errors=True)
+    kept = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
+    return kept | {"WINEDEBUG": "-all", "WINEPREFIX": files, "WINEDLLOVERRIDES": "mscoree,mshtml="}
+
+
+def find_runner(name: str) -> str | None:
+    """The path of an emulator; Debian has wine's beside its libraries."""
+    return shutil.which(name) or shutil.which(name, path="/usr/lib/wine")
+
+
+def require(target: Target) -> list[str]:
+    """The runner's command, if compiler and runner are here; else the test skips."""
+    if target.compiler[0] == sys.executable:
+        if importlib.util.find_spec("ziglang") is None:
+            pytest.skip("no ziglang: the extra `cross`")
+    elif shutil.which(target.compiler[0]) is None:
+        pytest.skip(f"no {target.compiler[0]}")
+    if not target.runner:
+        return []
+    found = find_runner(target.runner[0])
+    libraries = [Path(word) for word in target.runner if word.startswith("/")]
+    if found is None or not all(folder.is_dir() for folder in libraries):
+        pytest.skip(f"no {target.runner[0]}, or no libraries of the machine that it is for")
+    return [found, *target.runner[1:]]
+
+
+def build_program(target: Target, folder: Path, sources: Sequence[str], *more: str) -> list[str]:
+    """Compile a program of this folder with core and control laws; the command that runs it.
+
+    Args:
+        target: For which platform.
+        folder: Where to compile to.
+        sources: Its files, the one that it is named after first.
+        more: Further flags.
+    """
+    runner = require(target)
+    program = folder / f"{Path(sources[0]).stem}{target.suffix}"
+    files = [PROGRAMS / name for name in sources]
+    files += [file for csrc in FOLDERS for file in sorted(csrc.glob("*.c"))]
+    headers = [f"-I{csrc}" for csrc in FOLDERS]
+    command = [*target.compiler, *FLAGS, *more, *headers, *map(str, files), "-o", str(program)]
+    compiled = subprocess.run(
+        [*command, "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+        timeout=TIMEOUT,
+    )
+    assert compiled.returncode == 0, compiled.stderr
+    return [*runner, str(program)]
+
+
+def run_program(command: list[str], *arguments: str | Path) -> str:
+    """What the program prints; its complaint fails the test."""
+    done = subprocess.run(
+        [*command, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment(),
+        timeout=TIMEOUT,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout

@@ -1,0 +1,52 @@
+"""Studies of the two-link arm that take a blink, for tests of studies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from cardsflow_fmu.studies import Study
+
+ROOT = Path(__file__).parents[2]
+PLANAR = ROOT / "examples" / "planar_2r"
+
+SHORT = """
+[settings]
+controller.period = 0.01
+run.step = 0.01
+run.duration = 0.2
+"""
+
+KP = """
+[[vary]]
+path = "controller.kp"
+grid = { from = 1000.0, to = 2000.0, count = 6 }
+"""
+
+
+def write_study(folder: Path, text: str = KP, top: str = "", short: str = SHORT) -> Path:
+    """A study.toml.
+
+    Args:
+        folder: Where to.
+        text: Its [[vary]] and other tables.
+        top: Its keys that stand above all tables.
+        short: What makes it short.
+    """
+    file = folder / "study.toml"
+    file.write_text(f'experiment = "{PLANAR}"\n{top}\n{short}\n{text}')
+    return file
+
+
+def small_study(folder: Path, text: str = KP, top: str = "", short: str = SHORT) -> Study:
+    """The same, read."""
+    return Study.load(write_study(folder, text, top, short))
+
+
+@contextmanager
+def one_thread() -> Iterator[Executor]:
+    """An executor that needs no new process."""
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
