@@ -19,101 +19,49 @@ capable cable force computation method", Cable-Driven Parallel Robots (2015). CA
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from controllers.arrays import BoolArray, FloatArray
 
-from .poses import DistributedForces, Poses, finish, gather, require_finite_bounds
+from .poses import Poses, distribution
 
 _RANK = 1e-10  # singular values below this part of the largest are zero
 _BEYOND = 1e-9  # a force this far beyond a bound violates it, relative to 1 N or the bound
 
 
-def closed_form(
-    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> DistributedForces:
-    """The forces nearest to the middle between the bounds, whatever the bounds.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: A size or a number is wrong, or a muscle has no upper bound.
-    """
-    poses, middle = _gather("closed_form", L, tau, f_min, f_max)
+@distribution(finite_bounds=True)
+def closed_form(poses: Poses) -> FloatArray:
+    """The forces nearest to the middle between the bounds, whatever the bounds."""
+    middle = poses.middle
     free = np.ones_like(middle, dtype=bool)
-    return finish(poses, "closed_form", _nearest(poses, middle, free, middle))
+    return _nearest(poses, middle, free, middle)
 
 
-def improved_closed_form(
-    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> DistributedForces:
-    """The closed form, with forces beyond their bounds fixed there one after another.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: A size or a number is wrong, or a muscle has no upper bound.
-    """
-    poses, middle = _gather("improved_closed_form", L, tau, f_min, f_max)
-    return finish(poses, "improved_closed_form", _improved(poses, middle)[0])
+@distribution(finite_bounds=True)
+def improved_closed_form(poses: Poses) -> FloatArray:
+    """The closed form, with forces beyond their bounds fixed there one after another."""
+    return _improved(poses, poses.middle)[0]
 
 
-def puncture(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> DistributedForces:
-    """The smallest forces on the way from the least norm to the closed form.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: A size or a number is wrong, or a muscle has no upper bound.
-    """
-    poses, middle = _gather("puncture", L, tau, f_min, f_max)
+@distribution(finite_bounds=True)
+def puncture(poses: Poses) -> FloatArray:
+    """The smallest forces on the way from the least norm to the closed form."""
+    middle = poses.middle
     free = np.ones_like(middle, dtype=bool)
     safe = _nearest(poses, middle, free, middle)
     smallest = _nearest(poses, np.zeros_like(middle), free, middle)
-    return finish(poses, "puncture", _towards(poses, smallest, safe))
+    return _towards(poses, smallest, safe)
 
 
-def improved_puncture(
-    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> DistributedForces:
-    """The smallest forces on the way from the least norm to the improved closed form.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: A size or a number is wrong, or a muscle has no upper bound.
-    """
-    poses, middle = _gather("improved_puncture", L, tau, f_min, f_max)
+@distribution(finite_bounds=True)
+def improved_puncture(poses: Poses) -> FloatArray:
+    """The smallest forces on the way from the least norm to the improved closed form."""
+    middle = poses.middle
     all_free, zero = np.ones_like(middle, dtype=bool), np.zeros_like(middle)
     unbounded = _nearest(poses, zero, all_free, middle)
     safe, free, fixed = _improved(poses, middle)
     way = _towards(poses, _nearest(poses, zero, free, fixed), safe)
     fits = _violation(poses, unbounded).max(axis=1, keepdims=True) <= 0
-    return finish(poses, "improved_puncture", np.where(fits, unbounded, way))
-
-
-def _gather(
-    method: str, L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> tuple[Poses, FloatArray]:
-    poses = gather(L, tau, f_min, f_max)
-    require_finite_bounds(poses, method)
-    return poses, 0.5 * (poses.f_min + poses.f_max)
+    return np.where(fits, unbounded, way)
 
 
 def _nearest(poses: Poses, centre: FloatArray, free: BoolArray, fixed: FloatArray) -> FloatArray:

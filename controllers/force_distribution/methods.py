@@ -2,12 +2,13 @@
 
     -L'f = tau,   f_min <= f <= f_max
 
-Every function takes L, shape (..., m, n), tau, shape (..., n), and bounds, and returns
-`DistributedForces` with a status a pose. Choose one by name with `distribute`.
+Every function is called as `distribute` is, without the name of a method: `least_squares(L, tau,
+f_min, f_max)`.
 """
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -58,11 +59,11 @@ def distribute(
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        tau: Desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
         f_max: Upper bounds, likewise; may be infinite where the method allows it.
         method: One of `METHODS`.
-        options: What the method takes beside.
+        options: Further keyword arguments of the method.
 
     Raises:
         InputError: A size, a number or an option is wrong, or the method does not fit the robot.
@@ -71,7 +72,7 @@ def distribute(
     if method not in METHODS:
         raise UnknownNameError("force distribution", method, METHODS)
     function = METHODS[method]
-    taken = function.__kwdefaults__ or {}
+    taken = inspect.unwrap(function).__kwdefaults__ or {}
     for option in options:
         if option not in taken:
             raise UnknownNameError(f"option of {method!r}", option, taken)

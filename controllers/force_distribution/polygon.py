@@ -7,7 +7,7 @@ and centroid, their ends hold the least sum, and the point nearest to the origin
 
 Gouttefarde, Lamaury, Reichert, Bruckmann, "A versatile tension distribution algorithm for n-DOF
 parallel robots driven by n + 2 cables", IEEE Trans. Robotics 31 (2015); CASPR's
-`IDSolverFeasiblePolygon`. Their way around the polygon is replaced by all edges at once.
+`IDSolverFeasiblePolygon`. Here all edges are found at once, not one after another.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from controllers.arrays import BoolArray, FloatArray
 
-from .poses import DistributedForces, Poses, finish, gather, require_finite_bounds
+from .poses import Poses, distribution, gather, require_finite_bounds
 
 _RANK = 1e-10
 _PARALLEL = 1e-10  # sine of the angle between lines that count as parallel
@@ -80,11 +80,11 @@ class ForcePolygon:
 def feasible_polygon(
     L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
 ) -> ForcePolygon:
-    """The polygon of every pose.
+    """The feasible polygon of every pose.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        tau: Desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
         f_max: Upper bounds, likewise; finite.
 
@@ -92,7 +92,10 @@ def feasible_polygon(
         InputError: A size or a number is wrong, a muscle has no upper bound, or the robot has not
             just two more muscles than coordinates.
     """
-    poses = gather(L, tau, f_min, f_max)
+    return _polygon(gather(L, tau, f_min, f_max))
+
+
+def _polygon(poses: Poses) -> ForcePolygon:
     if poses.m - poses.n != 2:
         raise InputError(
             f"the feasible polygon needs two more muscles than coordinates, not {poses.m} muscles "
@@ -109,43 +112,21 @@ def feasible_polygon(
     return ForcePolygon(poses, f_0, N, starts, ends)
 
 
-def polygon_1_norm(
-    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> DistributedForces:
-    """The least sum of forces: a corner of the polygon.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: As `feasible_polygon`.
-    """
-    polygon = feasible_polygon(L, tau, f_min, f_max)
+@distribution()
+def polygon_1_norm(poses: Poses) -> FloatArray:
+    """The least sum of forces: a corner of the polygon."""
+    polygon = _polygon(poses)
     corners = np.concatenate([polygon.starts, polygon.ends], axis=1)
     sums = np.einsum("pmk,pck->pc", polygon.N, corners)
     lam = _least(np.where(np.isnan(sums), np.inf, sums), corners)
-    return finish(polygon.poses, "polygon_1_norm", polygon.forces(lam))
+    return polygon.forces(lam)
 
 
-def polygon_2_norm(
-    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> DistributedForces:
-    """The least norm of forces: the polygon's point nearest to the origin.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: As `feasible_polygon`.
-    """
-    polygon = feasible_polygon(L, tau, f_min, f_max)
-    poses, way = polygon.poses, polygon.ends - polygon.starts
+@distribution()
+def polygon_2_norm(poses: Poses) -> FloatArray:
+    """The least norm of forces: the polygon's point nearest to the origin."""
+    polygon = _polygon(poses)
+    way = polygon.ends - polygon.starts
     square = np.sum(way**2, axis=2)
     along = -np.sum(polygon.starts * way, axis=2)
     s = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
@@ -154,24 +135,13 @@ def polygon_2_norm(
     lam = _least(np.where(np.isnan(norms), np.inf, norms), points)
     inside = np.all((polygon.f_0 >= poses.f_min) & (polygon.f_0 <= poses.f_max), axis=1)
     lam = np.where(inside[:, None] & np.isfinite(lam), 0.0, lam)
-    return finish(poses, "polygon_2_norm", polygon.forces(lam))
+    return polygon.forces(lam)
 
 
-def polygon_centroid(
-    L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
-) -> DistributedForces:
-    """The polygon's centroid: continuous along a motion and far from all bounds.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; finite.
-
-    Raises:
-        InputError: As `feasible_polygon`.
-    """
-    polygon = feasible_polygon(L, tau, f_min, f_max)
+@distribution()
+def polygon_centroid(poses: Poses) -> FloatArray:
+    """The polygon's centroid: continuous along a motion and far from all bounds."""
+    polygon = _polygon(poses)
     edge = np.all(np.isfinite(polygon.starts), axis=2)
     count = np.maximum(edge.sum(axis=1), 1)[:, None]
     middle = np.nansum(0.5 * (polygon.starts + polygon.ends), axis=1) / count
@@ -183,7 +153,7 @@ def polygon_centroid(
     moment = np.nansum((a + b) * cross[:, :, None], axis=1) / 6.0
     lam = middle + np.where(thin[:, None], 0.0, moment / np.where(thin, 1.0, area)[:, None])
     lam = np.where(np.any(edge, axis=1)[:, None], lam, np.nan)
-    return finish(polygon.poses, "polygon_centroid", polygon.forces(lam))
+    return polygon.forces(lam)
 
 
 def _edges(poses: Poses, f_0: FloatArray, N: FloatArray) -> tuple[FloatArray, FloatArray]:

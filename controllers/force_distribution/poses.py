@@ -1,9 +1,11 @@
-"""What the force distributions share: stacked poses in, checked forces and a status a pose out."""
+"""Stacked poses, the checked forces of a distribution over them, and a status for each pose."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import wraps
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +31,7 @@ class Poses(NamedTuple):
     Attributes:
         L: Muscle Jacobians, shape (P, m, n), in [m/rad] or [m/m].
         A: -L', shape (P, n, m).
-        tau: Wanted torques, shape (P, n), in [N·m] or [N].
+        tau: Desired torques, shape (P, n), in [N·m] or [N].
         f_min, f_max: Bounds, shape (P, m), in [N].
         stack: Shape of the stack that the poses came in.
     """
@@ -50,6 +52,11 @@ class Poses(NamedTuple):
     def n(self) -> int:
         """Number of coordinates."""
         return int(self.L.shape[2])
+
+    @property
+    def middle(self) -> FloatArray:
+        """The middle between the bounds, shape (P, m), in [N]."""
+        return 0.5 * (self.f_min + self.f_max)
 
     def only(self, chosen: BoolArray) -> Poses:
         """Some of the poses, in a flat stack."""
@@ -86,7 +93,7 @@ def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> 
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        tau: Desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
         f_max: Upper bounds, likewise; may be infinite.
 
@@ -112,6 +119,34 @@ def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> 
     flat = np.broadcast_to(L_, (*stack, m, n)).reshape(-1, m, n)
     tau_flat = np.broadcast_to(tau_, (*stack, n)).reshape(-1, n)
     return Poses(flat, -np.swapaxes(flat, 1, 2), tau_flat, low, high, stack)
+
+
+def distribution(
+    *, finite_bounds: bool = False
+) -> Callable[[Callable[..., FloatArray]], Callable[..., DistributedForces]]:
+    """Make a distribution over one pose or any stack of poses of a function over flat `Poses`.
+
+    The function returns forces, shape (P, m), in [N]; NaN where it finds none. The distribution is
+    called with L, tau, f_min and f_max as `gather` takes them and the function's own options; its
+    answer is checked by `finish`.
+
+    Args:
+        finite_bounds: Whether the method needs finite upper bounds.
+    """
+
+    def decorate(method: Callable[..., FloatArray]) -> Callable[..., DistributedForces]:
+        @wraps(method)
+        def distribute(
+            L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike, **options: Any
+        ) -> DistributedForces:
+            poses = gather(L, tau, f_min, f_max)
+            if finite_bounds:
+                require_finite_bounds(poses, method.__name__)
+            return finish(poses, method.__name__, method(poses, **options))
+
+        return distribute
+
+    return decorate
 
 
 def _numbers(what: str, values: ArrayLike, *, infinite: bool = False) -> FloatArray:

@@ -14,28 +14,18 @@ from controllers.qp.problem import BoxProblem
 from controllers.qp.solver import BoxSolver
 from controllers.validation import named_vector
 
-from .poses import DistributedForces, Poses, finish, gather
+from .poses import Poses, distribution
 
 
-def least_squares(
-    L: ArrayLike,
-    tau: ArrayLike,
-    f_min: ArrayLike,
-    f_max: ArrayLike,
-    *,
-    weights: ArrayLike = 1.0,
-    target: ArrayLike = 0.0,
-) -> DistributedForces:
+@distribution()
+def least_squares(poses: Poses, *, weights: ArrayLike = 1.0, target: ArrayLike = 0.0) -> FloatArray:
     """The forces of least weighted square distance to a target, of smallest norm by default.
 
     Poses are solved in order, each from the multipliers of the one before: the poses of a motion
     take about one Newton step each.
 
     Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite.
+        poses: Of any number of muscles.
         weights: Diagonal of H, a number or shape (m,), in [1/N²].
         target: f_p, a number, shape (m,) or (..., m), in [N]: 0 for CASPR's `IDObjectiveMinQuad`,
             the middle between the bounds for its `IDObjectiveQuadOptimallySafe`.
@@ -43,7 +33,6 @@ def least_squares(
     Raises:
         InputError: A size or a number is wrong.
     """
-    poses = gather(L, tau, f_min, f_max)
     names = [f"muscle {k + 1}" for k in range(poses.m)]
     H = named_vector("weights", weights, names, above=0.0)
     try:
@@ -52,11 +41,11 @@ def least_squares(
         raise InputError(f"target must be a number or {poses.m} numbers, not {target!r}") from None
     if not np.isfinite(goal).all():
         raise InputError("target must be finite")
-    return finish(poses, "least_squares", solve_poses(poses, H, goal.reshape(-1, poses.m)))
+    return solve_poses(poses, H, goal.reshape(-1, poses.m))
 
 
 def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:
-    """What the QP solver says, shape (P, m), in [N]; NaN where it says nothing.
+    """The forces of the QP solver, shape (P, m), in [N]; NaN where it finds none.
 
     Args:
         poses: The poses.

@@ -13,7 +13,7 @@ import numpy as np
 
 from controllers.arrays import FloatArray
 
-from .joint_space import JointSpaceController
+from .joint_space import Instant, JointSpaceController
 
 
 class ForcePositionController(JointSpaceController):
@@ -22,20 +22,5 @@ class ForcePositionController(JointSpaceController):
     Arguments, attributes and units as of `JointSpaceController`.
     """
 
-    def required_torque(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        q_d: FloatArray,
-        qd_d: FloatArray,
-        qdd_d: FloatArray,
-        *,
-        w_e: FloatArray | None = None,
-        correction: FloatArray | None = None,
-    ) -> FloatArray:
-        """The torque that the muscles must make, shape (n,), in [N·m] or [N].
-
-        Arguments as of `JointSpaceController.required_torque`; qdd_d is not used.
-        """
-        none = np.zeros_like(qdd_d)
-        return super().required_torque(q, qd, q_d, qd_d, none, w_e=w_e, correction=correction)
+    def _torque(self, now: Instant) -> FloatArray:
+        return super()._torque(now._replace(qdd_d=np.zeros_like(now.qdd_d)))

@@ -9,7 +9,7 @@ Where no force fits, the error of the acceleration is made as small as the bound
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import qpsolvers
 from numpy.typing import ArrayLike
@@ -20,8 +20,21 @@ from controllers.force_distribution.bounded import ForceDistribution, ForceSolut
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, gain_vector, named_vector
 
-if TYPE_CHECKING:
-    from controllers.analysis.nonlinear_systems import Systems
+
+class Instant(NamedTuple):
+    """State and reference of one moment; see `JointSpaceController.required_torque`."""
+
+    q: FloatArray
+    qd: FloatArray
+    q_d: FloatArray
+    qd_d: FloatArray
+    qdd_d: FloatArray
+    correction: FloatArray | None
+
+
+def plus(value: FloatArray, more: FloatArray | None) -> FloatArray:
+    """The sum; the value itself where there is nothing to add."""
+    return value if more is None else value + more
 
 
 class JointSpaceController:
@@ -96,17 +109,6 @@ class JointSpaceController:
         """
         self.distribution.set_state(state)
 
-    def to_nlsys(self, period: float, *, delay: int = 0) -> Systems:
-        """Robot, controller and their loop as systems of python-control.
-
-        Args:
-            period: T, in [s].
-            delay: Ticks from reading a state until its forces take effect: 0 or 1.
-        """
-        from controllers.analysis.nonlinear_systems import to_nlsys
-
-        return to_nlsys(self, period=period, delay=delay)
-
     def required_torque(
         self,
         q: FloatArray,
@@ -118,7 +120,7 @@ class JointSpaceController:
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> FloatArray:
-        """The left side of eq. (3), and the joints' damping: the torque that the muscles must make.
+        """The torque that the muscles must make: the left side of eq. (3) and the joints' damping.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -127,16 +129,20 @@ class JointSpaceController:
             qd_d: Desired velocities, shape (n,).
             qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
             w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
-            correction: Added to the commanded acceleration, shape (n,); none when None.
+            correction: Added to the commanded acceleration, shape (n,), or to the torque by laws
+                that command none; none when None.
 
         Returns:
             tau, shape (n,), in [N·m] or [N].
         """
-        a = qdd_d + self.kd * (qd_d - qd) + self.kp * self.error(q, q_d)
-        if correction is not None:
-            a = a + correction
+        return plus(self._torque(Instant(q, qd, q_d, qd_d, qdd_d, correction)), w_e)
+
+    def _torque(self, now: Instant) -> FloatArray:
+        """M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q) + correction) + C + G + D qd, shape (n,)."""
+        q, qd, q_d, qd_d, qdd_d, correction = now
+        a = plus(qdd_d + self.kd * (qd_d - qd) + self.kp * self.error(q, q_d), correction)
         tau: FloatArray = self.dynamics.mass_matrix(q) @ a + bias_torque(self.dynamics, q, qd)
-        return tau if w_e is None else tau + w_e
+        return tau
 
     def error(self, q: FloatArray, q_d: FloatArray) -> FloatArray:
         """q_d - q, shape (n,), in [rad] or [m]."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from controllers.arrays import FloatArray
 
-from .joint_space import JointSpaceController
+from .joint_space import Instant, JointSpaceController, plus
 
 
 class LyapunovController(JointSpaceController):
@@ -22,31 +22,7 @@ class LyapunovController(JointSpaceController):
     [N·m/rad], kd in [N·m·s/rad]; for prismatic joints [N/m], [N·s/m].
     """
 
-    def required_torque(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        q_d: FloatArray,
-        qd_d: FloatArray,
-        qdd_d: FloatArray,
-        *,
-        w_e: FloatArray | None = None,
-        correction: FloatArray | None = None,
-    ) -> FloatArray:
-        """The torque that the muscles must make, shape (n,), in [N·m] or [N].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-            q_d: Desired positions, shape (n,).
-            qd_d: Desired velocities, shape (n,).
-            qdd_d: Not used.
-            w_e: Generalised external load to make up for, shape (n,); none when None.
-            correction: Added to the torque, shape (n,), in [N·m] or [N]; none when None.
-        """
-        tau: FloatArray = (
-            self.dynamics.gravity(q) + self.kp * self.error(q, q_d) + self.kd * (qd_d - qd)
-        )
-        if correction is not None:
-            tau = tau + correction
-        return tau if w_e is None else tau + w_e
+    def _torque(self, now: Instant) -> FloatArray:
+        q, qd, q_d, qd_d, _, correction = now
+        tau = self.dynamics.gravity(q) + self.kp * self.error(q, q_d) + self.kd * (qd_d - qd)
+        return plus(tau, correction)
