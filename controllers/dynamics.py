@@ -1,4 +1,4 @@
-"""What a controller needs to know of a robot: the terms of M(q) qdd + C + G = -L(q)^T f."""
+"""Dynamics of a robot as controllers know it: the terms of M(q) qdd + C + G = -L(q)'f."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class TaskDynamics(Dynamics, Protocol):
 
 
 def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:
-    """C(q, qd) + G(q) + D qd: what acts on the joints beside inertia and muscles.
+    """C(q, qd) + G(q) + D qd: all terms of the motion equation but inertia and muscles.
 
     Args:
         dynamics: The robot.
@@ -85,3 +85,25 @@ def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray
     """
     torque: FloatArray = dynamics.coriolis(q, qd) + dynamics.gravity(q) + dynamics.damping * qd
     return torque
+
+
+def acceleration(
+    dynamics: Dynamics,
+    q: FloatArray,
+    qd: FloatArray,
+    forces: FloatArray,
+    w_e: FloatArray | None = None,
+) -> FloatArray:
+    """Qdd = -M⁻¹ (L'f + C + G + D qd + w_e), shape (n,), in [rad/s²] or [m/s²].
+
+    Args:
+        dynamics: The robot.
+        q: Joint positions, shape (n,), in [rad] or [m].
+        qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        forces: f, shape (m,), in [N].
+        w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
+    """
+    torque = dynamics.muscle_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
+    if w_e is not None:
+        torque = torque + w_e
+    return -np.asarray(np.linalg.solve(dynamics.mass_matrix(q), torque), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Vectors that a caller gives, checked: a number for all, or one a name."""
+"""Checks of numbers and vectors that a caller gives."""
 
 from __future__ import annotations
 
@@ -59,20 +59,6 @@ def finite_vector(what: str, values: ArrayLike, size: int) -> FloatArray:
     return vector
 
 
-def gain_vector(name: str, gain: ArrayLike, names: Sequence[str]) -> FloatArray:
-    """A gain for every coordinate, shape (n,), from a number or a vector.
-
-    Args:
-        name: Name of the gain, for the message.
-        gain: A number for all, or one each.
-        names: n names.
-
-    Raises:
-        InputError: A gain is negative or not finite, or there are too many or too few.
-    """
-    return named_vector(name, gain, names)
-
-
 def named_vector(
     what: str,
     values: ArrayLike,
@@ -101,10 +87,44 @@ def named_vector(
     for name, value in zip(names, vector, strict=True):
         large_enough = value >= 0 if above is None else value > above
         if not (large_enough and (infinite or np.isfinite(value))):
-            wanted = "not negative" if above is None else f"above {above:g}"
+            allowed = "not negative" if above is None else f"above {above:g}"
             finite = "" if infinite else "finite and "
-            raise InputError(f"{what} of {name!r} must be {finite}{wanted}: {value}")
+            raise InputError(f"{what} of {name!r} must be {finite}{allowed}: {value}")
     return vector
+
+
+def require_positive(**values: float) -> None:
+    """Refuse numbers that are not positive and finite.
+
+    Args:
+        values: By what they are called.
+
+    Raises:
+        InputError: One is not.
+    """
+    for name, value in values.items():
+        if not (is_finite(value) and value > 0):
+            raise InputError(f"{name} must be positive and finite, not {value!r}")
+
+
+def require_period(period: float) -> None:
+    """Refuse a sampling period that is not a positive time in [s].
+
+    Raises:
+        InputError: It is not.
+    """
+    if not (is_finite(period) and period > 0):
+        raise InputError(f"period must be a positive time in s, not {period!r}")
+
+
+def require_delay(delay: int) -> None:
+    """Refuse a delay of a loop that is not 0 or 1 ticks.
+
+    Raises:
+        InputError: It is not.
+    """
+    if delay not in (0, 1):
+        raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
 
 
 def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
@@ -125,7 +145,7 @@ def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
 
 
 def positive_or_none(what: str, value: float | None, unit: str) -> float | None:
-    """A positive, finite number; None stands for none.
+    """A positive, finite number, or None.
 
     Args:
         what: What it is called.

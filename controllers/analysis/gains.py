@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.validation import float_array, is_finite
+from controllers.validation import float_array, is_finite, require_delay, require_positive
 
 
 class Gains(NamedTuple):
@@ -80,7 +80,7 @@ def from_bandwidth(omega: float, zeta: float = 1.0) -> Gains:
     Raises:
         InputError: A value is not positive and finite.
     """
-    _check_positive(omega=omega, zeta=zeta)
+    require_positive(omega=omega, zeta=zeta)
     return Gains(omega**2, 2.0 * zeta * omega)
 
 
@@ -102,14 +102,14 @@ def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 
     import control
 
     Q = np.diag(_state_weights(q_weight))
-    _check_positive(r_weight=r_weight)
-    _check_delay(delay)
+    require_positive(r_weight=r_weight)
+    require_delay(delay)
     if period == 0.0:
         if delay:
             raise InputError("delay counts ticks: it needs a period")
         A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
         return _solved(control.lqr, A, B, Q, r_weight)
-    _check_positive(period=period)
+    require_positive(period=period)
     A, B = _double_integrator(period)
     if delay:
         A = np.block([[A, B], [np.zeros((1, 3))]])
@@ -170,7 +170,7 @@ def margins(kp: float, kd: float, period: float, delay: int = 0) -> Margins:
     Raises:
         InputError: A gain, the period or the delay is wrong.
     """
-    _check_positive(kp=kp, kd=kd)
+    require_positive(kp=kp, kd=kd)
     radius = float(np.abs(poles(kp, kd, period, delay)).max())
     if period >= largest_stable_period(kp, kd, delay):
         return Margins(False, radius, 0.0, 0.0, 0.0, 0.0)
@@ -238,7 +238,7 @@ def sampling_warning(
     Raises:
         InputError: A gain, the period or the delay is wrong.
     """
-    _check_positive(period=period)
+    require_positive(period=period)
     gains = [np.atleast_1d(float_array(name, gain)) for name, gain in (("kp", kp), ("kd", kd))]
     try:
         rows = np.broadcast_arrays(*gains)
@@ -297,20 +297,9 @@ def _state_weights(q_weight: ArrayLike) -> FloatArray:
     return weights
 
 
-def _check_positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (is_finite(value) and value > 0):
-            raise InputError(f"{name} must be positive and finite, not {value!r}")
-
-
-def _check_delay(delay: int) -> None:
-    if delay not in (0, 1):
-        raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
-
-
 def _check_loop(kp: float, kd: float, period: float, delay: int) -> None:
     for name, value in (("kp", kp), ("kd", kd)):
         if not (is_finite(value) and value >= 0):
             raise InputError(f"{name} must be finite and not negative, not {value!r}")
-    _check_positive(period=period)
-    _check_delay(delay)
+    require_positive(period=period)
+    require_delay(delay)

@@ -20,8 +20,8 @@ from scipy.linalg import expm
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, bias_torque
-from controllers.validation import finite_vector, is_finite
+from controllers.dynamics import Dynamics, acceleration
+from controllers.validation import finite_vector, require_delay, require_period
 
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
 """Forces, shape (m,), of q and qd, at a reference that it knows."""
@@ -62,8 +62,7 @@ class LinearRobot:
         Raises:
             InputError: The period is not positive and finite.
         """
-        if not (is_finite(period) and period > 0):
-            raise InputError(f"period must be a positive time in s, not {period!r}")
+        require_period(period)
         size, m = self.B.shape
         block = np.zeros((size + m, size + m))
         block[:size, :size], block[:size, size:] = self.A, self.B
@@ -97,21 +96,6 @@ class LinearLoop:
     def stable(self) -> bool:
         """Whether small errors die out."""
         return self.spectral_radius < 1.0
-
-
-def acceleration(
-    dynamics: Dynamics, q: FloatArray, qd: FloatArray, forces: FloatArray
-) -> FloatArray:
-    """-M⁻¹ (L'f + C + G + D qd), shape (n,), in [rad/s²] or [m/s²].
-
-    Args:
-        dynamics: The robot.
-        q: Joint positions, shape (n,), in [rad] or [m].
-        qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        forces: f, shape (m,), in [N].
-    """
-    torque: FloatArray = dynamics.muscle_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
-    return -np.linalg.solve(dynamics.mass_matrix(q), torque).astype(np.float64, copy=False)
 
 
 def linearise_robot(
@@ -182,7 +166,7 @@ def close_loop(
     Raises:
         InputError: The period, the delay or a size is wrong.
     """
-    _check_delay(delay)
+    require_delay(delay)
     A, B = robot.sampled(period)
     if controller.shape != B.T.shape:
         raise InputError(f"the controller has shape {controller.shape}, not {B.T.shape}")
@@ -214,7 +198,7 @@ def linearise_loop(
         InputError: A number is not finite, the sizes differ, or the delay is wrong.
         SimulationError: A state or a force is not finite.
     """
-    _check_delay(delay)
+    require_delay(delay)
     x, n = _state(q, qd, np.size(q))
     forces = controller(x[:n], x[n:])
 
@@ -255,8 +239,3 @@ def jacobian(
 def _state(q: ArrayLike, qd: ArrayLike, n: int) -> tuple[FloatArray, int]:
     """(q, qd), checked, and n."""
     return np.concatenate([finite_vector("q", q, n), finite_vector("qd", qd, n)]), n
-
-
-def _check_delay(delay: int) -> None:
-    if delay not in (0, 1):
-        raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")

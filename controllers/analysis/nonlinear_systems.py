@@ -19,11 +19,9 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics
+from controllers.dynamics import Dynamics, acceleration
 from controllers.force_distribution.bounded import ForceSolution
-from controllers.validation import is_finite
-
-from .linearise import acceleration
+from controllers.validation import require_delay, require_period
 
 
 class JointController(Protocol):
@@ -157,10 +155,8 @@ def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps
             f"the controller knows {sizes[0][0]} coordinates and {sizes[0][1]} muscles,"
             f" the robot has {sizes[1][0]} and {sizes[1][1]}"
         )
-    if not (is_finite(period) and period > 0):
-        raise InputError(f"period must be a positive time in s, not {period!r}")
-    if delay not in (0, 1):
-        raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
+    require_period(period)
+    require_delay(delay)
     if substeps < 1:
         raise InputError(f"substeps must be 1 or more, not {substeps!r}")
 

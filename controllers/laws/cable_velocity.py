@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import SimulationError
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics
-from controllers.validation import check_sizes, gain_vector
+from controllers.validation import check_sizes, named_vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +60,8 @@ class CableVelocityController:
         feedforward: bool = True,
     ) -> None:
         self.dynamics = dynamics
-        self.kp = gain_vector("kp", kp, dynamics.coordinate_names)
-        self.kd = gain_vector("kd", kd, dynamics.coordinate_names)
+        self.kp = named_vector("kp", kp, dynamics.coordinate_names)
+        self.kd = named_vector("kd", kd, dynamics.coordinate_names)
         self._feedforward = feedforward
 
     def solve(

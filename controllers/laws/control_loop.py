@@ -16,9 +16,15 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, bias_torque
+from controllers.dynamics import Dynamics, acceleration, bias_torque
 from controllers.force_distribution.bounded import ForceSolution
-from controllers.validation import check_sizes, gain_vector, is_finite
+from controllers.validation import (
+    check_sizes,
+    is_finite,
+    named_vector,
+    require_delay,
+    require_period,
+)
 
 
 class ControlLaw(Protocol):
@@ -88,11 +94,10 @@ class ControlLoop:
     ) -> None:
         if not (is_finite(observer) and observer >= 0):
             raise InputError(f"observer must be a bandwidth in rad/s or 0, not {observer!r}")
-        if delay not in (0, 1):
-            raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
+        require_delay(delay)
         self.law = law
         self._observer, self._delay, self._predict = observer, delay, predict and delay == 1
-        self._ki = gain_vector("ki", ki, names)
+        self._ki = named_vector("ki", ki, names)
         self.set_period(period)
         n, m = len(law.dynamics.coordinate_names), len(law.dynamics.muscle_names)
         self._n, self._m, self._r = n, m, len(names)
@@ -107,8 +112,7 @@ class ControlLoop:
         Raises:
             InputError: It is not positive and finite.
         """
-        if not (is_finite(period) and period > 0):
-            raise InputError(f"period must be a positive time in s, not {period!r}")
+        require_period(period)
         self._period = period
         self._gain = 1.0 - math.exp(-self._observer * period)
 
@@ -163,15 +167,15 @@ class ControlLoop:
             self._observe(q, qd, applied)
         load = known + self.disturbance
         acting = self._coming
-        position, velocity, acceleration = reference
+        y_d, yd_d, ydd_d = reference
         at, at_rate = q, qd
         if self._predict:
             at, at_rate = self._predicted(q, qd, acting, load)
             T = self._period
-            position = position + T * velocity + 0.5 * T * T * acceleration
-            velocity = velocity + T * acceleration
+            y_d = y_d + T * yd_d + 0.5 * T * T * ydd_d
+            yd_d = yd_d + T * ydd_d
         solution = self.law.solve(
-            at, at_rate, position, velocity, acceleration, w_e=load, correction=self._correction
+            at, at_rate, y_d, yd_d, ydd_d, w_e=load, correction=self._correction
         )
         if self._ki.any() and solution.status == "solved":
             e = self.law.error(q, reference[0])
@@ -217,11 +221,11 @@ class ControlLoop:
             return
         robot, last = self.law.dynamics, self._seen
         forces = last.forces if applied is None else applied
-        acceleration = (qd - last.qd) / self._period
+        qdd = (qd - last.qd) / self._period
         seen = (
             -robot.muscle_jacobian(last.q).T @ forces
             - bias_torque(robot, last.q, last.qd)
-            - robot.mass_matrix(last.q) @ acceleration
+            - robot.mass_matrix(last.q) @ qdd
             - last.w_e
         )
         self.disturbance = self.disturbance + self._gain * (seen - self.disturbance)
@@ -231,16 +235,9 @@ class ControlLoop:
     ) -> tuple[FloatArray, FloatArray]:
         """The state one period on, by the midpoint rule."""
         T = self._period
-        half = qd + 0.5 * T * self._acceleration(q, qd, forces, load)
-        qdd = self._acceleration(q + 0.5 * T * qd, half, forces, load)
+        robot = self.law.dynamics
+        half = qd + 0.5 * T * acceleration(robot, q, qd, forces, load)
+        qdd = acceleration(robot, q + 0.5 * T * qd, half, forces, load)
         later: FloatArray = q + T * half
         faster: FloatArray = qd + T * qdd
         return later, faster
-
-    def _acceleration(
-        self, q: FloatArray, qd: FloatArray, forces: FloatArray, load: FloatArray
-    ) -> FloatArray:
-        """Qdd = -M⁻¹ (L'f + C + G + D qd + w)."""
-        robot = self.law.dynamics
-        torque = robot.muscle_jacobian(q).T @ forces + bias_torque(robot, q, qd) + load
-        return -np.asarray(np.linalg.solve(robot.mass_matrix(q), torque), dtype=np.float64)

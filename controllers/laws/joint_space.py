@@ -18,7 +18,7 @@ from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
-from controllers.validation import check_sizes, gain_vector, named_vector
+from controllers.validation import check_sizes, named_vector
 
 
 class Instant(NamedTuple):
@@ -87,7 +87,7 @@ class JointSpaceController:
             InputError: kp is not above 0, kd negative, or there are too many or too few.
         """
         self.kp = named_vector("kp", kp, self.dynamics.coordinate_names, above=0.0)
-        self.kd = gain_vector("kd", kd, self.dynamics.coordinate_names)
+        self.kd = named_vector("kd", kd, self.dynamics.coordinate_names)
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
         """Change the force bounds; see `ForceDistribution.set_bounds`."""

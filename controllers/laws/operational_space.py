@@ -28,7 +28,6 @@ from controllers.validation import (
     check_sizes,
     finite_vector,
     float_array,
-    gain_vector,
     named_vector,
     positive_or_none,
 )
@@ -45,13 +44,15 @@ LIMIT_BANDWIDTH = 20.0
 
 
 class _Terms(NamedTuple):
-    """The robot at (q, qd): M qdd + h = -L'f, and what the tasks ask of J qdd."""
+    """The robot at (q, qd): M qdd + h = -L'f, the desired J qdd, qdd_p, and bounds on qdd."""
 
     M: FloatArray
     h: FloatArray
     L: FloatArray
     J: FloatArray
-    wanted: FloatArray
+    desired: FloatArray
+    qdd_p: FloatArray
+    limits: tuple[FloatArray, FloatArray] | None
 
 
 class OperationalSpaceController:
@@ -103,15 +104,13 @@ class OperationalSpaceController:
         self._k = len(dynamics.task_names)
         if not self._k:
             raise InputError("the robot has no operational space to control; give it task frames")
-        joints, muscles, tasks = (
-            dynamics.coordinate_names,
-            dynamics.muscle_names,
-            dynamics.task_names,
-        )
+        joints, muscles = dynamics.coordinate_names, dynamics.muscle_names
         self.set_gains(kp, kd)
         self.set_bounds(dynamics.f_min, dynamics.f_max)
         self._set_posture(posture)
-        self._W = named_vector("task_weights", task_weights, tasks, above=0.0, infinite=True)
+        self._W = named_vector(
+            "task_weights", task_weights, dynamics.task_names, above=0.0, infinite=True
+        )
         self._H_q = named_vector("acceleration_weights", acceleration_weights, joints, above=0.0)
         self._H_f = named_vector("force_weights", force_weights, muscles, above=0.0)
         self._H_r = named_vector("force_rate_weights", force_rate_weights, muscles)
@@ -131,7 +130,7 @@ class OperationalSpaceController:
             InputError: kp is not above 0, kd negative, or there are too many or too few.
         """
         self.kp = named_vector("kp", kp, self.dynamics.task_names, above=0.0)
-        self.kd = gain_vector("kd", kd, self.dynamics.task_names)
+        self.kd = named_vector("kd", kd, self.dynamics.task_names)
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
         """Change the force bounds.
@@ -194,8 +193,7 @@ class OperationalSpaceController:
         Arguments as in `solve`.
         """
         terms = self._terms(q, qd, y_d, yd_d, ydd_d, w_e, None)
-        level = self._levels[-1]
-        return self._problem(level, terms, terms.wanted, self._limits(q, qd), self._posture(q, qd))
+        return self._problem(self._levels[-1], terms, terms.desired)
 
     def solve(
         self,
@@ -231,13 +229,12 @@ class OperationalSpaceController:
         check_sizes(robot.coordinate_names, q=q, qd=qd, w_e=w_e)
         check_sizes(robot.task_names, y_d=y_d, yd_d=yd_d, ydd_d=ydd_d, correction=correction)
         terms = self._terms(q, qd, y_d, yd_d, ydd_d, w_e, correction)
-        posture, limits = self._posture(q, qd), self._limits(q, qd)
-        target, soft, dropped = terms.wanted.copy(), False, False
+        target, soft = terms.desired.copy(), False
         for level in self._levels:
-            x, gave_way, limits = self._solve_level(level, terms, target, limits, posture)
-            soft, dropped = soft or gave_way, limits is None and self._w is not None
+            x, gave_way, terms = self._solve_level(level, terms, target)
+            soft = soft or gave_way
             target[level.tasks] = terms.J[level.tasks] @ x[: self._n]
-        return self._solution(x, terms, soft, dropped)
+        return self._solution(x, terms, soft)
 
     def _terms(
         self,
@@ -257,15 +254,12 @@ class OperationalSpaceController:
         ydd = ydd_d + self.kd * (yd_d - J @ qd) + self.kp * self.error(q, y_d)
         if correction is not None:
             ydd = ydd + correction
-        wanted = ydd - robot.task_bias(q, qd)
-        if not (np.isfinite(wanted).all() and np.isfinite(h).all()):
+        desired = ydd - robot.task_bias(q, qd)
+        if not (np.isfinite(desired).all() and np.isfinite(h).all()):
             raise SimulationError("the state or the reference of the controller is not finite")
-        return _Terms(robot.mass_matrix(q), h, robot.muscle_jacobian(q), J, wanted)
-
-    def _posture(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """qdd_p, shape (n,)."""
         qdd_p: FloatArray = self._posture_kp * (self._q0 - q) - self._posture_kd * qd
-        return qdd_p
+        M, L = robot.mass_matrix(q), robot.muscle_jacobian(q)
+        return _Terms(M, h, L, J, desired, qdd_p, self._limits(q, qd))
 
     def _limits(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Bounds on qdd that let every joint come to rest at its limit, critically damped."""
@@ -276,38 +270,27 @@ class OperationalSpaceController:
         return brake - w * w * (q - robot.q_min), brake + w * w * (robot.q_max - q)
 
     def _solve_level(
-        self,
-        level: PriorityLevel,
-        terms: _Terms,
-        target: FloatArray,
-        limits: tuple[FloatArray, FloatArray] | None,
-        posture: FloatArray,
-    ) -> tuple[FloatArray, bool, tuple[FloatArray, FloatArray] | None]:
-        """[qdd, f, ...], whether tasks gave way in it, and the limits that it keeps."""
-        for bounds in dict.fromkeys((limits is not None, False)):
-            kept = limits if bounds else None
+        self, level: PriorityLevel, terms: _Terms, target: FloatArray
+    ) -> tuple[FloatArray, bool, _Terms]:
+        """[qdd, f, ...], whether tasks gave way in it, and the terms with the limits it keeps."""
+        without = () if terms.limits is None else (terms._replace(limits=None),)
+        for kept in (terms, *without):
             for row_weights in (None, level.soft_rows):
-                problem = self._problem(level, terms, target, kept, posture, row_weights)
+                problem = self._problem(level, kept, target, row_weights)
                 solution = level.solver.solve(problem)
                 gave_way = row_weights is not None
                 if solution.status == "solved":
                     return solution.x, gave_way, kept
                 if gave_way or level.is_weighted or solution.status == "not converged":
-                    x = self._least_error(level, problem, terms, target, kept, posture)
+                    x = self._least_error(level, problem, kept, target)
                     if x is not None:
                         return x, gave_way, kept
         raise SimulationError("no forces within the bounds move the robot as it must: QP failed")
 
     def _least_error(
-        self,
-        level: PriorityLevel,
-        problem: BoxProblem,
-        terms: _Terms,
-        target: FloatArray,
-        limits: tuple[FloatArray, FloatArray] | None,
-        posture: FloatArray,
+        self, level: PriorityLevel, problem: BoxProblem, terms: _Terms, target: FloatArray
     ) -> FloatArray | None:
-        """[qdd, f] of a problem that the solver of its multipliers has failed on; None for none."""
+        """[qdd, f] of a problem that the dual solver has failed on; None for none."""
         n, m = self._n, self._m
         weights = self._W[level.tasks]
         if problem.row_weights is not None:
@@ -326,12 +309,12 @@ class OperationalSpaceController:
                 terms.J[kept],
                 target[kept],
                 self._H_q,
-                posture,
+                terms.qdd_p,
                 level.H[n : n + m],
                 problem.g[n : n + m],
                 self.f_min,
                 self.f_max,
-                limits,
+                terms.limits,
             )
         )
 
@@ -340,8 +323,6 @@ class OperationalSpaceController:
         level: PriorityLevel,
         terms: _Terms,
         target: FloatArray,
-        limits: tuple[FloatArray, FloatArray] | None,
-        posture: FloatArray,
         row_weights: FloatArray | None = None,
     ) -> BoxProblem:
         """The QP of a priority level over [qdd, f, s]."""
@@ -350,23 +331,22 @@ class OperationalSpaceController:
         A[:n, :n], A[:n, n:p] = terms.M, terms.L.T
         A[n:, :n] = terms.J[level.known]
         b[:n], b[n:] = -terms.h, target[level.known]
-        lb[:n], ub[:n] = (-np.inf, np.inf) if limits is None else limits
+        lb[:n], ub[:n] = terms.limits or (-np.inf, np.inf)
         lb[n:p], ub[n:p] = self.f_min, self.f_max
-        g[:n] = -self._H_q * posture
+        g[:n] = -self._H_q * terms.qdd_p
         g[n:p] = -self._H_f * self._f_p - self._H_r * self._f_last
         return BoxProblem(level.H, g, A, b, lb, ub, row_weights)
 
-    def _solution(
-        self, x: FloatArray, terms: _Terms, soft: bool, dropped: bool
-    ) -> OperationalSpaceSolution:
+    def _solution(self, x: FloatArray, terms: _Terms, soft: bool) -> OperationalSpaceSolution:
         n, m = self._n, self._m
+        dropped = terms.limits is None and self._w is not None
         forces, qdd = x[n : n + m].copy(), x[:n].copy()
         self._f_last[:] = forces
         status: Literal["solved", "soft"] = "soft" if soft or dropped else "solved"
         return OperationalSpaceSolution(
             forces,
             status,
-            terms.wanted - terms.J @ qdd,
+            terms.desired - terms.J @ qdd,
             self.f_min.copy(),
             self.f_max.copy(),
             self.dynamics.task_names,
@@ -378,8 +358,8 @@ class OperationalSpaceController:
     def _set_posture(self, posture: Posture | None) -> None:
         names = self.dynamics.coordinate_names
         chosen = Posture(kd=0.0) if posture is None else posture
-        self._posture_kp = gain_vector("posture kp", chosen.kp, names)
-        self._posture_kd = gain_vector("posture kd", chosen.kd, names)
+        self._posture_kp = named_vector("posture kp", chosen.kp, names)
+        self._posture_kd = named_vector("posture kd", chosen.kd, names)
         if chosen.q0 is None and self._posture_kp.any():
             raise InputError("a posture with a stiffness kp needs its q0")
         q0 = np.zeros(self._n) if chosen.q0 is None else chosen.q0

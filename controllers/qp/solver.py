@@ -72,14 +72,19 @@ def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
         problem: The quadratic program.
         solver: Name of an installed qpsolvers back end.
     """
+    solution = _attempt(problem, solver)
+    return None if solution is None else solution.x
+
+
+def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | None:
+    """The back end's solution, unchecked, if it has a finite x."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             solution = qpsolvers.solve_problem(problem, solver, **_OPTIONS.get(solver, {}))
     except Exception:
         return None
-    x = solution.x
-    return x if x is not None and np.all(np.isfinite(x)) else None
+    return solution if solution.x is not None and np.isfinite(solution.x).all() else None
 
 
 class BoxSolver:
@@ -186,9 +191,11 @@ class BoxSolver:
     def _ask_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
         """A qpsolvers back end's answer, or None if it gave none that stands the check."""
         eps = self._newton.softness
-        x, y = _ask_qpsolvers(problem, eps, solver)
-        if x is None:
+        solution = _attempt(as_qpsolvers(problem, eps), solver)
+        if solution is None:
             return None
+        x = np.clip(solution.x[: self.n], problem.lb, problem.ub)
+        y = None if solution.y is None else -np.asarray(solution.y)
         slack = problem.A @ x - problem.b
         residuals = check(problem, eps, x, y)
         if not residuals.equality <= _BELIEVED or residuals.dual > _BELIEVED:
@@ -232,7 +239,8 @@ def as_qpsolvers(problem: BoxProblem, eps: FloatArray) -> qpsolvers.Problem:
         eps: Softness of the rows, shape (m_eq,).
     """
     soft = np.flatnonzero(eps > 0)
-    P = np.diag(np.concatenate([problem.H_diagonal, 1.0 / eps[soft]]))
+    with np.errstate(over="ignore"):
+        P = np.diag(np.concatenate([problem.H_diagonal, 1.0 / eps[soft]]))
     selection = np.zeros((len(eps), len(soft)))
     selection[soft, np.arange(len(soft))] = -1.0
     free = np.full(len(soft), np.inf)
@@ -244,21 +252,3 @@ def as_qpsolvers(problem: BoxProblem, eps: FloatArray) -> qpsolvers.Problem:
         lb=np.concatenate([problem.lb, -free]),
         ub=np.concatenate([problem.ub, free]),
     )
-
-
-def _ask_qpsolvers(
-    problem: BoxProblem, eps: FloatArray, solver: str
-) -> tuple[FloatArray | None, FloatArray | None]:
-    """A qpsolvers back end's x, within the bounds, and multipliers; None for what it gave not."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            solution = qpsolvers.solve_problem(
-                as_qpsolvers(problem, eps), solver, **_OPTIONS.get(solver, {})
-            )
-    except Exception:
-        return None, None
-    if solution.x is None or not np.isfinite(solution.x).all():
-        return None, None
-    x = np.clip(solution.x[: len(problem.g)], problem.lb, problem.ub)
-    return x, None if solution.y is None else -np.asarray(solution.y)

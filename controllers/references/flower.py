@@ -6,7 +6,7 @@ The flower is a rose in a plane, drawn once from rest to rest:
     s(u) = 10 u³ - 15 u⁴ + 6 u⁵,   phi_end = pi for odd k, 2 pi for even k
 
 With odd k it has k petals, with even k 2k. It begins and ends at the tip of the first, c + R e1.
-The CARDSFlow paper's figure 11 does not say which flower its is.
+The CARDSFlow paper's figure 11 does not say which flower it draws.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
-from controllers.validation import finite_vector, float_array, is_finite
+from controllers.validation import finite_vector, float_array, is_finite, require_positive
 
 from .splines import JointReference
 
@@ -74,10 +74,10 @@ class FlowerReference:
             raise InputError(f"axes must be orthonormal, not {axes!r}")
         if not is_finite(petals) or petals != int(petals) or petals < 1:
             raise InputError(f"petals must be a whole number from 1 on, not {petals!r}")
-        self._R = _positive("radius", radius)
+        require_positive(radius=radius, duration=duration)
+        self._R, self.duration = float(radius), float(duration)
         self._k = int(petals)
         self._end = math.pi * (1 if self._k % 2 else 2)
-        self.duration = _positive("duration", duration)
 
     def evaluate(self, t: float) -> JointReference:
         """y, yd and ydd at a time, shape (r,) each, in [m], [m/s] and [m/s²].
@@ -119,7 +119,8 @@ class ApproachReference:
         if self._start.shape != b.shape:
             raise InputError(f"start {start!r} and end {end!r} must be equally long")
         self._way = b - self._start
-        self.duration = _positive("duration", duration)
+        require_positive(duration=duration)
+        self.duration = float(duration)
 
     def evaluate(self, t: float) -> JointReference:
         """y, yd and ydd at a time, shape (r,) each.
@@ -182,9 +183,3 @@ def _quintic(t: float, duration: float) -> tuple[float, float, float]:
     sd = 30.0 * u**2 * (1.0 - u) ** 2 / duration
     sdd = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / duration**2
     return s, sd, sdd
-
-
-def _positive(name: str, value: float) -> float:
-    if not (is_finite(value) and value > 0):
-        raise InputError(f"{name} must be positive and finite, not {value!r}")
-    return float(value)
