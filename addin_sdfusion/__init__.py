@@ -1,1 +1,1 @@
-"""SDFusion: the Fusion 360 add-in, and the description of a robot that all else builds on."""
+"""SDFusion: the Fusion add-in, and the robot description that all else builds on."""

@@ -1,4 +1,4 @@
-"""What Fusion runs: the add-in's three commands come with `run` and go with `stop`."""
+"""Entry points for Fusion: `run` adds the add-in's three commands, `stop` removes them."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ def stop(context: Any) -> None:
 def _each(what: str, failed: str) -> None:
     """Starts or stops every command, also if one of them fails."""
     try:
-        # Within the try: what cannot be imported is told as well.
+        # Within the try: a failing import is reported as well.
         from .commands import COMMANDS, load
 
         for name in COMMANDS:
             try:
                 getattr(load(name), what)()
             except Exception as error:
-                _tell(f"The command {name.replace('_', ' ')} {failed}: {error}")
+                _report(f"The command {name.replace('_', ' ')} {failed}: {error}")
     except Exception as error:
-        _tell(f"The add-in {failed}: {error}. Install it anew: cardsflow addin install")
+        _report(f"The add-in {failed}: {error}. Install it anew: cardsflow addin install")
 
 
-def _tell(text: str) -> None:
+def _report(text: str) -> None:
     trace = traceback.format_exc()
     with contextlib.suppress(Exception):  # the message must come all the same
         adsk.core.Application.get().log(f"CARDSFlow: {trace}")
-    with contextlib.suppress(Exception):  # Fusion itself cannot be talked to
+    with contextlib.suppress(Exception):  # Fusion itself does not answer
         adsk.core.Application.get().userInterface.messageBox(text, "CARDSFlow")

@@ -1,4 +1,4 @@
-"""How long work tells how far it is, and how it is stopped."""
+"""Progress and cancelling of long work."""
 
 from __future__ import annotations
 
@@ -21,4 +21,4 @@ class Cancelled(CardsflowError):  # noqa: N818 - what happened, not what is wron
 
 
 def no_progress(done: int, whole: int, what: str) -> None:
-    """A `Progress` that tells nobody."""
+    """A `Progress` without effect."""

@@ -1,4 +1,4 @@
-"""What the user chooses for an export; remembered in the design."""
+"""User's settings of an export, kept in the design."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A design as plain records: all that the export needs of Fusion, in a file that may be sent.
+"""Snapshot of a design as plain records: all that the export needs of Fusion, in one file.
 
 SI units. Positions and directions are given in the design's root frame, at the pose in which the
 design stands. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component
@@ -36,7 +36,7 @@ DesignIntent = Literal["part", "assembly", "hybrid", "unknown"]
 
 @dataclass(frozen=True, slots=True)
 class MassSnapshot:
-    """Mass properties as the CAD system tells them.
+    """Mass properties as the CAD system gives them.
 
     Attributes:
         mass: In [kg].
@@ -157,9 +157,9 @@ class JointSnapshot:
         name: Its name.
         kind: Its type.
         one, two: Paths of the occurrences; `one` moves relative to `two`. None where the CAD system
-            does not tell.
+            does not say.
         origin_one, origin_two: Where the joint is as `one` and `two` have it, in [m]; None where
-            the CAD system does not tell.
+            the CAD system does not say.
         motions: In their order from `two` to `one`.
         as_built: Whether it is an as-built joint.
         suppressed: Whether it is switched off in the timeline.

@@ -1,1 +1,1 @@
-"""From the snapshot of a design to a robot, step by step; `build_robot` takes them."""
+"""Building of a robot from the snapshot of a design, step by step; see `build_robot`."""

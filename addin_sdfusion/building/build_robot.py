@@ -1,4 +1,4 @@
-"""From the snapshot of a design to a robot, and everything that is wrong on the way."""
+"""Building of a robot from the snapshot of a design, with all findings on the way."""
 
 from __future__ import annotations
 

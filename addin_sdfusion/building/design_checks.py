@@ -1,4 +1,4 @@
-"""What only the design knows: bodies that go nowhere, points in several places, names, kinds."""
+"""Findings on a design: bodies outside links, ambiguous points, names, kinds."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
     names = in_name_order({p.name for p in snapshot.points if _is_com(p)})
     if names:
         problem = (
-            "points that say where a centre of mass is have no effect, Fusion tells it; delete "
+            "points that say where a centre of mass is have no effect, Fusion computes it; delete "
             f"{_listed(names)}"
         )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)

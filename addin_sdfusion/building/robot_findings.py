@@ -1,4 +1,4 @@
-"""The findings of `check` and errors of SDF beside those of the design, each told once."""
+"""Findings of `check` and SDF errors beside those of the design, without repetition."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FOLLOWS = {
         "zero-inertia-about-axis",
     ),
 }
-"""What is said of an object only because of a defect that is told already."""
+"""Findings that follow from a defect that has a finding already."""
 _OF_JOINTS = ("duplicate-joint", "bad-name")
 _OF_COORDINATES = ("duplicate-coordinate", "bad-name")
 _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
@@ -51,14 +51,14 @@ def with_check(
         checked += [finding for finding in sdf_losses(robot) if finding.is_error]
     follows = {(code, _bare(f.subject)) for f in found for code in _FOLLOWS.get(f.code, ())}
     found = [finding for finding in found if (finding.code, finding.subject) not in follows]
-    told = {(finding.code, finding.subject) for finding in found} | follows
+    known = {(finding.code, finding.subject) for finding in found} | follows
     misnamed = [
         f.subject.name for f in checked if f.code in _OF_JOINTS and f.subject.kind == "joint"
     ]
     return found + [
         finding
         for finding in checked
-        if (finding.code, finding.subject) not in told and not _of_a_joint(finding, misnamed)
+        if (finding.code, finding.subject) not in known and not _of_a_joint(finding, misnamed)
     ]
 
 

@@ -1,4 +1,4 @@
-"""The table of muscles as a robot has it: in the frames of its links."""
+"""Muscles of a design in the frames of the robot's links."""
 
 from __future__ import annotations
 
@@ -145,14 +145,14 @@ class _Muscles:
     def _segments(
         self, points: Sequence[ViaPointRow], uses: Sequence[tuple[WrapRow, int]]
     ) -> tuple[Wrap, ...]:
-        """The surfaces in a muscle's way; the table tells of those that are after no point."""
+        """The wraps of a muscle; the table's own findings name those that are after no point."""
         index = {point.number: i for i, point in reversed(list(enumerate(points)))}
         wraps = []
         for row, k in uses:
             use = row.muscles[k]
             if index.get(use.after, len(points)) < len(points) - 1:
-                way = Wrap(row.name, index[use.after], use.side, use.turns, use.inside)
-                wraps.append(way)
+                wrap = Wrap(row.name, index[use.after], use.side, use.turns, use.inside)
+                wraps.append(wrap)
         return tuple(wraps)
 
     def _surface(self, row: WrapRow) -> WrapSurface | None:

@@ -1,4 +1,4 @@
-"""A design whose y axis points up, turned so that its z axis does, without rounding."""
+"""Designs whose y axis points up, turned so that z does, without rounding."""
 
 from __future__ import annotations
 

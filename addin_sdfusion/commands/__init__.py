@@ -1,4 +1,4 @@
-"""The commands of the add-in: each has its dialog in `dialog.py` and its work in `entry.py`."""
+"""Commands of the add-in: each has its dialog in `dialog.py` and its work in `entry.py`."""
 
 from __future__ import annotations
 

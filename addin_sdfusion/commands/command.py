@@ -11,7 +11,7 @@ import adsk.fusion
 
 from ..robot.errors import InputError
 from .dialogs import Dialog
-from .guard import application, guarded, message, told
+from .guard import application, guarded, message, report
 from .inputs import Inputs
 
 PANEL = "SolidScriptsAddinsPanel"
@@ -175,7 +175,7 @@ class Command:
             self._window.execute()
         except Exception as error:
             args.executeFailed = True
-            args.executeFailedMessage = told(error, self.dialog.name)
+            args.executeFailedMessage = report(error, self.dialog.name)
 
     def _destroyed(self, _: Any) -> None:
         self._window = None

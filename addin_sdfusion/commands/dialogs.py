@@ -1,4 +1,4 @@
-"""What a dialog holds, as data: Fusion's inputs and the page in the docs are made from it."""
+"""Dialogs as data, from which Fusion's inputs and the page in the docs are made."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Input:
     Attributes:
         id: Its id, unique in the dialog.
         kind: `tab` and `group` hold others; `choices` is a drop-down with check boxes; `text` is
-            a box that tells something; `number` has no unit.
+            a box with a message; `number` has no unit.
         label: What the user sees beside it, or on it.
         tooltip: What it is for.
         options: Of a drop-down: what there is to choose from, where that is always the same.
@@ -40,7 +40,7 @@ class Input:
         prompt: Of a selection: what stands beside the cursor.
         rows: Of a text: how many lines are shown; of a table: the most rows shown at once.
         value: What it is at first.
-        read_only: Whether a string only tells something.
+        read_only: Whether a string is shown only.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""No exception reaches Fusion: the user gets a message, the log the trace."""
+"""Guards of event handlers: exceptions become a message for the user and a trace in the log."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def log(text: str) -> None:
         application().log(text, level, kind)
 
 
-def told(error: Exception, doing: str) -> str:
-    """What the user is told of an exception; its trace goes to the log."""
+def report(error: Exception, doing: str) -> str:
+    """The user's message for an exception; its trace goes to the log."""
     trace = "".join(traceback.format_exception(error))
     try:
         log(f"CARDSFlow: {doing}\n{trace}")
@@ -60,7 +60,7 @@ def guarded(work: Callable[[Any], None], doing: str, quiet: bool = False) -> Cal
     Args:
         work: What an event's handler does with the event's arguments.
         doing: What fails, for the message: `Define muscles (OK)`.
-        quiet: Whether the log alone is told, for events that come all the time.
+        quiet: Whether it goes to the log alone, for events that come all the time.
     """
 
     def safely(args: Any) -> None:
@@ -69,15 +69,15 @@ def guarded(work: Callable[[Any], None], doing: str, quiet: bool = False) -> Cal
         except Cancelled:
             pass
         except Exception as error:
-            _tell(error, doing, quiet)
+            _show(error, doing, quiet)
 
     return safely
 
 
-def _tell(error: Exception, doing: str, quiet: bool) -> None:
+def _show(error: Exception, doing: str, quiet: bool) -> None:
     try:
-        text = told(error, doing)
+        text = report(error, doing)
         if not quiet:
             message(text, "CARDSFlow")
-    except Exception:  # Fusion itself cannot be talked to: there is nobody left to tell
+    except Exception:  # Fusion itself does not answer
         traceback.print_exc()

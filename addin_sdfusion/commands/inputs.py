@@ -1,4 +1,4 @@
-"""Fusion's inputs from the data of a dialog, and what they hold."""
+"""Fusion's command inputs, built from the data of a dialog, and their values."""
 
 from __future__ import annotations
 

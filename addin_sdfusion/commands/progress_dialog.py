@@ -1,4 +1,4 @@
-"""How far a long work is, with a button that cancels it."""
+"""Progress dialog with a button that cancels."""
 
 from __future__ import annotations
 

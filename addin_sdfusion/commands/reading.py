@@ -1,4 +1,4 @@
-"""The design as the commands look at it: snapshot, links and table."""
+"""Reading of the design for the commands: snapshot, links and table."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The files of a robot folder, and how they take the place of earlier ones."""
+"""Files of a robot folder, and their atomic replacement."""

@@ -1,4 +1,4 @@
-"""The convex hull of points: quickhull with exact decisions.
+"""Convex hull of points: quickhull with exact decisions.
 
 Points are first put on a grid 2⁵⁰ times finer than they reach. Whether a point sees a facet is then
 decided without rounding: by floats where these are certain, else by whole numbers. So the hull is a

@@ -1,4 +1,4 @@
-"""The experiment of an export: a gentle motion, with which `cardsflow run` simulates the robot."""
+"""Experiment of an export: a gentle motion, with which `cardsflow run` simulates the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a design snapshot to a robot folder that simulates.
+"""Export of a design snapshot to a robot folder that simulates.
 
     model.sdf, model.config, cardsflow.xml   the robot with its muscles
     meshes/visual, meshes/collision          STL, in metres, in the frames of the links

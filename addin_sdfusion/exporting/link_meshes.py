@@ -1,4 +1,4 @@
-"""Meshes of links: what bodies look like, and what they collide with, as STL in link frames."""
+"""Visual and collision meshes of links, as STL in link frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The list of the files that an export wrote, kept beside them."""
+"""Manifest of an export: the list of the files that it wrote, kept beside them."""
 
 from __future__ import annotations
 

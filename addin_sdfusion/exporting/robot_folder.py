@@ -1,4 +1,4 @@
-"""Replaces an export in its folder: exactly the files that an earlier export wrote.
+"""Replacement of an export in its folder: exactly the files of the earlier export.
 
 Files that others put there stay. A file of an earlier export that someone has changed since is kept
 as `<file>.bak` beside the new one; `experiment.toml` is the user's to change: theirs stays, and a
@@ -163,7 +163,7 @@ class Replacement:
 
         Returns:
             What the earlier export's experiment was, to be remembered: as long as a new one is the
-            same, there is nothing to tell the user.
+            same, the user needs no message.
         """
         theirs = self.folder / EXPERIMENT
         if not theirs.is_file():
@@ -188,7 +188,7 @@ class Replacement:
         self, own: dict[str, str], marks: dict[str, str], stale: list[str]
     ) -> list[str]:
         """Files to move out of the way; those that stay as they are need not be moved at all."""
-        wanted, foreign = [], []
+        replaced, foreign = [], []
         for path in (*stale, *marks):
             self._require_way(self.folder / path)
         for path in marks:
@@ -198,7 +198,7 @@ class Replacement:
             if target.read_bytes() == (self.new / path).read_bytes():
                 (self.new / path).unlink()
             elif path in own:
-                wanted.append(path)
+                replaced.append(path)
             else:
                 foreign.append(path)
         if foreign:
@@ -207,7 +207,7 @@ class Replacement:
                 f"{', ...' if len(foreign) > 5 else ''}; move them, or export into another folder"
             )
             raise InputError(what, file=self.folder)
-        return wanted
+        return replaced
 
     def _is_stale(self, path: str, stale: list[str]) -> bool:
         """Whether what stands there is a file that goes: `Arm.stl` where case does not count."""

@@ -1,4 +1,4 @@
-"""Names of files that every system takes, and that stay different where case does not count."""
+"""File names that every system accepts, and that stay different where case does not count."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes triangles as a binary STL file.
+"""Writer of binary STL files.
 
 STL holds 32-bit floats: a coordinate is rounded by up to 6e-8 of itself.
 """

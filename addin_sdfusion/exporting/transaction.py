@@ -1,4 +1,4 @@
-"""Moves files so that either all moves are done or none, however the work ends.
+"""Transaction of file moves: all are done or none, however the work ends.
 
 The moves are written down first. An error undoes those that were done; after a crash `recover`
 does, when the folder is next written to.

@@ -1,4 +1,4 @@
-"""Reads the open Fusion design: everything that the add-in does with a design starts here.
+"""Reader of the open Fusion design, on which everything in the add-in builds.
 
 Only this file and those in `fusion/` read the whole of it, in Fusion's units; the commands look at
 what the user clicks, and write. Nothing is edited here. What cannot be read becomes a finding; the
@@ -8,7 +8,7 @@ rest is read all the same.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import adsk.core
@@ -24,8 +24,6 @@ from ..snapshot import (
     BodySnapshot,
     DesignIntent,
     DesignSnapshot,
-    GroupSnapshot,
-    JointSnapshot,
     OccurrenceSnapshot,
     PointSnapshot,
     SurfaceSnapshot,
@@ -36,9 +34,9 @@ from .bodies.meshes import Mesher
 from .joints.groups import read_groups
 from .joints.joints import read_joints
 from .keys import Keys
-from .names import with_unique_names
-from .notes import Log, Notes, if_told
-from .occurrences import Place, find_places, name_of
+from .names import Named, with_unique_names
+from .notes import Log, Notes, optional
+from .occurrences import Occurrence, Occurrences, find_occurrences, name_of
 from .points import own_attributes, read_points
 from .surfaces import read_surfaces
 
@@ -61,7 +59,7 @@ def read_design(
         design: The design, or Fusion's application for the one that is open.
         meshes: Whether to calculate the triangles of bodies.
         masses: Whether to calculate mass properties, which takes Fusion a while.
-        progress: Told of every body and occurrence; may raise `Cancelled`.
+        progress: Called for every body and occurrence; may raise `Cancelled`.
         log: Takes the traces of what cannot be read; Fusion's log if not given.
 
     Returns:
@@ -100,57 +98,56 @@ class _Reading:
         attributes = notes.attempt(self._subject, "attributes", own_attributes, design) or {}
         settings = self._settings(attributes)
         root = notes.attempt(self._subject, "root component", lambda: design.rootComponent)
-        places = [] if root is None else find_places(root, notes)
-        by_path = {place.path: place for place in places}
-        self._whole = sum(1 + count_bodies(place) for place in places)
+        occurrences = {} if root is None else find_occurrences(root, notes)
+        self._whole = sum(1 + count_bodies(occurrence) for occurrence in occurrences.values())
         mesher = Mesher(settings.quality, notes) if meshes else None
-        occurrences, bodies = self._parts(places, mesher)
-        keys = Keys(places)
+        parts, bodies = self._parts(occurrences, mesher)
+        keys = Keys(occurrences.values())
         points = [
             point
-            for place in places
-            for point in self._all("points", place, read_points(place, keys, notes))
+            for occurrence in occurrences.values()
+            for point in self._all("points", occurrence, read_points(occurrence, keys, notes))
         ]
         return DesignSnapshot(
             name=self._name(),
             settings=settings,
-            occurrences=tuple(occurrences),
+            occurrences=tuple(parts),
             bodies=tuple(bodies),
-            groups=self._groups(places, by_path),
-            joints=self._joints(places, by_path),
-            points=_sorted_points(points),
-            surfaces=self._surfaces(places, keys),
+            groups=self._named("group", read_groups, occurrences),
+            joints=self._named("joint", read_joints, occurrences),
+            points=tuple(sorted(points, key=_point_key)),
+            surfaces=self._surfaces(list(occurrences.values()), keys),
             attributes=attributes,
             intent=self._intent(),
             findings=notes.sorted(),
         )
 
     def _parts(
-        self, places: Sequence[Place], mesher: Mesher | None
+        self, occurrences: Occurrences, mesher: Mesher | None
     ) -> tuple[list[OccurrenceSnapshot], list[BodySnapshot]]:
         """Occurrences and bodies, which take the time."""
-        occurrences: list[OccurrenceSnapshot] = []
+        parts: list[OccurrenceSnapshot] = []
         bodies: list[BodySnapshot] = []
-        for place in places:
-            self._tick(place.path or self._name())
-            if place.occurrence is not None:
-                occurrences.append(self._occurrence(place))
-            read = read_bodies(place, mesher, self._masses, self._notes, self._tick)
-            found = self._all("bodies", place, read)
+        for occurrence in occurrences.values():
+            self._tick(occurrence.path or self._name())
+            if occurrence.native is not None:
+                parts.append(self._occurrence(occurrence))
+            read = read_bodies(occurrence, mesher, self._masses, self._notes, self._tick)
+            found = self._all("bodies", occurrence, read)
             bodies += sorted(found, key=lambda body: (natural_key(body.name), body.kind))
-        return occurrences, bodies
+        return parts, bodies
 
-    def _occurrence(self, place: Place) -> OccurrenceSnapshot:
-        subject, attempt = place.subject, self._notes.attempt
-        told = place.occurrence
-        component = attempt(subject, "component", name_of, place.component)
-        grounded = attempt(subject, "grounding", _is_grounded, told)
-        visible = attempt(subject, "visibility", lambda: bool(told.isVisible))
-        referenced = attempt(subject, "reference", lambda: bool(told.isReferencedComponent))
-        mass = attempt(subject, "mass", read_mass, told) if self._masses else None
+    def _occurrence(self, occurrence: Occurrence) -> OccurrenceSnapshot:
+        subject, attempt = occurrence.subject, self._notes.attempt
+        native = occurrence.native
+        component = attempt(subject, "component", name_of, occurrence.component)
+        grounded = attempt(subject, "grounding", _is_grounded, native)
+        visible = attempt(subject, "visibility", lambda: bool(native.isVisible))
+        referenced = attempt(subject, "reference", lambda: bool(native.isReferencedComponent))
+        mass = attempt(subject, "mass", read_mass, native) if self._masses else None
         return OccurrenceSnapshot(
-            place.path,
-            place.parent,
+            occurrence.path,
+            occurrence.parent,
             component or "",
             bool(grounded),
             visible is not False,
@@ -158,42 +155,33 @@ class _Reading:
             mass,
         )
 
-    def _joints(
-        self, places: Sequence[Place], by_path: Mapping[str, Place]
-    ) -> tuple[JointSnapshot, ...]:
-        found: list[tuple[str, JointSnapshot]] = []
-        for place in places:
-            joints = self._all("joints", place, read_joints(place, by_path, self._notes))
-            ordered = sorted(joints, key=lambda joint: (natural_key(joint.name), joint.as_built))
-            found += [(place.path, joint) for joint in ordered]
-        named = with_unique_names(found, "joint", self._notes)
-        return tuple(sorted(named, key=lambda joint: natural_key(joint.name)))
+    def _named(
+        self,
+        kind: str,
+        read: Callable[[Occurrence, Occurrences, Notes], Iterator[Named]],
+        occurrences: Occurrences,
+    ) -> tuple[Named, ...]:
+        """Joints or groups; names that are unique in their component only are made so."""
+        found: list[tuple[str, Named]] = []
+        for occurrence in occurrences.values():
+            items = self._all(f"{kind}s", occurrence, read(occurrence, occurrences, self._notes))
+            items.sort(key=lambda i: (natural_key(i.name), getattr(i, "as_built", False)))
+            found += [(occurrence.path, item) for item in items]
+        named = with_unique_names(found, kind, self._notes)
+        return tuple(sorted(named, key=lambda item: natural_key(item.name)))
 
-    def _groups(
-        self, places: Sequence[Place], by_path: Mapping[str, Place]
-    ) -> tuple[GroupSnapshot, ...]:
-        found: list[tuple[str, GroupSnapshot]] = []
-        for place in places:
-            groups = self._all("groups", place, read_groups(place, by_path, self._notes))
-            ordered = sorted(groups, key=lambda group: natural_key(group.name))
-            found += [(place.path, group) for group in ordered]
-        named = with_unique_names(found, "group", self._notes)
-        return tuple(sorted(named, key=lambda group: natural_key(group.name)))
+    def _surfaces(
+        self, occurrences: Sequence[Occurrence], keys: Keys
+    ) -> tuple[SurfaceSnapshot, ...]:
+        subject, read = Subject("design", "wrap surfaces"), list[SurfaceSnapshot]()
+        found = read_surfaces(self._design, occurrences, keys, self._notes)
+        self._notes.attempt(subject, "faces", read.extend, found)
+        return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
-    def _surfaces(self, places: Sequence[Place], keys: Keys) -> tuple[SurfaceSnapshot, ...]:
-        subject, told = Subject("design", "wrap surfaces"), list[SurfaceSnapshot]()
-        found = read_surfaces(self._design, places, keys, self._notes)
-        self._notes.attempt(subject, "faces", told.extend, found)
-
-        def key(surface: SurfaceSnapshot) -> Any:
-            return natural_key(surface.occurrence), natural_key(surface.entity)
-
-        return tuple(sorted(told, key=key))
-
-    def _all(self, what: str, place: Place, found: Iterator[Item]) -> list[Item]:
-        """What is found in a place, up to what nobody has thought of."""
+    def _all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
+        """All that is found in an occurrence, up to an unforeseen failure."""
         read: list[Item] = []
-        self._notes.attempt(place.subject, what, read.extend, found)
+        self._notes.attempt(occurrence.subject, what, read.extend, found)
         return read
 
     def _settings(self, attributes: Mapping[str, str]) -> ExportSettings:
@@ -218,8 +206,8 @@ class _Reading:
         return re.sub(_VERSION, "", name or "design")
 
     def _intent(self) -> DesignIntent:
-        told = if_told(lambda: self._design.designIntent)  # since January 2026
-        return _INTENTS.get(told, "unknown")
+        intent = optional(lambda: self._design.designIntent)  # since January 2026
+        return _INTENTS.get(intent, "unknown")
 
     def _tick(self, what: str) -> None:
         self._progress(min(self._done, self._whole), self._whole, what)
@@ -231,11 +219,8 @@ _INTENTS: dict[Any, DesignIntent] = {0: "part", 1: "assembly", 2: "hybrid"}  # D
 
 def _is_grounded(occurrence: Any) -> bool:
     """Whether an occurrence is pinned or, since May 2024, grounded to the one that holds it."""
-    return bool(occurrence.isGrounded or if_told(lambda: occurrence.isGroundToParent))
+    return bool(occurrence.isGrounded or optional(lambda: occurrence.isGroundToParent))
 
 
-def _sorted_points(points: list[PointSnapshot]) -> tuple[PointSnapshot, ...]:
-    def key(point: PointSnapshot) -> Any:
-        return natural_key(point.name), natural_key(point.occurrence), point.position
-
-    return tuple(sorted(points, key=key))
+def _point_key(point: PointSnapshot) -> Any:
+    return natural_key(point.name), natural_key(point.occurrence), point.position

@@ -1,4 +1,4 @@
-"""What Fusion says is wrong with a joint or a construction point."""
+"""Fusion's own errors and warnings on joints and construction points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import adsk.fusion
 
 from ..robot.finding import Subject
-from .notes import Notes, if_told
+from .notes import Notes, optional
 
 
 def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
@@ -18,7 +18,7 @@ def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
         subject: The same, for findings.
         notes: Takes the findings.
     """
-    state = if_told(lambda: entity.healthState)
+    state = optional(lambda: entity.healthState)
     states = adsk.fusion.FeatureHealthStates
     if state == states.RolledBackFeatureHealthState:
         return "it is rolled back: move the timeline's marker to the end"

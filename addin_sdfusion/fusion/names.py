@@ -18,9 +18,9 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
     """The same with unique names: the first of a name keeps it, the others are numbered.
 
     Args:
-        found: Path of the place, and joint or group; in the order in which names are given.
+        found: Path of the occurrence, and joint or group; in the order in which names are given.
         kind: `joint` or `group`, for findings.
-        notes: Told of what is renamed.
+        notes: Takes what is renamed.
     """
     pairs = list(found)
     count = Counter(item.name for _, item in pairs)

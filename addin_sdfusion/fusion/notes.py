@@ -1,4 +1,4 @@
-"""What could not be read: a finding that names the object, and a trace for the log."""
+"""Findings on unreadable parts of a design, with traces for the log."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Log = Callable[[str], None]
 Result = TypeVar("Result")
 
 REPAIR = "Repair it in Fusion (Modify > Compute All shows what is broken) or delete it"
-"""What to do with most things that Fusion does not tell about."""
+"""Advice for most things that cannot be read."""
 
 
 class Notes:
@@ -39,7 +39,7 @@ class Notes:
         self.add("warning", subject, code, message)
 
     def trace(self, doing: str) -> None:
-        """Tell the log of the exception that is being handled."""
+        """Log the exception that is being handled."""
         self._log(f"CARDSFlow: {doing}\n{traceback.format_exc()}")
 
     def attempt(
@@ -80,8 +80,8 @@ class Notes:
         return tuple(sorted(unique, key=lambda f: (f.subject, f.code, f.message)))
 
 
-def if_told(read: Callable[[], Result]) -> Result | None:
-    """What Fusion tells; None where it fails, or where its version has no such member.
+def optional(read: Callable[[], Result]) -> Result | None:
+    """A value that Fusion may not have; None where reading it fails, as in older versions.
 
     Args:
         read: Reads it. What must be there is read by `Notes.attempt`.

@@ -1,8 +1,8 @@
-"""Every component in every place, with its pose in the root frame.
+"""Occurrences of a design's components, with their poses in the root frame.
 
-An entity of a component is read through its proxy in the place, `place.of(entity)`, which Fusion
-tells about in the root frame. Places are found from the top down: `assemblyContext` is not the
-occurrence above, and names may contain the `+` that full paths are joined by.
+An entity of a component is read through its proxy in the occurrence, `occurrence.proxy(entity)`,
+which Fusion gives in the root frame. Occurrences are found from the top down: `assemblyContext` is
+not the occurrence above, and names may contain the `+` that full paths are joined by.
 """
 
 from __future__ import annotations
@@ -21,132 +21,134 @@ from .units import frame, is_rigid, near, same_frame
 
 
 @dataclass(frozen=True)
-class Place:
-    """A component in a place.
+class Occurrence:
+    """An occurrence of a component, or the root component itself.
 
     Attributes:
-        path: Full path of the occurrence; empty for the root component.
+        path: Its full path; empty for the root component.
         parent: Full path of the occurrence that holds it.
-        occurrence: The occurrence in the root's context; None for the root component.
+        native: Fusion's occurrence in the root's context; None for the root component.
         component: The component.
         T: Its pose in the root frame.
     """
 
     path: str
     parent: str
-    occurrence: Any
+    native: Any
     component: Any
     T: Transform
 
     @property
     def subject(self) -> Subject:
-        """What a finding about the place is about."""
+        """The subject of findings about it."""
         return Subject("occurrence", self.path) if self.path else Subject("design", "root")
 
     def children(self) -> Any:
-        """The occurrences right below it."""
-        if self.occurrence is None:
-            return self.component.occurrences
-        return self.occurrence.childOccurrences
+        """Fusion's occurrences right below it."""
+        return self.component.occurrences if self.native is None else self.native.childOccurrences
 
     def named(self, name: str) -> str:
-        """The name of something in the place, for findings."""
+        """The name of something in it, for findings."""
         return f"{self.path}/{name}" if self.path else name
 
-    def of(self, native: Any) -> Any:
-        """The proxy of an entity of the component in this place; itself in the root.
+    def proxy(self, native: Any) -> Any:
+        """The proxy of an entity of the component in this occurrence; itself in the root.
 
         Raises:
             ValueError: Fusion gives none.
         """
-        if self.occurrence is None:
+        if self.native is None:
             return native
-        proxy = native.createForAssemblyContext(self.occurrence)
+        proxy = native.createForAssemblyContext(self.native)
         if proxy is None:
-            raise ValueError("Fusion does not tell where it is in the assembly")
+            raise ValueError("Fusion does not say where it is in the assembly")
         return proxy
 
-    def settled(self, told: Vector3, native: Vector3) -> Vector3:
+    def in_root(self, read: Vector3, native: Vector3) -> Vector3:
         """A proxy's position in the root frame, in [m].
 
-        It should be told in the root frame already. If it is the same as that of the native entity
-        though the place is elsewhere, it was told in the component's frame.
+        It should be given in the root frame already. If it is the same as that of the native entity
+        though the occurrence is elsewhere, it was given in the component's frame.
         """
         moved = self.T.apply(native)
-        return moved if near(told, native) and not near(told, moved) else told
+        return moved if near(read, native) and not near(read, moved) else read
 
 
-def find_places(root: Any, notes: Notes) -> list[Place]:
-    """The root component, then every component in every place, in the order of their paths."""
-    top = Place(ROOT, ROOT, None, root, IDENTITY)
+Occurrences = dict[str, Occurrence]
+"""All of a design, by path."""
+
+
+def find_occurrences(root: Any, notes: Notes) -> Occurrences:
+    """The root component, then every occurrence, in the order of their paths."""
+    top = Occurrence(ROOT, ROOT, None, root, IDENTITY)
     found = {ROOT: top}
     waiting = [top]
     while waiting:
         above = waiting.pop()
-        for occurrence in items(above.children, notes, above.subject, "occurrences"):
-            place = _place(occurrence, above, notes)
-            if place is None:
+        for native in items(above.children, notes, above.subject, "occurrences"):
+            occurrence = _occurrence(native, above, notes)
+            if occurrence is None:
                 continue
-            if place.path in found:
-                message = f"two occurrences have the path {place.path!r}: rename one of them"
-                notes.add("error", place.subject, "same-path", message)
+            if occurrence.path in found:
+                message = f"two occurrences have the path {occurrence.path!r}: rename one of them"
+                notes.add("error", occurrence.subject, "same-path", message)
                 continue
-            found[place.path] = place
-            waiting.append(place)
-    return sorted(found.values(), key=lambda place: natural_key(place.path))
+            found[occurrence.path] = occurrence
+            waiting.append(occurrence)
+    return dict(sorted(found.items(), key=lambda item: natural_key(item[0])))
 
 
-def _place(occurrence: Any, above: Place, notes: Notes) -> Place | None:
+def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | None:
     todo = "If its component is in another document, open that and update the reference"
-    path = notes.attempt(above.subject, "occurrences' paths", path_of, occurrence)
+    path = notes.attempt(above.subject, "occurrences' paths", path_of, native)
     if path is None:
         return None
     subject = Subject("occurrence", path)
-    component = notes.attempt(subject, "component", lambda: occurrence.component, todo=todo)
-    T = notes.attempt(subject, "position", _pose, occurrence, above.T, todo=todo)
+    component = notes.attempt(subject, "component", lambda: native.component, todo=todo)
+    T = notes.attempt(subject, "position", _pose, native, above.T, todo=todo)
     if T is None or component is None:
         return None
     if not is_rigid(T):
         message = f"occurrence {path!r} is mirrored or scaled: make its component anew"
         notes.add("error", subject, "not-rigid", message)
-    return Place(path, above.path, occurrence, component, T)
+    return Occurrence(path, above.path, native, component, T)
 
 
 def _pose(occurrence: Any, above: Transform) -> Transform:
-    """The pose of an occurrence in the root frame.
+    """The pose of Fusion's occurrence in the root frame.
 
     `transform2` is documented as "in its assembly context", so in the root frame for an occurrence
-    that was reached from the root. In case a version of Fusion tells it relative to the occurrence
+    that was reached from the root. In case a version of Fusion gives it relative to the occurrence
     above, that is seen by its being the same as that of the native occurrence. (`transform` is
     retired: it was wrong in some cases.)
     """
-    told = frame(occurrence.transform2)
+    read = frame(occurrence.transform2)
     native = occurrence.nativeObject
     if native is None:
-        return told
+        return read
     own = frame(native.transform2)
     composed = above.compose(own)
-    return composed if same_frame(told, own) and not same_frame(told, composed) else told
+    return composed if same_frame(read, own) and not same_frame(read, composed) else read
 
 
 def each_in(
-    place: Place, collection: Callable[[], Any], notes: Notes, kind: str
+    occurrence: Occurrence, collection: Callable[[], Any], notes: Notes, kind: str
 ) -> Iterator[tuple[Any, str, Any]]:
-    """Native entity, name and proxy of every item of one of the place's collections.
+    """Native entity, name and proxy of every item of one of the component's collections.
 
     Args:
-        place: The place.
+        occurrence: The occurrence.
         collection: Gives the collection of native entities.
         notes: Takes what fails.
         kind: What it holds: `body`, `group`, `joint` or `point`.
     """
     what = "bodies" if kind == "body" else f"{kind}s"
-    for native in items(collection, notes, place.subject, what):
-        name = notes.attempt(place.subject, f"{what}' names", name_of, native)
+    for native in items(collection, notes, occurrence.subject, what):
+        name = notes.attempt(occurrence.subject, f"{what}' names", name_of, native)
         if name is None:
             continue
-        subject = subject_in(place, kind, name)
-        proxy = notes.attempt(subject, "place", place.of, native)
+        subject = subject_in(occurrence, kind, name)
+        proxy = notes.attempt(subject, "place", occurrence.proxy, native)
         if proxy is not None:
             yield native, name, proxy
 
@@ -157,10 +159,10 @@ def name_of(entity: Any) -> str:
 
 
 def path_of(occurrence: Any) -> str:
-    """The full path of an occurrence."""
+    """The full path of Fusion's occurrence."""
     return str(occurrence.fullPathName)
 
 
-def subject_in(place: Place, kind: str, name: str) -> Subject:
-    """The subject of findings about something in a place; bodies are told apart by their place."""
-    return Subject(kind, place.named(name) if kind == "body" else name)
+def subject_in(occurrence: Occurrence, kind: str, name: str) -> Subject:
+    """The subject of findings about something in an occurrence; a body's name includes the path."""
+    return Subject(kind, occurrence.named(name) if kind == "body" else name)

@@ -1,4 +1,4 @@
-"""Construction points that the add-in knows by their names or attributes, in every place."""
+"""Construction points known to the add-in by name or attributes, in every occurrence."""
 
 from __future__ import annotations
 
@@ -12,43 +12,47 @@ from ..snapshot import PointSnapshot
 from .health import problem_of
 from .keys import Keys
 from .notes import Notes
-from .occurrences import Place, each_in, subject_in
+from .occurrences import Occurrence, each_in, subject_in
 from .units import position
 
 
-def read_points(place: Place, keys: Keys, notes: Notes) -> Iterator[PointSnapshot]:
-    """The points in a place.
+def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[PointSnapshot]:
+    """The points in an occurrence.
 
     Args:
-        place: The place.
+        occurrence: The occurrence.
         keys: Names of entities.
         notes: Takes what fails.
     """
-    component = place.component
+    component = occurrence.component
     found = []
-    for native, name, proxy in each_in(place, lambda: component.constructionPoints, notes, "point"):
-        subject = subject_in(place, "point", name)
+    for native, name, proxy in each_in(
+        occurrence, lambda: component.constructionPoints, notes, "point"
+    ):
+        subject = subject_in(occurrence, "point", name)
         held = notes.attempt(subject, "attributes", own_attributes, native)
         if not held and not is_point_name(name):
             continue
         problem = notes.attempt(subject, "state", problem_of, native, subject, notes)
-        told = notes.attempt(subject, "position", _positions, place, native, proxy)
-        if told is not None:
-            found.append((name, told, held or {}, problem or ""))
+        read = notes.attempt(subject, "position", _positions, occurrence, native, proxy)
+        if read is not None:
+            found.append((name, read, held or {}, problem or ""))
     count: dict[str, int] = {}
-    # By where they are in their component: the same order in every place.
+    # By where they are in their component: the same order in every occurrence.
     for name, (_, there), held, problem in sorted(found, key=lambda point: (point[0], point[1][0])):
         number = count[name] = count.get(name, -1) + 1
-        yield PointSnapshot(name, place.path, there, keys.key(place, name, number), held, problem)
+        yield PointSnapshot(
+            name, occurrence.path, there, keys.key(occurrence, name, number), held, problem
+        )
 
 
-def _positions(place: Place, native: Any, proxy: Any) -> tuple[Vector3, Vector3]:
+def _positions(occurrence: Occurrence, native: Any, proxy: Any) -> tuple[Vector3, Vector3]:
     """Where a point is in its component, and in the root frame."""
     own = position(native.geometry)
-    return own, place.settled(position(proxy.geometry), own)
+    return own, occurrence.in_root(position(proxy.geometry), own)
 
 
 def own_attributes(entity: Any) -> dict[str, str]:
     """The add-in's attributes of an entity, by name."""
-    told = entity.attributes.itemsByGroup(GROUP)
-    return dict(sorted((str(attribute.name), str(attribute.value)) for attribute in told))
+    attributes = entity.attributes.itemsByGroup(GROUP)
+    return dict(sorted((str(attribute.name), str(attribute.value)) for attribute in attributes))

@@ -1,4 +1,4 @@
-"""Faces that muscles wrap over, in every place."""
+"""Wrap faces, in every occurrence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..robot.model.rotations import add, cross, dot, subtract
 from ..snapshot import SurfaceSnapshot
 from .keys import Keys
 from .notes import Notes
-from .occurrences import Place
+from .occurrences import Occurrence
 from .points import own_attributes
 from .units import direction, length, position
 
@@ -44,33 +44,33 @@ class _Extent(NamedTuple):
 
 
 def read_surfaces(
-    design: Any, places: Sequence[Place], keys: Keys, notes: Notes
+    design: Any, occurrences: Sequence[Occurrence], keys: Keys, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
-    """The wrap surfaces of a design, each in every place of its component.
+    """The wrap surfaces of a design, each in every occurrence of its component.
 
     Args:
         design: The design.
-        places: All places.
+        occurrences: All occurrences.
         keys: Names of entities.
         notes: Takes what fails.
     """
     subject = Subject("design", "wrap surfaces")
-    told = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
-    faces = [face for attribute in told or () for face in _faces(attribute, notes)]
+    read = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
+    faces = [face for attribute in read or () for face in _faces(attribute, notes)]
     for body in _by_body(faces, subject, notes):
-        for place in places:
-            if notes.attempt(subject, "component", eq, place.component, body.component):
-                yield from _in_place(place, body, keys, notes)
+        for occurrence in occurrences:
+            if notes.attempt(subject, "component", eq, occurrence.component, body.component):
+                yield from _in_occurrence(occurrence, body, keys, notes)
 
 
 def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
     """The native face that holds an attribute, if there still is one."""
     subject = Subject("wrap_surface", "?")
-    told = notes.attempt(
+    read = notes.attempt(
         subject, "face", lambda: (attribute.parent, attribute.otherParents), todo=_AGAIN
     )
-    parent, others = told or (None, None)
-    if told is not None and parent is None:
+    parent, others = read or (None, None)
+    if read is not None and parent is None:
         message = f"the face of a wrap surface is gone from the design: {_AGAIN}"
         notes.warn(subject, "lost-face", message)
     face = adsk.fusion.BRepFace.cast(parent)
@@ -86,14 +86,14 @@ def _by_body(faces: Iterable[Any], subject: Subject, notes: Notes) -> list[_Body
     """Faces by native body; API objects cannot be hashed."""
     found: list[_Body] = []
     for face in faces:
-        told = notes.attempt(subject, "body", _body_of, face)
-        if told is None:
+        body = notes.attempt(subject, "body", _body_of, face)
+        if body is None:
             continue
-        known = next((body for body in found if body.native == told.native), None)
+        known = next((other for other in found if other.native == body.native), None)
         if known is None:
-            found.append(told)
+            found.append(body)
         else:
-            known.faces.extend(told.faces)
+            known.faces.extend(body.faces)
     return found
 
 
@@ -102,46 +102,48 @@ def _body_of(face: Any) -> _Body:
     return _Body(body, str(body.name), body.parentComponent, [(face, own_attributes(face))])
 
 
-def _in_place(place: Place, body: _Body, keys: Keys, notes: Notes) -> Iterator[SurfaceSnapshot]:
-    """The wrap surfaces of one body in one place."""
+def _in_occurrence(
+    occurrence: Occurrence, body: _Body, keys: Keys, notes: Notes
+) -> Iterator[SurfaceSnapshot]:
+    """The wrap surfaces of one body in one occurrence."""
     read = []
     for face, held in body.faces:
-        subject = Subject("wrap_surface", place.named(body.name))
-        told = notes.attempt(subject, "face", _surface, place, face, held, todo=_AGAIN)
-        if told is not None:
-            read.append(told)
+        subject = Subject("wrap_surface", occurrence.named(body.name))
+        pair = notes.attempt(subject, "face", _surface, occurrence, face, held, todo=_AGAIN)
+        if pair is not None:
+            read.append(pair)
     read.sort(key=lambda pair: pair[0])
     for number, (_, surface) in enumerate(read):
-        key = keys.key(place, f"{body.name}/face", number)
+        key = keys.key(occurrence, f"{body.name}/face", number)
         yield replace(surface, entity=key)
 
 
 def _surface(
-    place: Place, face: Any, held: dict[str, str]
+    occurrence: Occurrence, face: Any, held: dict[str, str]
 ) -> tuple[tuple[Any, ...], SurfaceSnapshot]:
-    """A face in a place; first by what it is sorted among those of its body.
+    """A face in an occurrence; first by what it is sorted among those of its body.
 
     Raises:
         ValueError: It is neither cylinder nor sphere.
     """
-    proxy = place.of(face)
-    sphere, told = (adsk.core.Sphere.cast(f.geometry) for f in (face, proxy))
+    proxy = occurrence.proxy(face)
+    sphere, placed = (adsk.core.Sphere.cast(f.geometry) for f in (face, proxy))
     if sphere is not None:
         own = position(sphere.origin)
-        centre = place.settled(position(told.origin), own)
-        radius = length(told.radius)
-        surface = SurfaceSnapshot(place.path, "sphere", radius, centre, attributes=held)
+        centre = occurrence.in_root(position(placed.origin), own)
+        radius = length(placed.radius)
+        surface = SurfaceSnapshot(occurrence.path, "sphere", radius, centre, attributes=held)
         return (held.get(WRAP, ""), own), surface
-    cylinder, told = (adsk.core.Cylinder.cast(f.geometry) for f in (face, proxy))
+    cylinder, placed = (adsk.core.Cylinder.cast(f.geometry) for f in (face, proxy))
     if cylinder is None:
         raise ValueError("it is neither a cylinder nor a sphere")
     middle, size = _extent(face, position(cylinder.origin), direction(cylinder.axis))
     surface = SurfaceSnapshot(
-        place.path,
+        occurrence.path,
         "cylinder",
-        length(told.radius),
-        place.T.apply(middle),
-        place.T.rotate(direction(cylinder.axis)),
+        length(placed.radius),
+        occurrence.T.apply(middle),
+        occurrence.T.rotate(direction(cylinder.axis)),
         size,
         attributes=held,
     )

@@ -1,4 +1,4 @@
-"""Fusion's points, vectors and matrices as plain tuples in SI units: here cm become m.
+"""Fusion's points, vectors and matrices as plain tuples in SI units: cm become m here.
 
 Fusion counts lengths in cm, angles in rad, masses in kg, moments of inertia in kg·cm².
 """
@@ -26,14 +26,14 @@ PARALLEL = 1e-6
 
 
 def finite(value: float) -> float:
-    """A number as it is told.
+    """A finite number.
 
     Raises:
         ValueError: It is infinite or no number.
     """
     number = float(value)
     if not math.isfinite(number):
-        raise ValueError(f"Fusion tells {number}, which is no number")
+        raise ValueError(f"Fusion gives {number}, which is no number")
     return number
 
 
@@ -54,7 +54,7 @@ def direction(vector: Any) -> Vector3:
         ValueError: There is none, or it has no direction.
     """
     if vector is None:
-        raise ValueError("Fusion tells no direction")
+        raise ValueError("Fusion gives no direction")
     found = normalized((finite(vector.x), finite(vector.y), finite(vector.z)))
     if not any(found):
         raise ValueError("the direction has no length")

@@ -1,1 +1,1 @@
-"""The table of muscles: its rows, its edits, and how the design and CSV files hold it."""
+"""Table of muscles: rows, edits, and its forms in designs and CSV files."""

@@ -1,4 +1,4 @@
-"""What the add-in writes to points, faces and the design, as JSON text in attributes.
+"""Attributes of points, faces and the design, as JSON text.
 
 All are in the group `CARDSFlow`: `point` on a construction point, `wrap` on a face, `muscles` and
 `settings` on the design.

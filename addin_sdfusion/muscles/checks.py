@@ -1,4 +1,4 @@
-"""What can be wrong with a table of muscles in itself."""
+"""Findings on a table of muscles by itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads the CSV file of a table of muscles; `muscle_csv` writes it."""
+"""Reader of the table of muscles from CSV; `csv_writer` is its counterpart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of muscles as a CSV file, for spreadsheets.
+"""Writer of the table of muscles as a CSV file, for spreadsheets.
 
 One line a point. What belongs to the muscle stands in the line of its first point; a muscle without
 points has a line of its own. Positions are in the design's root frame. Wrap surfaces are faces and

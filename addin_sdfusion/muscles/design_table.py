@@ -1,4 +1,4 @@
-"""The muscles, task points, markers and wrap surfaces of a design, as one table.
+"""Table of a design's muscles, task points, markers and wrap surfaces.
 
 What an attribute says beats what a name says. Positions are in the design's root frame at the pose
 in which the design stands, in [m].

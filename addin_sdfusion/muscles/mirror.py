@@ -1,4 +1,4 @@
-"""Muscles of one side made into those of the other.
+"""Mirror images of muscles, from one side of the robot to the other.
 
 The side is a word of the name, at its beginning or end: `arm_l`, `left_arm`, `ArmRight`.
 """

@@ -1,4 +1,4 @@
-"""Names of construction points that say what a point is, as designs of before have them.
+"""Meaningful names of construction points, as designs of earlier add-ins have them.
 
 `VP_motor3_EXPORT_upper_arm_12` is via point 12 of muscle `motor3`, fixed to link `upper_arm`;
 `EE_<link>` is a task point, `VM_<link>` a marker, `COM_<link>` what links once were measured from.

@@ -1,4 +1,4 @@
-"""The rows of the table of muscles, and the table.
+"""Rows of the table of muscles, and the table.
 
 Positions are in the design's root frame at the pose in which the design stands, in [m].
 """

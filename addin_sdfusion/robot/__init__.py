@@ -1,4 +1,4 @@
-"""What a robot is, its files and its checks. Standard library only, but for the readers."""
+"""Robot description, its files and its checks. Standard library only, but for the readers."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool =
         repair: Whether to undo known defects of published files.
 
     Returns:
-        A robot without errors; `addin_sdfusion.robot.readers.read` also tells the warnings.
+        A robot without errors; `addin_sdfusion.robot.readers.read` also gives the warnings.
 
     Raises:
         RobotError: The files hold a robot that cannot be used.

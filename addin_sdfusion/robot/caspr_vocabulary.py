@@ -1,4 +1,4 @@
-"""CASPR's words for cables, pulleys, operational spaces and trajectories, for both directions."""
+"""CASPR's names for cables, pulleys, operational spaces and trajectories, both directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The errors of CARDSFlow: one root, and messages that say what, where, and what exists."""
+"""Errors of CARDSFlow: one root, and messages with the fault, its place and the known names."""
 
 from __future__ import annotations
 

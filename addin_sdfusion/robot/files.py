@@ -1,4 +1,4 @@
-"""Reading a file that may be anything, and writing several so that no reader sees half of one."""
+"""Reading of untrusted files, and atomic writing of several."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check says about a robot: one finding a defect."""
+"""Findings of checks: one a defect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small words that every check uses."""
+"""Builders of findings, shared by all checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the file of a mesh is, as its URI says it."""
+"""Files of meshes by their URIs."""
 
 from __future__ import annotations
 

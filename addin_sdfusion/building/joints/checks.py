@@ -1,4 +1,4 @@
-"""What is wrong, or doubtful, with a joint of the design by itself."""
+"""Findings on single joints of a design."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def mistakes(subject: Subject, joint: JointSnapshot) -> list[Finding]:
         return [error(subject, "broken-joint", problem)]
     if joint.kind == "inferred":
         problem = (
-            "is of an inferred type, which tells no axes; edit it and choose one of rigid, "
+            "is of an inferred type, which has no axes; edit it and choose one of rigid, "
             "revolute, slider, cylindrical, pin-slot, planar and ball"
         )
         return [error(subject, "unsupported-joint", problem)]
@@ -39,7 +39,7 @@ def mistakes(subject: Subject, joint: JointSnapshot) -> list[Finding]:
     if joint.kind == "rigid":
         return []
     if not joint.motions:
-        return [error(subject, "joint-without-motion", "tells no motion; delete and make it again")]
+        return [error(subject, "joint-without-motion", "has no motion; delete and make it again")]
     if any(not any(motion.axis) for motion in joint.motions):
         return [
             error(subject, "zero-axis", "has an axis without direction; edit it and choose one")

@@ -1,4 +1,4 @@
-"""The joints of a design that count: between two links, or a link and the world."""
+"""Edges of a design's graph: joints between two links, or a link and the world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Components as links: which of them, and what the links are called."""
+"""Components as links, and the links' names."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Find
 def _chosen(
     snapshot: DesignSnapshot, occurrences: Mapping[str, OccurrenceSnapshot]
 ) -> tuple[list[str], list[Finding]]:
-    wanted = snapshot.settings.components
-    if not wanted:
+    selected = snapshot.settings.components
+    if not selected:
         return sorted(path for path, o in occurrences.items() if o.parent == ROOT), []
     findings = []
-    for path in sorted(set(wanted) - occurrences.keys()):
+    for path in sorted(set(selected) - occurrences.keys()):
         problem = f"{unknown('component', path, sorted(occurrences))}; choose the links in Export"
         findings.append(error(Subject("occurrence", path), "unknown-component", problem))
-    return sorted(occurrences.keys() & set(wanted)), findings
+    return sorted(occurrences.keys() & set(selected)), findings
 
 
 def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot]) -> dict[str, str]:

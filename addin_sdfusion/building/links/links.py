@@ -1,4 +1,4 @@
-"""Which parts of a design are links: rigid groups called `EXPORT_<link>`, or components."""
+"""Links of a design: rigid groups called `EXPORT_<link>`, or components."""
 
 from __future__ import annotations
 

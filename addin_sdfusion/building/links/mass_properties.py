@@ -1,9 +1,9 @@
-"""Mass properties as the CAD system tells them, made into inertia matrices and added up.
+"""Mass properties of CAD bodies as inertia matrices, and their sums.
 
-It tells the moments about the origin of the root frame, and does not say whether its products are
-the matrix' entries, -∫ x y dm, or ∫ x y dm. The principal moments about the centre of mass tell the
-two apart: only with the right sign are they the eigenvalues. Where they cannot, as for a body whose
-axes are those of the frame, the other bodies of the design tell: its sign is one.
+CAD gives the moments about the origin of the root frame, and does not say if its products are
+the matrix' entries, -∫ x y dm, or ∫ x y dm. The principal moments about the centre of mass decide:
+only with the right sign are they the eigenvalues. Where they cannot, as for a body whose axes are
+those of the frame, the other bodies of the design decide: its sign is one.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ def rounding(mass: MassSnapshot) -> float:
     return _ROUNDING * max(map(abs, mass.moments)) / largest if largest > 0.0 else 0.0
 
 
-def told_sign(mass: MassSnapshot) -> Sign | None:
-    """The sign that the principal moments tell; None if they fit both, or none."""
+def sign_of(mass: MassSnapshot) -> Sign | None:
+    """The sign by the principal moments; None if they fit both, or none."""
     plus, minus = misses(mass, 1), misses(mass, -1)
     worse = max(plus, minus)
     if worse <= _TELLS + rounding(mass) or min(plus, minus) > _CLEARER * worse:
@@ -93,8 +93,8 @@ def told_sign(mass: MassSnapshot) -> Sign | None:
 
 
 def common_sign(masses: Iterable[MassSnapshot]) -> Sign:
-    """The sign of a design's products, by majority; the matrix' own where nothing tells."""
-    votes = sum(told_sign(mass) or 0 for mass in masses)
+    """The sign of a design's products, by majority; the matrix' own where nothing decides."""
+    votes = sum(sign_of(mass) or 0 for mass in masses)
     return -1 if votes < 0 else 1
 
 

@@ -1,4 +1,4 @@
-"""What the links of a design weigh.
+"""Mass properties of a design's links.
 
 Where everything below an occurrence belongs to the link, the occurrence's own mass counts: it is
 right also where the user has set it. Else the bodies are weighed one by one.
@@ -13,7 +13,7 @@ from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import warning
 from ...snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
 from .links import Links
-from .mass_properties import MISMATCH, Part, common_sign, misses, part, rounding, told_sign, total
+from .mass_properties import MISMATCH, Part, common_sign, misses, part, rounding, sign_of, total
 from .mass_properties import usable as is_usable
 
 SPLIT = 1e-6
@@ -51,7 +51,7 @@ class _Weighing:
             self._bodies.setdefault(body.occurrence, []).append(body)
         self._whole: dict[str, bool] = {}
         self._findings: list[Finding] = []
-        self._told = {(finding.code, finding.subject) for finding in snapshot.findings}
+        self._known = {(finding.code, finding.subject) for finding in snapshot.findings}
         masses = [*(o.mass for o in snapshot.occurrences), *(b.mass for b in snapshot.bodies)]
         self._sign = common_sign(m for m in masses if m is not None and is_usable(m))
 
@@ -109,7 +109,7 @@ class _Weighing:
         return found
 
     def _part(self, mass: MassSnapshot, subject: Subject) -> Part:
-        sign = told_sign(mass) or self._sign
+        sign = sign_of(mass) or self._sign
         missed = misses(mass, sign)
         if missed > MISMATCH + rounding(mass):
             problem = (
@@ -128,7 +128,7 @@ class _Weighing:
             self._findings.append(warning(subject, f"{body.kind}-body", problem))
             return False
         has_mass = body.mass is not None and is_usable(body.mass)
-        if not has_mass and not is_weighed and ("no-mass", subject) not in self._told:
+        if not has_mass and not is_weighed and ("no-mass", subject) not in self._known:
             material = f" of {body.material!r}" if body.material else ", having no material"
             problem = f"has no mass{material}; give it a physical material"
             self._findings.append(warning(subject, "no-mass", problem))

@@ -1,4 +1,4 @@
-"""Sets of names that grow together."""
+"""Disjoint sets of names (union-find)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class DisjointSets:
         self._above = {name: name for name in names}
 
     def find(self, name: str) -> str:
-        """The name that stands for the set of a name."""
+        """The representative of the set of a name."""
         root = name
         while self._above[root] != root:
             root = self._above[root]

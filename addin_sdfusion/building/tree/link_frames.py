@@ -1,4 +1,4 @@
-"""The frames of links, and the joints between them.
+"""Frames of links, and the joints between them.
 
 With all coordinates at zero every link's frame is parallel to the world's, and its origin is that
 of the joint that carries it. The design may stand in any pose: each joint is moved back by what the

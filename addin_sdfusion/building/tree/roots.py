@@ -1,4 +1,4 @@
-"""Where the trees of a robot start: the base, and whatever else is fixed to the ground."""
+"""Roots of a robot's trees: the base, and all else that is fixed to the ground."""
 
 from __future__ import annotations
 

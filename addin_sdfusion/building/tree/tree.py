@@ -1,4 +1,4 @@
-"""The tree that the links of a design make: where it starts, and what carries each link."""
+"""Kinematic tree of a design's links: its root, and the joint that carries each link."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Check: all that is wrong with the design, at once."""
+"""Check command: all findings on the design at once."""

@@ -1,4 +1,4 @@
-"""Check: reads the design, lists what is wrong, saves a snapshot; nothing is edited."""
+"""Check command: reads the design, lists its findings, saves a snapshot; edits nothing."""
 
 from __future__ import annotations
 

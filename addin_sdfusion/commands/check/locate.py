@@ -1,4 +1,4 @@
-"""Where in the design a finding's object is."""
+"""Entities of the design that a finding is about."""
 
 from __future__ import annotations
 
@@ -85,13 +85,13 @@ def _body(design: Any, reading: Reading, name: str) -> Iterator[Any]:
                         yield _seen(bodies.item(i), occurrence)
 
 
-def _points(design: Any, wanted: set[tuple[str, str]]) -> Iterator[Any]:
+def _points(design: Any, names: set[tuple[str, str]]) -> Iterator[Any]:
     """Construction points by occurrence and name."""
     for component, occurrence in _places(design):
         path = occurrence.fullPathName if occurrence else ""
         for i in range(component.constructionPoints.count):
             point = component.constructionPoints.item(i)
-            if (path, point.name) in wanted:
+            if (path, point.name) in names:
                 yield _seen(point, occurrence)
 
 
@@ -108,8 +108,8 @@ def _muscle(design: Any, reading: Reading, name: str) -> Iterator[Any]:
 def _points_of(design: Any, reading: Reading, keys: set[tuple[str, str]]) -> Iterator[Any]:
     """Construction points by entity and occurrence, as the snapshot calls them."""
     points = reading.snapshot.points
-    wanted = {(p.occurrence, p.name) for p in points if (p.entity, p.occurrence) in keys}
-    yield from _points(design, wanted)
+    names = {(p.occurrence, p.name) for p in points if (p.entity, p.occurrence) in keys}
+    yield from _points(design, names)
 
 
 def _frame(design: Any, reading: Reading, name: str) -> Iterator[Any]:

@@ -1,4 +1,4 @@
-"""The construction points that a table asks for, with names and attributes."""
+"""Desired construction points of a table, with names and attributes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AnyRow = ViaPointRow | TaskRow | MarkerRow
 
 
 @dataclass(frozen=True)
-class Wanted:
+class DesiredPoint:
     """A construction point as it shall be.
 
     Attributes:
@@ -36,7 +36,7 @@ def rows_of(table: MuscleTable) -> Iterator[AnyRow]:
     yield from table.markers
 
 
-def wanted_points(table: MuscleTable) -> Iterator[Wanted]:
+def desired_points(table: MuscleTable) -> Iterator[DesiredPoint]:
     """All construction points as the table has them."""
     motors = motor_numbers(row.name for row in table.rows)
     for p in table.points:
@@ -49,11 +49,11 @@ def wanted_points(table: MuscleTable) -> Iterator[Wanted]:
         yield _item(m, marker_name(m.link), PointAttribute("marker", m.link, name=m.name))
 
 
-def _item(row: AnyRow, name: str, said: PointAttribute) -> Wanted:
-    return Wanted(row, name, replace(said, occurrence=row.occurrence, made=row.made))
+def _item(row: AnyRow, name: str, said: PointAttribute) -> DesiredPoint:
+    return DesiredPoint(row, name, replace(said, occurrence=row.occurrence, made=row.made))
 
 
-def as_made(item: Wanted) -> Wanted:
+def as_made(item: DesiredPoint) -> DesiredPoint:
     """The same, as a point that the add-in made."""
     return replace(item, attribute=replace(item.attribute, made=True))
 

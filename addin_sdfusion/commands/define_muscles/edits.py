@@ -1,4 +1,4 @@
-"""Single edits of the design, and whom they are told to have failed for."""
+"""Single edits of the design, with errors that name their object."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The construction points and wrap faces of a design, by what its snapshot calls them."""
+"""Construction points and wrap faces of a design, by the keys of its snapshot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Define muscles: from the inputs to the pending table and back."""
+"""Define muscles command: from the inputs to the pending table and back."""
 
 from __future__ import annotations
 

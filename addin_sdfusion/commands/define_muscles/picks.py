@@ -1,4 +1,4 @@
-"""What the user has clicked in Fusion, as points and surfaces of the table."""
+"""Picks in Fusion as points and surfaces of the table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The muscles drawn in the design while the dialog is open."""
+"""Preview of the muscles in the design while the dialog is open."""
 
 from __future__ import annotations
 

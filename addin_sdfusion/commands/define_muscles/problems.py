@@ -1,4 +1,4 @@
-"""Why a table of muscles cannot be written into the design as it is."""
+"""Problems that keep a table of muscles from being written into the design."""
 
 from __future__ import annotations
 

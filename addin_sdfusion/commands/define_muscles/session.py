@@ -164,7 +164,7 @@ class Session(Pending):
 
 
 def _side(name: str) -> str:
-    """The word that tells the side, by what changes in the name of the other side."""
+    """`left` or `right`, by what changes in the name of the other side."""
     other = other_side(name)
     if other is None:
         return ""
@@ -172,7 +172,7 @@ def _side(name: str) -> str:
 
 
 def other_is_right(name: str, other: str) -> bool:
-    """Whether the name tells the left side."""
+    """Whether the name is of the left side."""
     for a, b in zip(name.lower(), other.lower(), strict=False):
         if a != b:
             return a == "l"

@@ -1,4 +1,4 @@
-"""The pending table as the inputs show it."""
+"""View of the pending table in the dialog's inputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of muscles written into the design, within one transaction.
+"""Writer of the table of muscles into the design, within one transaction.
 
 The add-in makes construction points and attributes, and nothing else: a construction point of the
 user is given a name and an attribute, and its own name back when it is no longer used.
@@ -29,7 +29,7 @@ from ...muscles.point_names import natural_key, parse_point_name
 from ...muscles.rows import MuscleTable
 from ...robot.errors import InputError
 from ...robot.model.robot import WORLD
-from .desired_points import AnyRow, Wanted, as_made, original_name, rows_of, wanted_points
+from .desired_points import AnyRow, DesiredPoint, as_made, desired_points, original_name, rows_of
 from .edits import About, added, base_feature, delete, is_called, native
 from .picks import Picks, is_center, problem_of
 
@@ -75,11 +75,11 @@ class Writer:
             InputError: Something cannot be written; the message says which object, and the
                 transaction must be given up.
         """
-        wanted = list(wanted_points(after))
-        self._remove(before, {w.row.entity for w in wanted if w.row.entity})
-        kept: list[tuple[Any, Wanted]] = []
+        desired = list(desired_points(after))
+        self._remove(before, {w.row.entity for w in desired if w.row.entity})
+        kept: list[tuple[Any, DesiredPoint]] = []
         used: set[str] = set()
-        for item in wanted:
+        for item in desired:
             point = self._points.get(item.row.entity)
             if point is None or item.row.entity in used:
                 point = self._made(item)
@@ -110,7 +110,7 @@ class Writer:
                 if parse_point_name(point.name):  # it would be read as a point again
                     point.name = original or f"Unused {point.name}"
 
-    def _name(self, points: list[tuple[Any, Wanted]]) -> None:
+    def _name(self, points: list[tuple[Any, DesiredPoint]]) -> None:
         """Names and attributes; first, points give up names that others shall have."""
         changed = [(p, w) for p, w in points if not is_called(p, w.name)]
         names = {w.name for _, w in changed}
@@ -124,14 +124,14 @@ class Writer:
                     point.name = w.name
             self._set(point, POINT, point_text(w.attribute), w.name, self._why_not(w.row))
 
-    def _with_origin(self, item: Wanted, point: Any) -> Wanted:
+    def _with_origin(self, item: DesiredPoint, point: Any) -> DesiredPoint:
         """The name that the user gave the point is remembered."""
         original = original_name(point.attributes.itemByName(GROUP, POINT))
         if not original and not item.row.made and not parse_point_name(point.name):
             original = point.name
         return replace(item, attribute=replace(item.attribute, original=original))
 
-    def _made(self, item: Wanted) -> Any:
+    def _made(self, item: DesiredPoint) -> Any:
         """A new construction point, in the link's component."""
         row = item.row
         entity = self._picks.entity(row.entity)

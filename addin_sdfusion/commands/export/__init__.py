@@ -1,1 +1,1 @@
-"""Export: the design becomes a robot folder."""
+"""Export of the design to a robot folder."""

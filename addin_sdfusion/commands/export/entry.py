@@ -1,4 +1,4 @@
-"""Export: the choices, the findings, and the export itself."""
+"""Export command: the settings, the findings, and the export itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Triangles of bodies from Fusion's mesh calculator, in the root frame."""
+"""Triangle meshes of bodies from Fusion's mesh calculator, in the root frame."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ...robot.model.pose import Vector3
 from ...robot.model.transform import IDENTITY, Transform
 from ...settings import MeshQuality
 from ...snapshot import MeshSnapshot
-from ..notes import Notes, if_told
-from ..occurrences import Place
+from ..notes import Notes, optional
+from ..occurrences import Occurrence
 from ..units import CM, position
 
 _CLOSE = 1e-3  # of a body's diagonal: by so much nodes may stand out of its bounding box
@@ -24,17 +24,17 @@ _LOOSE = 0.25  # of a body's diagonal: by so much its bounding box may be larger
 
 @dataclass(frozen=True)
 class _Triangles:
-    """Triangles as Fusion tells them; fields as in a MeshSnapshot."""
+    """Triangles as Fusion gives them; fields as in a MeshSnapshot."""
 
     nodes: array[float]
     indices: array[int]
 
 
 class Mesher:
-    """Makes meshes; those of a component that is in several places are calculated once.
+    """Makes meshes; those of a component that is in several occurrences are calculated once.
 
     The frame of the mesh of a body's proxy is not documented. So the native body is meshed, which
-    knows no frame but its component's, and the nodes are moved by the place's pose. The body's
+    knows no frame but its component's, and the nodes are moved by the occurrence's pose. The body's
     bounding box in the root frame must agree; if it agrees with the nodes unmoved instead, these
     are taken.
 
@@ -55,27 +55,27 @@ class Mesher:
         self._made: dict[tuple[str, str, str], _Triangles] = {}
 
     def mesh(
-        self, native: Any, proxy: Any, kind: str, place: Place, subject: Subject
+        self, native: Any, proxy: Any, kind: str, occurrence: Occurrence, subject: Subject
     ) -> MeshSnapshot:
-        """The mesh of a body in a place.
+        """The mesh of a body in an occurrence.
 
         Args:
             native: The body in its component.
-            proxy: The body in the place.
+            proxy: The body in the occurrence.
             kind: `solid`, `surface` or `mesh`.
-            place: The place.
+            occurrence: The occurrence.
             subject: The body, for findings.
 
         Raises:
             ValueError: There is none.
         """
-        # Copies of a document have the same ids: the names tell them apart.
-        key = place.component.id, place.component.name, f"{kind} {native.name}"
+        # Copies of a document have the same ids: names count as well.
+        key = occurrence.component.id, occurrence.component.name, f"{kind} {native.name}"
         if key not in self._made:
-            told = self._surface(native) if kind != "mesh" else native.displayMesh
-            self._made[key] = _outward(_triangles(told), closed=kind == "solid")
+            raw = self._surface(native) if kind != "mesh" else native.displayMesh
+            self._made[key] = _outward(_triangles(raw), closed=kind == "solid")
         made = self._made[key]
-        nodes = self._placed(made.nodes, proxy, place, subject)
+        nodes = self._placed(made.nodes, proxy, occurrence, subject)
         return MeshSnapshot(nodes, made.indices)
 
     def _surface(self, body: Any) -> Any:
@@ -84,13 +84,13 @@ class Mesher:
         return calculator.calculate()
 
     def _placed(
-        self, nodes: array[float], proxy: Any, place: Place, subject: Subject
+        self, nodes: array[float], proxy: Any, occurrence: Occurrence, subject: Subject
     ) -> array[float]:
-        moved = _moved(nodes, place.T)
-        told = if_told(lambda: bounding_box(proxy))
-        if told is None or _fits(moved, told):
+        moved = _moved(nodes, occurrence.T)
+        box = optional(lambda: bounding_box(proxy))
+        if box is None or _fits(moved, box):
             return moved
-        if _fits(nodes, told):
+        if _fits(nodes, box):
             return nodes
         self._notes.warn(
             subject,
@@ -107,16 +107,16 @@ def bounding_box(body: Any) -> tuple[Vector3, Vector3]:
     return position(box.minPoint), position(box.maxPoint)
 
 
-def _triangles(told: Any) -> _Triangles:
-    """What a TriangleMesh tells, in [m].
+def _triangles(mesh: Any) -> _Triangles:
+    """The triangles of a TriangleMesh, in [m].
 
     Raises:
         ValueError: There are none, or they are damaged.
     """
-    if told is None:
+    if mesh is None:
         raise ValueError("Fusion gives none")
-    nodes = array("d", (value * CM for value in told.nodeCoordinatesAsDouble))
-    indices = array("i", told.nodeIndices)
+    nodes = array("d", (value * CM for value in mesh.nodeCoordinatesAsDouble))
+    indices = array("i", mesh.nodeIndices)
     if not indices:
         raise ValueError("it has no triangles")
     if len(nodes) % 3 or len(indices) % 3 or not 0 <= min(indices) <= max(indices) < len(nodes) / 3:

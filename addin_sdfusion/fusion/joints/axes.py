@@ -1,7 +1,7 @@
-"""Axes of joints in the root frame, so that a value moves `one` relative to `two` by its sign.
+"""Axes of joints in the root frame, signed so that a value moves `one` relative to `two`.
 
 An axis is that on `two`: the direction that it has in the root frame where `two` stands, when the
-motions before it in the joint are at zero. It is told as a vector, and as the number of an axis of
+motions before it in the joint are at zero. It is given as a vector, and as the number of an axis of
 the joint's geometry; where these contradict each other the vector was not in the root frame.
 """
 
@@ -34,9 +34,9 @@ def in_root(
     """The freedoms with axes in the root frame; None if their axes contradict the geometry.
 
     Args:
-        freedoms: As they are told through the joint's proxy: in the root frame.
+        freedoms: As read through the joint's proxy: in the root frame.
         frames: Of the joint.
-        others: Poses of what they may be told in instead.
+        others: Poses of the frames that they may be given in instead.
     """
     for T in (IDENTITY, *others):
         turned = tuple(
@@ -83,13 +83,13 @@ def ball_axes(
 ) -> tuple[tuple[MotionSnapshot, ...], bool]:
     """Pitch, yaw and roll with axes as on `two`, and whether it is certain that they are.
 
-    It is not documented whether Fusion tells the axes of a ball joint as they are on `two`, or each
-    as the rotations before it have carried it. Three things tell: the yaw axis is the geometry's x
-    axis unless the user chose another; the rotations must lead to where `one` stands; on `two` the
+    It is not documented whether Fusion gives the axes of a ball joint as they are on `two`, or each
+    as the rotations before it have carried it. Three things decide: the yaw axis is the geometry's
+    x axis unless the user chose another; the rotations must lead to the pose of `one`; on `two` the
     three axes are orthogonal.
 
     Args:
-        motions: Pitch, yaw, roll, with axes as they are told.
+        motions: Pitch, yaw, roll, with axes as read.
         yaw_along: Which axis of the geometry yaw turns about.
         frames: Of the joint.
     """
@@ -97,19 +97,19 @@ def ball_axes(
     undone = transpose(_turn(pitch))
     # Yaw turns about where its axis is now, so it is undone before the pitch is.
     roll_axis = rotate(undone, rotate(transpose(_turn(yaw)), roll.axis))
-    told = pitch, yaw, roll
+    read = pitch, yaw, roll
     carried = (
         pitch,
         replace(yaw, axis=rotate(undone, yaw.axis)),
         replace(roll, axis=roll_axis),
     )
-    if all(parallel(a.axis, b.axis) for a, b in zip(told, carried, strict=True)):
-        return told, True
+    if all(parallel(a.axis, b.axis) for a, b in zip(read, carried, strict=True)):
+        return read, True
     for evidence in (_yaw_fits(yaw_along, frames), _pose_fits(frames), _orthogonal):
-        fits = evidence(told), evidence(carried)
+        fits = evidence(read), evidence(carried)
         if fits[0] != fits[1]:
-            return (told if fits[0] else carried), True
-    return told, False
+            return (read if fits[0] else carried), True
+    return read, False
 
 
 Motions = tuple[MotionSnapshot, MotionSnapshot, MotionSnapshot]

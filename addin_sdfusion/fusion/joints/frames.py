@@ -1,6 +1,6 @@
-"""Where a joint is, as each of its two sides has it.
+"""Frames of a joint as given by each of its two sides.
 
-Fusion tells this twice: as transforms, since November 2024, which outlive broken geometry, and as
+Fusion gives them twice: as transforms, since November 2024, which outlive broken geometry, and as
 geometry, which may be a joint origin or null. Both are read through the joint's proxy, so they
 should be in the root frame. In which frame they really are is not documented, and others have met
 each of: the root's, that of the component which holds the joint, that of the occurrence which the
@@ -18,8 +18,8 @@ import adsk.fusion
 from ...robot.model.pose import Vector3
 from ...robot.model.rotations import add
 from ...robot.model.transform import Transform
-from ..notes import if_told
-from ..occurrences import Place
+from ..notes import optional
+from ..occurrences import Occurrence
 from ..units import NEAR, axes_frame, direction, distance, frame, length, near, position
 
 
@@ -28,7 +28,7 @@ class JointFrames:
     """The joint's frame as its sides have it, in the root frame.
 
     Attributes:
-        one, two: None where Fusion does not tell.
+        one, two: None where Fusion does not say.
         apart: How far the sides are apart beyond what the joint allows, in [m].
     """
 
@@ -38,50 +38,50 @@ class JointFrames:
 
 
 def joint_frames(
-    joint: Any, place: Place, T_one: Transform, T_two: Transform, reach: float
+    joint: Any, occurrence: Occurrence, T_one: Transform, T_two: Transform, reach: float
 ) -> JointFrames:
     """The frames of a joint.
 
     Args:
-        joint: Its proxy in the place.
-        place: Where the component that holds it is.
+        joint: Its proxy in the occurrence.
+        occurrence: Where the component that holds it is.
         T_one: Pose of its first occurrence in the root frame.
         T_two: Pose of its second.
         reach: How far its sides may be apart, because of slides and offsets, in [m].
     """
     geometry = (
-        if_told(lambda: _geometry(joint.geometryOrOriginOne)),
-        if_told(lambda: _geometry(joint.geometryOrOriginTwo)),
+        optional(lambda: _geometry(joint.geometryOrOriginOne)),
+        optional(lambda: _geometry(joint.geometryOrOriginTwo)),
     )
     transforms = (
-        if_told(lambda: _transform(joint.geometryOneTransform)),
-        if_told(lambda: _transform(joint.geometryTwoTransform)),
+        optional(lambda: _transform(joint.geometryOneTransform)),
+        optional(lambda: _transform(joint.geometryTwoTransform)),
     )
     best: JointFrames | None = None
-    for told in (transforms, geometry):
-        if told[0] is None or told[1] is None:
+    for sides in (transforms, geometry):
+        if sides[0] is None or sides[1] is None:
             continue
-        found = _agreeing(told[0], told[1], place.T, T_one, T_two, reach)
+        found = _agreeing(sides[0], sides[1], occurrence.T, T_one, T_two, reach)
         if found.apart == 0.0:
-            return _lifted(found, geometry, place) if told is transforms else found
+            return _lifted(found, geometry, occurrence) if sides is transforms else found
         best = best or found
     if best is not None:
         return best
     return JointFrames(transforms[0] or geometry[0], transforms[1] or geometry[1])
 
 
-def as_built_frame(joint: Any, place: Place) -> Transform | None:
-    """The one frame of an as-built joint; None where Fusion tells none, as of a rigid one.
+def as_built_frame(joint: Any, occurrence: Occurrence) -> Transform | None:
+    """The one frame of an as-built joint; None where there is none, as of a rigid one.
 
     Args:
-        joint: Its proxy in the place.
-        place: Where the component that holds it is.
+        joint: Its proxy in the occurrence.
+        occurrence: Where the component that holds it is.
     """
-    geometry = if_told(lambda: _geometry(joint.geometry))
-    transform = if_told(lambda: _transform(joint.transform))
+    geometry = optional(lambda: _geometry(joint.geometry))
+    transform = optional(lambda: _transform(joint.transform))
     if transform is None:
         return geometry
-    return _lifted(JointFrames(None, transform), (None, geometry), place).two
+    return _lifted(JointFrames(None, transform), (None, geometry), occurrence).two
 
 
 def _agreeing(
@@ -99,18 +99,20 @@ def _agreeing(
 
 
 def _lifted(
-    found: JointFrames, geometry: tuple[Transform | None, Transform | None], place: Place
+    found: JointFrames, geometry: tuple[Transform | None, Transform | None], occurrence: Occurrence
 ) -> JointFrames:
-    """The same, out of the frame of the component that holds the joint if it is told in that.
+    """The same, out of the frame of the component that holds the joint if it is given in that.
 
     There both sides meet too; but the geometry, which is known to be in the root frame when it is
     read through a proxy, is then elsewhere.
     """
-    for side, told in ((found.one, geometry[0]), (found.two, geometry[1])):
-        if side is None or told is None or near(side.p, told.p):
+    for side, other in ((found.one, geometry[0]), (found.two, geometry[1])):
+        if side is None or other is None or near(side.p, other.p):
             continue
-        if near(place.T.apply(side.p), told.p):
-            one, two = (None if f is None else place.T.compose(f) for f in (found.one, found.two))
+        if near(occurrence.T.apply(side.p), other.p):
+            one, two = (
+                None if f is None else occurrence.T.compose(f) for f in (found.one, found.two)
+            )
             return JointFrames(one, two)
     return found
 
@@ -119,15 +121,15 @@ def _transform(matrix: Any) -> Transform | None:
     return None if matrix is None else frame(matrix)
 
 
-def _geometry(told: Any) -> Transform | None:
+def _geometry(geometry: Any) -> Transform | None:
     """The frame of a JointGeometry or a JointOrigin, whose own axes are z, x, y in this order."""
-    if told is None:
+    if geometry is None:
         return None
-    x, y, z = told.secondaryAxisVector, told.thirdAxisVector, told.primaryAxisVector
-    origin = adsk.fusion.JointOrigin.cast(told)
+    x, y, z = geometry.secondaryAxisVector, geometry.thirdAxisVector, geometry.primaryAxisVector
+    origin = adsk.fusion.JointOrigin.cast(geometry)
     if origin is None:
-        return axes_frame(position(told.origin), x, y, z)
-    transform = if_told(lambda: _transform(origin.transform))
+        return axes_frame(position(geometry.origin), x, y, z)
+    transform = optional(lambda: _transform(origin.transform))
     if transform is not None:
         return transform
     return axes_frame(_offset(origin, position(origin.geometry.origin), x, y, z), x, y, z)
@@ -136,9 +138,9 @@ def _geometry(told: Any) -> Transform | None:
 def _offset(origin: Any, start: Vector3, *axes: Any) -> Vector3:
     """Where a joint origin is: its geometry is without its offsets."""
     offsets = (
-        if_told(lambda: origin.offsetX.value),
-        if_told(lambda: origin.offsetY.value),
-        if_told(lambda: origin.offsetZ.value),
+        optional(lambda: origin.offsetX.value),
+        optional(lambda: origin.offsetY.value),
+        optional(lambda: origin.offsetZ.value),
     )
     for value, axis in zip(offsets, axes, strict=True):
         x, y, z = direction(axis)

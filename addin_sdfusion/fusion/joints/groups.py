@@ -1,37 +1,39 @@
-"""Rigid groups of a place, with their members' paths from the root."""
+"""Rigid groups of an occurrence, with their members' paths from the root."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
 from ...muscles.point_names import natural_key
 from ...snapshot import GroupSnapshot
 from ..notes import Notes, items
-from ..occurrences import Place, each_in, path_of, subject_in
+from ..occurrences import Occurrence, Occurrences, each_in, path_of, subject_in
 
 
-def read_groups(place: Place, places: Mapping[str, Place], notes: Notes) -> Iterator[GroupSnapshot]:
-    """The rigid groups of the component in a place.
+def read_groups(
+    occurrence: Occurrence, occurrences: Occurrences, notes: Notes
+) -> Iterator[GroupSnapshot]:
+    """The rigid groups of the component in an occurrence.
 
     Args:
-        place: The place.
-        places: All places, by path.
+        occurrence: The occurrence.
+        occurrences: All occurrences, by path.
         notes: Takes what fails.
     """
-    component = place.component
-    for _, name, group in each_in(place, lambda: component.rigidGroups, notes, "group"):
-        subject = subject_in(place, "group", name)
+    component = occurrence.component
+    for _, name, group in each_in(occurrence, lambda: component.rigidGroups, notes, "group"):
+        subject = subject_in(occurrence, "group", name)
         suppressed = notes.attempt(subject, "state", _is_suppressed, group)
         paths = set()
         for member in items(partial(_members, group), notes, subject, "members"):
             path = notes.attempt(subject, "members", path_of, member)
             if path is None:
                 continue
-            # Below the place of the group, in case it is not told from the root.
-            below = f"{place.path}+{path}"
-            known = next((p for p in (path, below) if p in places), None)
+            # Below the occurrence of the group, in case the path is not from the root.
+            below = f"{occurrence.path}+{path}"
+            known = next((p for p in (path, below) if p in occurrences), None)
             if known is not None:
                 paths.add(known)
             elif not suppressed:

@@ -1,4 +1,4 @@
-"""Joints and as-built joints of a place, in the root frame.
+"""Joints and as-built joints of an occurrence, in the root frame.
 
 They are read component by component: the root's `allJoints` fails with an internal error where a
 design has assembly constraints. Joints of sub-assemblies are read through proxies, since their
@@ -8,7 +8,7 @@ geometry is null otherwise.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,21 +17,20 @@ from ...robot.model.pose import Vector3
 from ...robot.model.transform import IDENTITY, Transform
 from ...snapshot import JointKind, JointSnapshot, MotionSnapshot
 from ..health import problem_of
-from ..notes import Notes, if_told
-from ..occurrences import Place, each_in, subject_in
+from ..notes import Notes, optional
+from ..occurrences import Occurrence, Occurrences, each_in, subject_in
 from ..units import finite, length
 from .axes import ball_axes, in_root, signed
 from .frames import JointFrames, as_built_frame, joint_frames
 from .motions import Freedom, joint_kinds, read_freedoms
 
-Places = Mapping[str, Place]
 REMEDY = "Modify > Compute All; if that does not help, make the joint anew"
 _STRICT = ("revolute", "slider", "cylindrical")
 
 
 @dataclass(frozen=True)
 class _Ends:
-    """What a joint joins: paths, None where Fusion does not tell; poses of the occurrences."""
+    """What a joint joins: paths, None where Fusion does not say; poses of the occurrences."""
 
     one: str | None
     two: str | None
@@ -39,32 +38,34 @@ class _Ends:
     T_two: Transform
 
 
-def read_joints(place: Place, places: Places, notes: Notes) -> Iterator[JointSnapshot]:
-    """The joints of the component in a place.
+def read_joints(
+    occurrence: Occurrence, occurrences: Occurrences, notes: Notes
+) -> Iterator[JointSnapshot]:
+    """The joints of the component in an occurrence.
 
     Args:
-        place: The place.
-        places: All places, by path.
+        occurrence: The occurrence.
+        occurrences: All occurrences, by path.
         notes: Takes what fails.
     """
-    component = place.component
-    for _, name, joint in each_in(place, lambda: component.joints, notes, "joint"):
-        yield _Reader(joint, name, place, places, notes).joint()
-    for _, name, joint in each_in(place, lambda: component.asBuiltJoints, notes, "joint"):
-        yield _Reader(joint, name, place, places, notes, as_built=True).joint()
-    _tell_of_constraints(place, notes)
+    component = occurrence.component
+    for _, name, joint in each_in(occurrence, lambda: component.joints, notes, "joint"):
+        yield _Reader(joint, name, occurrence, occurrences, notes).joint()
+    for _, name, joint in each_in(occurrence, lambda: component.asBuiltJoints, notes, "joint"):
+        yield _Reader(joint, name, occurrence, occurrences, notes, as_built=True).joint()
+    _note_constraints(occurrence, notes)
 
 
-def _tell_of_constraints(place: Place, notes: Notes) -> None:
-    component = place.component
-    count = if_told(lambda: int(component.assemblyConstraints.count))  # since July 2025
+def _note_constraints(occurrence: Occurrence, notes: Notes) -> None:
+    component = occurrence.component
+    count = optional(lambda: int(component.assemblyConstraints.count))  # since July 2025
     if count:
-        name = place.path or "the root component"
+        name = occurrence.path or "the root component"
         message = (
-            f"{name} has {count} assembly constraints, which tell neither axes nor limits: "
+            f"{name} has {count} assembly constraints, which have neither axes nor limits: "
             "where parts move, replace them by joints (Assemble > Joint)"
         )
-        notes.warn(place.subject, "assembly-constraints", message)
+        notes.warn(occurrence.subject, "assembly-constraints", message)
 
 
 class _Reader:
@@ -74,16 +75,21 @@ class _Reader:
         self,
         joint: Any,
         name: str,
-        place: Place,
-        places: Places,
+        occurrence: Occurrence,
+        occurrences: Occurrences,
         notes: Notes,
         *,
         as_built: bool = False,
     ) -> None:
-        self._joint, self._name, self._place, self._places = joint, name, place, places
+        self._joint, self._name, self._occurrence, self._occurrences = (
+            joint,
+            name,
+            occurrence,
+            occurrences,
+        )
         self._as_built = as_built
         self._notes = notes
-        self._subject: Subject = subject_in(place, "joint", name)
+        self._subject: Subject = subject_in(occurrence, "joint", name)
 
     def joint(self) -> JointSnapshot:
         """The joint; one that cannot be read says so itself, and is there to be named."""
@@ -97,26 +103,26 @@ class _Reader:
             return replace(empty, problem=empty.problem or f"it cannot be read ({error}). {REMEDY}")
 
     def _whole(self, joint: JointSnapshot) -> JointSnapshot:
-        told = self._joint.jointMotion
-        kind = self._kind(told)
+        motion = self._joint.jointMotion
+        kind = self._kind(motion)
         if kind is None:
-            return replace(joint, problem=f"Fusion's joint type {told.jointType} is not known")
+            return replace(joint, problem=f"Fusion's joint type {motion.jointType} is not known")
         ends = self._ends(broken=bool(joint.problem))
         joint = replace(joint, kind=kind, one=ends.one, two=ends.two, locked=self._locked())
         if kind == "inferred":
             return joint
         try:
-            return self._placed(joint, read_freedoms(kind, told), ends)
+            return self._placed(joint, read_freedoms(kind, motion), ends)
         except Exception:
             if joint.problem or joint.suppressed:  # said already, or of no effect
                 return joint
             raise
 
-    def _kind(self, told: Any) -> JointKind | None:
-        return "inferred" if told is None else joint_kinds().get(told.jointType)
+    def _kind(self, motion: Any) -> JointKind | None:
+        return "inferred" if motion is None else joint_kinds().get(motion.jointType)
 
     def _locked(self) -> bool:
-        return bool(if_told(lambda: self._joint.isLocked))  # as-built joints cannot be
+        return bool(optional(lambda: self._joint.isLocked))  # as-built joints cannot be
 
     def _ends(self, *, broken: bool) -> _Ends:
         one, T_one = self._end(self._joint.occurrenceOne, broken)
@@ -125,16 +131,16 @@ class _Reader:
             raise ValueError(f"both sides are {one or 'the root component'}")
         return _Ends(one, two, T_one, T_two)
 
-    def _end(self, occurrence: Any, broken: bool) -> tuple[str | None, Transform]:
+    def _end(self, native: Any, broken: bool) -> tuple[str | None, Transform]:
         """Path and pose of one side; null is the component that holds the joint, or lost."""
-        place = self._place
-        if occurrence is None:
-            return (None, IDENTITY) if broken else (place.path, place.T)
-        path = str(occurrence.fullPathName)
-        # Below the place that holds the joint, in case it is not told from the root.
-        for candidate in (path, f"{place.path}+{path}"):
-            if candidate in self._places:
-                return candidate, self._places[candidate].T
+        occurrence = self._occurrence
+        if native is None:
+            return (None, IDENTITY) if broken else (occurrence.path, occurrence.T)
+        path = str(native.fullPathName)
+        # Below the occurrence that holds the joint, in case the path is not from the root.
+        for candidate in (path, f"{occurrence.path}+{path}"):
+            if candidate in self._occurrences:
+                return candidate, self._occurrences[candidate].T
         raise ValueError(f"{path} is not in the design")
 
     def _placed(
@@ -143,13 +149,13 @@ class _Reader:
         slides = [f.motion.value for f in freedoms if f.motion.kind == "translation"]
         offset = 0.0 if self._as_built else self._offset()
         if self._as_built:
-            frame = as_built_frame(self._joint, self._place)
-            # Which side the one geometry stays with is told only where both are in one place.
+            frame = as_built_frame(self._joint, self._occurrence)
+            # Which side the one geometry stays with is known only where both are in one place.
             frames = JointFrames(None if any(slides) else frame, frame)
         else:
             reach = math.hypot(*slides) + offset
-            frames = joint_frames(self._joint, self._place, ends.T_one, ends.T_two, reach)
-        self._tell_if_apart(joint, frames)
+            frames = joint_frames(self._joint, self._occurrence, ends.T_one, ends.T_two, reach)
+        self._note_if_apart(joint, frames)
         free = not self._as_built and offset == 0.0 and self._unturned()
         motions = self._motions(joint.kind, freedoms, frames, ends, free)
         return replace(
@@ -168,12 +174,12 @@ class _Reader:
 
         Args:
             kind: The joint's type.
-            freedoms: As they are told.
+            freedoms: As Fusion gives them.
             frames: Of the joint.
             ends: What it joins.
             free: Whether it has neither offset nor angle, and is not flipped.
         """
-        found = in_root(freedoms, frames, (self._place.T, ends.T_two, ends.T_one))
+        found = in_root(freedoms, frames, (self._occurrence.T, ends.T_two, ends.T_one))
         if found is None:
             found = freedoms
             if kind in _STRICT:
@@ -190,7 +196,7 @@ class _Reader:
         if not certain:
             self._warn(
                 "ball-axes-uncertain",
-                "its yaw and roll axes cannot be told at this pose: drive it to zero "
+                "its yaw and roll axes are not known at this pose: drive it to zero "
                 "(Drive Joints) before the export",
             )
         return motions
@@ -199,17 +205,17 @@ class _Reader:
         """How far the sides are apart on purpose, in [m]."""
         joint = self._joint
         values = (
-            if_told(lambda: joint.offsetX.value),  # since September 2022
-            if_told(lambda: joint.offsetY.value),
-            if_told(lambda: joint.offset.value),
+            optional(lambda: joint.offsetX.value),  # since September 2022
+            optional(lambda: joint.offsetY.value),
+            optional(lambda: joint.offset.value),
         )
         return math.hypot(*(length(value or 0.0) for value in values))
 
     def _unturned(self) -> bool:
-        turned = if_told(lambda: finite(self._joint.angle.value) != 0.0)
+        turned = optional(lambda: finite(self._joint.angle.value) != 0.0)
         return turned is False and not self._joint.isFlipped
 
-    def _tell_if_apart(self, joint: JointSnapshot, frames: JointFrames) -> None:
+    def _note_if_apart(self, joint: JointSnapshot, frames: JointFrames) -> None:
         if frames.apart > 0.0 and not joint.suppressed and not joint.problem:
             self._warn(
                 "joint-apart",

@@ -1,4 +1,4 @@
-"""The degrees of freedom of a joint as Fusion tells them: axes, values, limits."""
+"""Degrees of freedom of a joint as Fusion gives them: axes, values, limits."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Freedom(NamedTuple):
     """A motion, and which axis of the joint's geometry it is along.
 
     Attributes:
-        motion: Its axis is as Fusion tells it.
-        along: 0, 1 or 2 for x, y or z of the geometry; CUSTOM where that is not told.
+        motion: Its axis is as Fusion gives it.
+        along: 0, 1 or 2 for x, y or z of the geometry; CUSTOM where that is not known.
     """
 
     motion: MotionSnapshot
@@ -50,69 +50,56 @@ def read_freedoms(kind: JointKind, motion: Any) -> tuple[Freedom, ...]:
         motion: Its JointMotion.
 
     Raises:
-        ValueError: An axis or a number is not told.
+        ValueError: An axis or a number is missing.
     """
     return _READERS[kind](motion) if kind in _READERS else ()
 
 
-def _rotation(told: Any, role: str = "") -> Freedom:
-    motion = _turn(told.rotationAxisVector, told.rotationValue, told.rotationLimits, role)
-    return Freedom(motion, told.rotationAxis)
+def _rotation(motion: Any, role: str = "") -> Freedom:
+    axis, value, limits = motion.rotationAxisVector, motion.rotationValue, motion.rotationLimits
+    return _turn(axis, value, limits, role, motion.rotationAxis)
 
 
-def _slide(told: Any, role: str = "") -> Freedom:
-    motion = _shift(told.slideDirectionVector, told.slideValue, told.slideLimits, role)
-    return Freedom(motion, told.slideDirection)
+def _slide(motion: Any, role: str = "") -> Freedom:
+    axis, value, limits = motion.slideDirectionVector, motion.slideValue, motion.slideLimits
+    return _shift(axis, value, limits, role, motion.slideDirection)
 
 
-def _revolute(told: Any) -> tuple[Freedom, ...]:
-    return (_rotation(told),)
+def _revolute(motion: Any) -> tuple[Freedom, ...]:
+    return (_rotation(motion),)
 
 
-def _slider(told: Any) -> tuple[Freedom, ...]:
-    return (_slide(told),)
+def _slider(motion: Any) -> tuple[Freedom, ...]:
+    return (_slide(motion),)
 
 
-def _cylindrical(told: Any) -> tuple[Freedom, ...]:
-    """It slides along the axis that it turns about: a direction of its own is not told."""
-    slide = _shift(told.rotationAxisVector, told.slideValue, told.slideLimits, "slide")
-    return _rotation(told, "rotation"), Freedom(slide, told.rotationAxis)
+def _cylindrical(motion: Any) -> tuple[Freedom, ...]:
+    """It slides along the axis that it turns about: it has no direction of its own."""
+    axis, value, limits = motion.rotationAxisVector, motion.slideValue, motion.slideLimits
+    return _rotation(motion, "rotation"), _shift(axis, value, limits, "slide", motion.rotationAxis)
 
 
-def _pin_slot(told: Any) -> tuple[Freedom, ...]:
+def _pin_slot(motion: Any) -> tuple[Freedom, ...]:
     """The pin slides in the slot of `two`, and turns there."""
-    return _slide(told, "slide"), _rotation(told, "rotation")
+    return _slide(motion, "slide"), _rotation(motion, "rotation")
 
 
-def _planar(told: Any) -> tuple[Freedom, ...]:
-    first = _shift(
-        told.primarySlideDirectionVector,
-        told.primarySlideValue,
-        told.primarySlideLimits,
-        "primary_slide",
-    )
-    second = _shift(
-        told.secondarySlideDirectionVector,
-        told.secondarySlideValue,
-        told.secondarySlideLimits,
-        "secondary_slide",
-    )
-    turn = _turn(told.normalDirectionVector, told.rotationValue, told.rotationLimits, "rotation")
+def _planar(m: Any) -> tuple[Freedom, ...]:
+    first = m.primarySlideDirectionVector, m.primarySlideValue, m.primarySlideLimits
+    second = m.secondarySlideDirectionVector, m.secondarySlideValue, m.secondarySlideLimits
+    turn = m.normalDirectionVector, m.rotationValue, m.rotationLimits
     return (
-        Freedom(first, told.primarySlideDirection),
-        Freedom(second, CUSTOM),
-        Freedom(turn, told.normalDirection),
+        _shift(*first, "primary_slide", m.primarySlideDirection),
+        _shift(*second, "secondary_slide", CUSTOM),
+        _turn(*turn, "rotation", m.normalDirection),
     )
 
 
-def _ball(told: Any) -> tuple[Freedom, ...]:
-    pitch = _turn(told.pitchDirectionVector, told.pitchValue, told.pitchLimits, "pitch")
-    yaw = _turn(told.yawDirectionVector, told.yawValue, told.yawLimits, "yaw")
-    roll = _turn(told.rollDirectionVector, told.rollValue, told.rollLimits, "roll")
+def _ball(m: Any) -> tuple[Freedom, ...]:
     return (
-        Freedom(pitch, told.pitchDirection),
-        Freedom(yaw, told.yawDirection),
-        Freedom(roll, CUSTOM),
+        _turn(m.pitchDirectionVector, m.pitchValue, m.pitchLimits, "pitch", m.pitchDirection),
+        _turn(m.yawDirectionVector, m.yawValue, m.yawLimits, "yaw", m.yawDirection),
+        _turn(m.rollDirectionVector, m.rollValue, m.rollLimits, "roll", CUSTOM),
     )
 
 
@@ -126,22 +113,23 @@ _READERS: dict[JointKind, Callable[[Any], tuple[Freedom, ...]]] = {
 }
 
 
-def _turn(axis: Any, value: float, limits: Any, role: str) -> MotionSnapshot:
-    lower, upper = _limits(limits, 1.0)
-    return MotionSnapshot("rotation", direction(axis), finite(value), lower, upper, role)
+def _turn(axis: Any, value: float, limits: Any, role: str, along: int) -> Freedom:
+    span = _limits(limits, 1.0)
+    return Freedom(MotionSnapshot("rotation", direction(axis), finite(value), *span, role), along)
 
 
-def _shift(axis: Any, value: float, limits: Any, role: str) -> MotionSnapshot:
-    lower, upper = _limits(limits, CM)
-    return MotionSnapshot("translation", direction(axis), finite(value) * CM, lower, upper, role)
+def _shift(axis: Any, value: float, limits: Any, role: str, along: int) -> Freedom:
+    span = _limits(limits, CM)
+    motion = MotionSnapshot("translation", direction(axis), finite(value) * CM, *span, role)
+    return Freedom(motion, along)
 
 
-def _limits(told: Any, unit: float) -> tuple[float | None, float | None]:
+def _limits(limits: Any, unit: float) -> tuple[float | None, float | None]:
     """Lower and upper limit; a limit that is not enabled stands at 0 and means nothing."""
-    if told is None:
+    if limits is None:
         return None, None
-    lower = finite(told.minimumValue) * unit if told.isMinimumValueEnabled else None
-    upper = finite(told.maximumValue) * unit if told.isMaximumValueEnabled else None
+    lower = finite(limits.minimumValue) * unit if limits.isMinimumValueEnabled else None
+    upper = finite(limits.maximumValue) * unit if limits.isMaximumValueEnabled else None
     return lower, upper
 
 

@@ -1,1 +1,1 @@
-"""The single checks of a robot, by what they look at; `check.py` lists them."""
+"""Single checks of a robot, by subject; `check.py` lists them."""

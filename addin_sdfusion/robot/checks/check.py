@@ -1,4 +1,4 @@
-"""Tells everything that is wrong with a robot at once, errors apart from warnings."""
+"""All findings on a robot at once, errors apart from warnings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masses and inertias that a real body can have and that a simulation can divide by."""
+"""Checks of masses and inertias: physically possible, and enough to divide by."""
 
 from __future__ import annotations
 

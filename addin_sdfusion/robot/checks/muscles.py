@@ -1,4 +1,4 @@
-"""Muscles: where they run, and what force they may carry. Every cable set is looked at."""
+"""Checks of the muscles' paths and force bounds, in every cable set."""
 
 from __future__ import annotations
 

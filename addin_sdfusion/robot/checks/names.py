@@ -1,4 +1,4 @@
-"""Names: present, writable in every file, unique, and the active sets exist."""
+"""Checks of names: present, writable in every file, unique; and of the active sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every number is finite, except limits that may be open."""
+"""Checks for finite numbers, except limits that may be open."""
 
 from __future__ import annotations
 

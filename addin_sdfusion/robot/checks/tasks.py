@@ -1,4 +1,4 @@
-"""Task frames: on a link, with axes that count."""
+"""Checks of task frames: link and axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tension laws: parameters that exist, are given where they must be, and make sense together."""
+"""Checks of tension laws: known, given and consistent parameters."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _described(parameter: Parameter) -> str:
 
 
 def _out_of_bounds(parameters: Iterable[Parameter], values: Values) -> Iterator[str]:
-    """Values beside their bounds. What is not finite is told by the check of all numbers."""
+    """Values beside their bounds. The check of all numbers finds those that are not finite."""
     for parameter in parameters:
         value, low, high = values.get(parameter.name, math.nan), parameter.low, parameter.high
         is_low = value < low or (parameter.open_low and value == low)

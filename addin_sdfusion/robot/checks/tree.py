@@ -1,4 +1,4 @@
-"""The joints make a tree, listed parents first, and each joint is complete."""
+"""Checks of the tree of joints: parents first, each joint complete."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def parents_first(robot: Robot) -> Iterator[Finding]:
 
 
 def no_loops(robot: Robot) -> Iterator[Finding]:
-    """No link carries itself by way of others."""
+    """No link carries itself, directly or through others."""
     above = {joint.child: joint for joint in reversed(robot.joints)}
     for loop in _loops(above):
         links = ", ".join(repr(link) for link in loop[:MOST_NAMES])

@@ -1,4 +1,4 @@
-"""Wrap surfaces: sound, on links that exist; and the muscles' ways over them."""
+"""Checks of wrap surfaces, and of the muscles' wraps over them."""
 
 from __future__ import annotations
 

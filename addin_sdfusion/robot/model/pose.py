@@ -1,4 +1,4 @@
-"""Where something is: points and poses."""
+"""Points and poses as robot files hold them."""
 
 from __future__ import annotations
 

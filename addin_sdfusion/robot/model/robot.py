@@ -1,4 +1,4 @@
-"""What a robot is: links, joints, cables, task frames. Plain, frozen, standard library only.
+"""Robot description: links, joints, cables, task frames. Plain, frozen, standard library only.
 
 Conventions: SI units. Every link has a frame; joints, via points, centres of mass and task points
 are given in link frames. The robot is a tree: every link is the child of exactly one joint, and the
@@ -164,7 +164,7 @@ def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
 class Robot:
     """A tree of links with muscles.
 
-    The description does not judge itself: `check(robot)` tells what is wrong with it.
+    `check(robot)` lists what is wrong with it.
 
     Attributes:
         name: Its name.

@@ -1,4 +1,4 @@
-"""A trajectory as robot files hold it: points to interpolate, no interpolation."""
+"""Trajectories as robot files hold them: points to interpolate, no interpolation."""
 
 from __future__ import annotations
 

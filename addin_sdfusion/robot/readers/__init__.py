@@ -1,4 +1,4 @@
-"""Reads a robot from whatever files describe it."""
+"""Reader of robots from any of their file formats."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
     Args:
         path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
         cable_set: The cable set to make active; the file's own choice if None.
-        repair: Whether to undo known defects of published files; a finding tells of each repair.
+        repair: Whether to undo known defects of published files; each repair is a finding.
 
     Raises:
         InputError: A file is missing or not readable XML.

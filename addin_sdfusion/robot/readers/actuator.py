@@ -1,4 +1,4 @@
-"""Reads what cardsflow.xml says about a muscle's motor, gear, spindle and spring."""
+"""Reader of a muscle's motor, gear, spindle and spring in cardsflow.xml."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ACTUATOR: dict[str, dict[str, str]] = {
 def read_actuator(muscle: Node) -> CableModel | None:
     """The motor behind a muscle, None if the file does not speak of one.
 
-    The original plug-in demands these elements, but then overwrites what they say; a finding tells
+    The original plug-in demands these elements, but then overwrites what they say; a finding says
     that here they count, and which numbers they replace.
 
     Args:

@@ -1,4 +1,4 @@
-"""Reads muscles and task frames as cardsflow.xml and the SDF plugin have them."""
+"""Reader of muscles and task frames in cardsflow.xml and the SDF plugin."""
 
 from __future__ import annotations
 
@@ -140,12 +140,12 @@ class MuscleReader:
         self.surfaces.append(replace(new, name=names[-1]))
         return names[-1]
 
-    def _free_name(self, wanted: str) -> str:
-        """The wanted name, or it with the first number that makes it another."""
-        name = wanted
+    def _free_name(self, base: str) -> str:
+        """The base name, or the base with the first number that makes it another."""
+        name = base
         while name in self._taken:
-            self._made[wanted] += 1
-            name = f"{wanted}_{self._made[wanted] + 1}"
+            self._made[base] += 1
+            name = f"{base}_{self._made[base] + 1}"
         return name
 
 

@@ -1,4 +1,4 @@
-"""Reads CASPR's .traj files: samples of a trajectory, one a line."""
+"""Reader of CASPR's .traj files: samples of a trajectory, one a line."""
 
 from __future__ import annotations
 

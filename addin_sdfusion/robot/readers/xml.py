@@ -1,4 +1,4 @@
-"""Parses XML from anywhere without harm, and tells by file and line what is wrong with it."""
+"""Safe XML parsing of untrusted files, with errors by file and line."""
 
 from __future__ import annotations
 

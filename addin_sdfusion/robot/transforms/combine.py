@@ -1,4 +1,4 @@
-"""Several robots as one: trees on one world, with names that tell whose part is whose."""
+"""Several robots as one: trees on one world, with the robots' names before those of parts."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def combine(name: str, members: Sequence[Member]) -> Robot:
     _refuse_equal("robots", [member.name for member in members])
     gravities = {member.robot.gravity for member in members}
     if len(gravities) > 1:
-        told = ", ".join(f"{member.name} {member.robot.gravity}" for member in members)
-        raise InputError(f"the robots live under different gravity ({told}); give all the same")
+        listed = ", ".join(f"{member.name} {member.robot.gravity}" for member in members)
+        raise InputError(f"the robots live under different gravity ({listed}); give all the same")
     links = tuple(_link(link, member) for member in members for link in member.robot.links)
     joints = tuple(_joint(joint, member) for member in members for joint in member.robot.joints)
     muscles = tuple(_muscle(m, member) for member in members for m in member.robot.muscles)

@@ -1,4 +1,4 @@
-"""Joints of several motions as chains of single ones, through links without mass.
+"""Chains of single-motion joints, through massless links, for joints of several motions.
 
 What the formats with one motion a joint share: a joint of n motions becomes n joints, in the order
 of its motions, and the n - 1 links between them are called `<joint>_1`, `<joint>_2`, ... A single
@@ -17,7 +17,7 @@ from ..model.robot import WORLD, Robot
 
 
 class Names:
-    """Gives out names, each once: underscores at the end tell the same ones apart.
+    """Unique names: those that are taken get underscores at their end.
 
     Args:
         taken: Names that are not to be given.
@@ -26,12 +26,12 @@ class Names:
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = set(taken)
 
-    def give(self, wanted: str) -> str:
-        """The wanted name, or the nearest that is free."""
-        while wanted in self._taken:
-            wanted += "_"
-        self._taken.add(wanted)
-        return wanted
+    def give(self, name: str) -> str:
+        """That name, or the nearest that is free."""
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return name
 
 
 @dataclass(frozen=True, slots=True)

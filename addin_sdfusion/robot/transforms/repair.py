@@ -1,15 +1,15 @@
-"""Finds and undoes what is wrong with the inertias of published CARDSflow models.
+"""Diagnosis and repair of the inertias of published CARDSFlow models.
 
 Their exporter wrote each tensor about the origin of the design, although the file says that it is
 about the centre of mass; older exports have ixz and iyz swapped as well. One file was made by one
 version of the exporter, so the defect belongs to a file, not to a link.
 
-How it is told: all frames of such a file are at the centres of mass and parallel to the design's,
+Evidence: all frames of such a file are at the centres of mass and parallel to the design's,
 and a link far from the origin (r at least `FAR` of its radius of gyration as stored) has a tensor
 that is mostly that of a mass point at r. Such a link speaks for the defect if what remains after
 m (r² 1 - r rᵀ) is taken away is the inertia of a body, which needs six numbers to agree by chance
-where the tensor is right, and against it if not. The defect is there if half of the links that can
-tell speak for it. Whether xz and yz are swapped is decided by which of the two explains more links.
+where the tensor is right, and against it if not. The defect is there if half of the links far
+enough away speak for it; xz and yz are swapped if that explains more links.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from ..model.robot import Inertia, Link, Robot
 from ..model.rotations import Matrix3, point_inertia
 
 FAR = 0.7
-"""From this share of its stored radius of gyration on, a link's distance from the origin tells."""
+"""Least distance from the origin of a link that is evidence, over its stored radius of gyration."""
 ENOUGH = 0.5
-"""The share of the links that can tell which must speak for the defect."""
+"""Share of the far links that must speak for the defect."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:
         poses: The pose of each in the frame of the design.
 
     Returns:
-        None where they are not, or where nothing tells.
+        None where they are not, or where there is no evidence.
     """
     if any(any(link.inertia.com) or any(pose.rpy) for link, pose in zip(links, poses, strict=True)):
         return None

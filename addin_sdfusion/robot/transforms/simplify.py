@@ -1,4 +1,4 @@
-"""The same robot in a simpler form: without fixed joints, or with frames as CASPR has them.
+"""Simplified robots: without fixed joints, or with link frames as CASPR has them.
 
 Neither changes how the robot moves: M, C, G, l, L, y and J are the same at any q. What is on a link
 moves with it: inertias, meshes, via points, task frames, wrap surfaces.

@@ -1,4 +1,4 @@
-"""Writes muscles and task frames as cardsflow.xml and the SDF plugin have them.
+"""Writer of muscles and task frames for cardsflow.xml and the SDF plugin.
 
 A muscle names its links in order, each with the via points on it, in the frame of that link. What
 the original format has no word for stands in attributes and elements that its readers pass over:

@@ -1,4 +1,4 @@
-"""What several formats cannot hold, as findings."""
+"""Losses that several formats share, as findings."""
 
 from __future__ import annotations
 

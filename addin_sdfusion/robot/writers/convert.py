@@ -1,4 +1,4 @@
-"""From a robot to the files of any format, with everything said that a format cannot hold."""
+"""Conversion of a robot to the files of any format, with findings on all that is lost."""
 
 from __future__ import annotations
 

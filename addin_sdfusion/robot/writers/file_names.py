@@ -1,4 +1,4 @@
-"""What a written file is called."""
+"""Names of written files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a robot as URDF: links, inertias, joints, limits, damping, meshes.
+"""Writer of URDF: links, inertias, joints, limits, damping, meshes.
 
 The root link is called `world`. A joint that moves has the name of its coordinate, so that joint
 states by name are q by name; URDF has no order of joints. A joint of several motions becomes a

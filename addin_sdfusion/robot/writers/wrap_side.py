@@ -1,4 +1,4 @@
-"""On which side of a wrap surface a muscle passes, for formats that mark it by a direction.
+"""Side of a wrap surface that a muscle passes on, for formats that mark it by a direction.
 
 A chosen sense of turning belongs to the path, a direction to the surface: they say the same at the
 initial values of the coordinates and near them.

@@ -1,4 +1,4 @@
-"""What the XML writers share: numbers that read back exactly, elements, documents."""
+"""Shared parts of the XML writers: numbers that read back exactly, elements, documents."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from small_designs import arm, body, box, cylinder, group, part, turned
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.building.links.eigenvalues import eigenvalues
-from addin_sdfusion.building.links.mass_properties import common_sign, told_sign
+from addin_sdfusion.building.links.mass_properties import common_sign, sign_of
 from addin_sdfusion.robot import Finding, Inertia
 from addin_sdfusion.snapshot import DesignSnapshot
 
@@ -95,8 +95,8 @@ def test_the_sign_of_a_body_that_does_not_tell_is_that_of_the_others() -> None:
     centred = turned(box((0.1, 0.3, 0.2)), Rotation.from_rotvec([0.0, 0.0, 0.5]).as_matrix())
     telling = box((0.1, 0.2, 0.4), (0.3, -0.2, 0.5), 2.0)
     for sign in (1, -1):
-        assert told_sign(mass_of([centred], sign)) is None
-        assert told_sign(mass_of([telling], sign)) == sign
+        assert sign_of(mass_of([centred], sign)) is None
+        assert sign_of(mass_of([telling], sign)) == sign
         bodies = [body("arm:1", centred, "A", sign), body("arm:1", telling, "B", sign)]
         com = 2.0 / 3.0 * telling[1]
         J = sum(each[2] + shift(each[0], each[1] - com) for each in (centred, telling))

@@ -1,4 +1,4 @@
-"""Reads CASPR's cable sets."""
+"""Reader of CASPR's cable sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CASPR speaks of links by number; this finds them."""
+"""Links by CASPR's link numbers."""
 
 from __future__ import annotations
 

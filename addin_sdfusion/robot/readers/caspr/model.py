@@ -1,4 +1,4 @@
-"""Reads a robot in CASPR's XML dialect: bodies, cables and operational spaces."""
+"""Reader of CASPR's XML dialect: bodies, cables and operational spaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads CASPR's operational spaces."""
+"""Reader of CASPR's operational spaces."""
 
 from __future__ import annotations
 

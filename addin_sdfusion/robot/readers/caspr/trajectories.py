@@ -1,4 +1,4 @@
-"""Reads trajectories from CASPR's `<name>_trajectories.xml` and the .traj files beside it."""
+"""Reader of CASPR's `<name>_trajectories.xml` and the .traj files beside it."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
     """The points, with the mean slopes as velocities of the inner ones."""
     ways = list(pairwise(points))
     if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in ways):
-        return tuple(points)  # told as errors already
+        return tuple(points)  # an error was added already
     slopes = [
         [(b - a) / (end.time - start.time) for a, b in zip(start.q, end.q, strict=True)]
         for start, end in ways

@@ -1,4 +1,4 @@
-"""Puts the joints of an SDF model together as the plugin says: chains are one joint again."""
+"""Chains of joints of an SDF model made one joint again, as its plugin says."""
 
 from __future__ import annotations
 

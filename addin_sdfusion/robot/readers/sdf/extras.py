@@ -1,4 +1,4 @@
-"""Reads what an SDF model has in its plugin and in the cardsflow.xml beside it."""
+"""Reader of an SDF model's plugin and the cardsflow.xml beside it."""
 
 from __future__ import annotations
 

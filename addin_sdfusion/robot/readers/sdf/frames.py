@@ -1,4 +1,4 @@
-"""Where the links, joints and frames of an SDF model are."""
+"""Poses of the links, joints and frames of an SDF model."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Frames:
         return next((key for key in keys if key in self._nodes), None)
 
     def link_of(self, name: str) -> str:
-        """The link that a joint's parent or child of that name stands for; itself if none."""
+        """The link that a joint's parent or child of that name means; itself if none."""
         met: dict[str, None] = {}
         while name not in met and name not in self._links and ("link", name) not in self._nodes:
             met[name] = None
@@ -104,7 +104,7 @@ class Frames:
         return kind, name
 
     def _loop(self, key: Key) -> Pose:
-        self._nodes[key].error("pose-loop", "its pose is relative to itself, by way of others")
+        self._nodes[key].error("pose-loop", "its pose is relative to itself, through others")
         return IDENTITY
 
     def _placement(self, key: Key, node: Node) -> Placement:

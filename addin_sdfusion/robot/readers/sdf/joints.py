@@ -1,4 +1,4 @@
-"""Reads the joints of an SDF model."""
+"""Reader of the joints of an SDF model."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def welds(model: Node, joints: Iterable[Joint], placed: Model) -> list[Joint]:
 def parents_first(joints: list[Joint]) -> list[Joint]:
     """The joints in an order with parents first that moves as few as possible.
 
-    Those that hang on a loop come last, for the check to tell.
+    Those that hang on a loop come last, where the check finds them.
     """
     ordered: list[Joint] = []
     waiting: dict[str, list[Joint]] = {}

@@ -1,4 +1,4 @@
-"""Reads the links of an SDF model: masses, inertias and meshes."""
+"""Reader of the links of an SDF model: masses, inertias and meshes."""
 
 from __future__ import annotations
 

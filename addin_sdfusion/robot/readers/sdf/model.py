@@ -1,4 +1,4 @@
-"""Reads a robot from an SDF model and the cardsflow.xml beside it."""
+"""Reader of an SDF model and the cardsflow.xml beside it."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _placed(model: Node, frames: Frames) -> Pose:
 
 
 def _diagnosed(robot: Robot, frames: Frames, model: Node, *, undo: bool) -> Robot:
-    """The robot, with its inertias repaired if that is wanted; what is wrong with them is noted."""
+    """The robot, with its inertias repaired if asked for; what is wrong with them is noted."""
     poses = [frames.in_model(("link", link.name)) for link in robot.links]
     diagnosis = diagnose(robot.links, poses)
     if diagnosis is None:

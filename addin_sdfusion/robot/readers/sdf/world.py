@@ -1,4 +1,4 @@
-"""Reads the static objects of an SDF world: what stands around a robot."""
+"""Reader of the static objects of an SDF world."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def read_sdf_world(file: Path) -> SdfWorld:
 
 
 def _named_apart(objects: list[StaticObject]) -> Iterator[StaticObject]:
-    """The objects, those that share a name told apart by a number."""
+    """The objects, numbered where they share a name."""
     seen: dict[str, int] = {}
     for each in objects:
         count = seen[each.name] = seen.get(each.name, 0) + 1
@@ -129,8 +129,8 @@ def _shape(collision: Node, name: str, pose: Pose) -> Iterator[StaticObject | fl
         elif shape.tag in _SHAPES:
             sizes, file = _sizes(shape)
             if not all(math.isfinite(size) and size > 0 for size in sizes):
-                told = " ".join(f"{size:g}" for size in sizes)
-                shape.error("bad-size", f"<{shape.tag}> has a size that is not above 0: {told}")
+                listed = " ".join(f"{size:g}" for size in sizes)
+                shape.error("bad-size", f"<{shape.tag}> has a size that is not above 0: {listed}")
                 continue
             friction, restitution = _surface(collision)
             yield StaticObject(name, shape.tag, sizes, pose, file, friction, restitution)
@@ -165,7 +165,7 @@ def _sizes(shape: Node) -> tuple[tuple[float, ...], Path | None]:
 
 
 def _surface(collision: Node) -> tuple[float | None, float | None]:
-    """Friction (the smaller of ODE's two) and restitution, where the file tells them."""
+    """Friction (the smaller of ODE's two) and restitution, where the file has them."""
     surface = collision.optional("surface")
     if surface is None:
         return None, None

@@ -1,4 +1,4 @@
-"""CASPR's joint types: their words, motions and coordinates."""
+"""CASPR's joint types: names, motions and coordinates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class CasprJoint(NamedTuple):
 
     Attributes:
         motions: From the parent to the child.
-        suffixes: What tells the coordinates of one joint apart, in the order of CASPR's q.
+        suffixes: Ends of the names of one joint's coordinates, in the order of CASPR's q.
     """
 
     motions: tuple[Motion, ...]

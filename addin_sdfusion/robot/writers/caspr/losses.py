@@ -1,4 +1,4 @@
-"""Tells what CASPR cannot hold: errors where that makes it another robot, warnings elsewhere."""
+"""Losses in CASPR: errors where it would be another robot, warnings elsewhere."""
 
 from __future__ import annotations
 

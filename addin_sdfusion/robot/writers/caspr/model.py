@@ -1,4 +1,4 @@
-"""Writes a robot and its trajectories in CASPR's XML dialect.
+"""Writer of robots and trajectories in CASPR's XML dialect.
 
 CASPR numbers the links in the order of the joints and names neither joints nor coordinates. Its
 link frames are the joint frames, all parallel at q = 0. Values stand exactly one space apart, and
@@ -43,7 +43,7 @@ def write_caspr(
     """Write `<name>_bodies.xml`, `_cables.xml`, `_operational_spaces.xml` and `_trajectories.xml`.
 
     Sampled trajectories stand in `<name>_<number>.traj` files of their own. What CASPR cannot hold
-    is left out where that does little harm; `losses` tells it all.
+    is left out where that does little harm; `losses` lists it all.
 
     Args:
         robot: What to write.

@@ -1,4 +1,4 @@
-"""The items of CASPR's operational spaces that task frames become."""
+"""Items of CASPR's operational spaces from task frames."""
 
 from __future__ import annotations
 

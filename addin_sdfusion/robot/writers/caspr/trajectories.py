@@ -1,4 +1,4 @@
-"""Writes trajectories in CASPR's XML dialect and its .traj files."""
+"""Writer of trajectories in CASPR's XML dialect and its .traj files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masses and inertias as MuJoCo takes them: positive ones, or none at all."""
+"""Masses and inertias in MJCF: positive ones, or none at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Meshes in MJCF: assets, and geoms that nothing collides with."""
+"""Meshes in MJCF: assets, and geoms without collisions."""
 
 from __future__ import annotations
 

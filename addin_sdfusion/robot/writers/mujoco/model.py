@@ -1,4 +1,4 @@
-"""Writes a robot as MJCF, ready to run in MuJoCo.
+"""Writer of MJCF, ready to run in MuJoCo.
 
 Links are bodies with their own frames, coordinates are hinges and slides: a body with several of
 them moves as a joint of several motions does. Muscles are spatial tendons through a site at every

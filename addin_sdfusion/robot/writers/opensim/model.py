@@ -1,4 +1,4 @@
-"""Writes a robot as an OpenSim 4 model.
+"""Writer of OpenSim 4 models.
 
 Links are bodies with their own frames, coordinates belong to pins and sliders: joints of one degree
 of freedom in offset frames are the ones that keep every axis and pose exactly. A joint of several
@@ -119,7 +119,7 @@ def _wraps(robot: Robot) -> Iterator[Finding]:
                 yield warning(subject, "turns-left-out", problem)
             elif wrap.side:
                 problem = (
-                    f"a half of {wrap.surface!r} stands for the side on which it passes; it is "
+                    f"a half of {wrap.surface!r} marks the side on which it passes; it is "
                     "chosen for the initial coordinates"
                 )
                 yield warning(subject, "side-by-place", problem)

@@ -1,4 +1,4 @@
-"""Tension laws in OpenSim: the muscles and ligaments that it has, by our parameters."""
+"""Tension laws in OpenSim: its muscles and ligaments, with our parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names as OpenSim takes them."""
+"""Names that OpenSim accepts."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ def _renamings(robot: Robot) -> dict[str, Renaming]:
 
 def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
     """Legal names stay; others are given what is left of the names."""
-    wanted = {name: REFUSED.sub("_", name) for name in names}
+    safe = {name: REFUSED.sub("_", name) for name in names}
     free = Names(taken)
-    kept = [name for name, legal in wanted.items() if name == legal]
-    changed = [name for name, legal in wanted.items() if name != legal]
-    return {name: free.give(wanted[name]) for name in (*kept, *changed)}
+    kept = [name for name, legal in safe.items() if name == legal]
+    changed = [name for name, legal in safe.items() if name != legal]
+    return {name: free.give(safe[name]) for name in (*kept, *changed)}
 
 
 def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:

@@ -1,4 +1,4 @@
-"""The joints of a robot as SDF has them: single ones, universal ones, and chains of single ones.
+"""Joints in SDF: single ones, universal ones, and chains of single ones.
 
 SDF has no joint for three motions in coordinates of one's own (its ball has no coordinates at all).
 Such a joint is written as a chain of single ones through links without mass, and the plugin says

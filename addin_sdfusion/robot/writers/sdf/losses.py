@@ -1,4 +1,4 @@
-"""Tells what SDF cannot hold: errors where it would refuse the file, warnings elsewhere."""
+"""Losses in SDF: errors where it would refuse the file, warnings elsewhere."""
 
 from __future__ import annotations
 

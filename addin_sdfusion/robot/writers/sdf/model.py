@@ -1,4 +1,4 @@
-"""Writes a robot as an SDF 1.7 model folder.
+"""Writer of SDF 1.7 model folders.
 
 Links and joints are placed so that both poses of a joint read back exactly: a joint relative to its
 parent link, a link relative to the joint that carries it. A joint with more motions than SDF has is
@@ -38,7 +38,7 @@ def write_sdf(robot: Robot, folder: str | Path) -> list[Path]:
         The files written.
 
     Raises:
-        RobotError: The robot has errors, or SDF cannot hold it: `sdf_losses` tells all.
+        RobotError: The robot has errors, or SDF cannot hold it: `sdf_losses` lists all.
         InputError: The folder cannot be written.
     """
     require_valid(robot)

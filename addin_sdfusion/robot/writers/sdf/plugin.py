@@ -1,4 +1,4 @@
-"""Writes what SDF has no word for, in the plugin element of the model.
+"""Writer of the model's plugin element, for all that SDF has no element for.
 
 gravity: x y z, in [m/s²].
 link_end link: the far end of a link, in its frame, in [m].
