@@ -1,6 +1,6 @@
-"""Control laws for cable-driven robots, as QPs over muscle forces. They know no simulator.
+"""Control laws for cable-driven robots as QPs over muscle forces, without any simulator.
 
-The names below are found when first used: what a run needs is light, what analyses need is not.
+Names of `_MODULES` are imported when they are first used: a run needs none of the analyses.
 """
 
 from __future__ import annotations
@@ -45,39 +45,24 @@ if TYPE_CHECKING:
     from .laws.reactive_qp import ReactiveQPController
     from .laws.torque_position import TorquePositionController
 
-_HOMES = {
-    "CableLengthController": "laws.cable_length",
-    "CableVelocityController": "laws.cable_velocity",
-    "DistributedForces": "force_distribution.methods",
-    "ForcePositionController": "laws.force_position",
-    "LyapunovController": "laws.lyapunov",
-    "METHODS": "force_distribution.methods",
-    "Motion": "analysis.inverse_dynamics",
-    "MotionForces": "analysis.inverse_dynamics",
-    "ReactiveQPController": "laws.reactive_qp",
-    "SpringMotors": "laws.motors",
-    "Stiffness": "analysis.stiffness",
-    "TorquePositionController": "laws.torque_position",
-    "Workspace": "analysis.workspace",
-    "close_loop": "analysis.linearise",
-    "distribute": "force_distribution.methods",
-    "feasible_polygon": "force_distribution.methods",
-    "forward_kinematics": "analysis.kinematics",
-    "from_bandwidth": "analysis.gains",
-    "inverse_kinematics": "analysis.kinematics",
-    "joint_grid": "analysis.workspace",
-    "largest_stable_period": "analysis.gains",
-    "linearise_controller": "analysis.linearise",
-    "linearise_loop": "analysis.linearise",
-    "linearise_robot": "analysis.linearise",
-    "lqr": "analysis.gains",
-    "margins": "analysis.gains",
-    "motion_terms": "analysis.inverse_dynamics",
-    "sampling_warning": "analysis.gains",
-    "size_muscles": "analysis.inverse_dynamics",
-    "task_stiffness": "analysis.stiffness",
-    "to_nlsys": "analysis.nonlinear_systems",
+_MODULES = {
+    "analysis.gains": "from_bandwidth largest_stable_period lqr margins sampling_warning",
+    "analysis.inverse_dynamics": "Motion MotionForces motion_terms size_muscles",
+    "analysis.kinematics": "forward_kinematics inverse_kinematics",
+    "analysis.linearise": "close_loop linearise_controller linearise_loop linearise_robot",
+    "analysis.nonlinear_systems": "to_nlsys",
+    "analysis.stiffness": "Stiffness task_stiffness",
+    "analysis.workspace": "Workspace joint_grid",
+    "force_distribution.methods": "METHODS DistributedForces distribute feasible_polygon",
+    "laws.cable_length": "CableLengthController",
+    "laws.cable_velocity": "CableVelocityController",
+    "laws.force_position": "ForcePositionController",
+    "laws.lyapunov": "LyapunovController",
+    "laws.motors": "SpringMotors",
+    "laws.reactive_qp": "ReactiveQPController",
+    "laws.torque_position": "TorquePositionController",
 }
+_HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = [
     "METHODS",

@@ -1,4 +1,4 @@
-"""Gains of computed-torque laws, and what sampling and delay leave of them.
+"""Gains and sampled stability margins of computed-torque laws.
 
 Computed torque makes every coordinate a double integrator, e'' = -(Kd e' + Kp e). Sampled with
 period T, held in between, and late by d ticks, its closed loop has the poles of
@@ -47,7 +47,7 @@ _STIFF = 1e12  # Kp/Kd² above which the cubic's root is its limit, 2/3 Kd/Kp, t
 
 @dataclass(frozen=True)
 class Margins:
-    """How far the sampled loop of a coordinate is from its edge of stability.
+    """Stability margins of the sampled loop of a coordinate.
 
     The loop is that of eq. (1). There is no lower gain margin: smaller gains keep it stable, down
     to zero where it is not held at all.
@@ -226,7 +226,7 @@ def sampling_warning(
     delay: int = 0,
     names: Sequence[str] | None = None,
 ) -> str | None:
-    """One line that says that the sampled loop is unstable, or None.
+    """A one-line warning if the sampled loop is unstable, or None.
 
     Args:
         kp: Position gains, a number or shape (n,), in [1/s²].

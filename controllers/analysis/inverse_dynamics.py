@@ -1,4 +1,4 @@
-"""Inverse dynamics: the muscle forces that a motion takes, and how strong muscles must be for it.
+"""Inverse dynamics: muscle forces along a motion, and the strength that muscles need for it.
 
 tau = M(q) qdd + C(q, qd) + G(q) + D qd + w_e,   -L(q)'f = tau,   f_min <= f <= f_max
 """
@@ -71,7 +71,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class MotionTerms:
-    """What a robot needs along a motion, before forces are chosen.
+    """Torques and muscle Jacobians along a motion.
 
     Attributes:
         motion: The motion.
@@ -95,7 +95,7 @@ class MotionTerms:
 
         Args:
             method: Name of a distribution, see `controllers.force_distribution`.
-            options: What it takes beside.
+            options: Further keyword arguments of the method.
 
         Raises:
             InputError: The method does not fit the robot, or an option is wrong.
@@ -120,7 +120,7 @@ class MotionForces:
     """Muscle forces along a motion. Points without forces, NaN, count for nothing below.
 
     Attributes:
-        terms: What the robot needs.
+        terms: Torques and muscle Jacobians.
         distribution: The forces and their status.
     """
 
@@ -233,7 +233,7 @@ def inverse_dynamics(
         dynamics: The robot.
         motion: The motion.
         method: Name of a distribution, see `controllers.force_distribution`.
-        options: What it takes beside.
+        options: Further keyword arguments of the method.
 
     Raises:
         InputError: The motion or the method does not fit the robot.
@@ -244,16 +244,16 @@ def inverse_dynamics(
 
 @dataclass(frozen=True, eq=False)
 class MuscleSizes:
-    """How strong the muscles must be for a motion.
+    """Strength that the muscles need for a motion.
 
     Attributes:
-        forces: What the muscles do within their bounds.
-        unlimited: What they would do without upper bounds.
+        forces: Forces within the bounds.
+        unlimited: Forces without upper bounds.
         needed: f_max that each muscle needs, shape (m,), in [N]: its peak without upper bounds and
             the margin. With these bounds every point has these forces.
         least_peaks: Smallest possible force of the strongest muscle, shape (T,), in [N]; NaN where
             not even unlimited muscles will do. No distribution gets along with less.
-        margin: What was added, as a part of the peak.
+        margin: Added to the peak, as a part of it.
     """
 
     forces: MotionForces
@@ -276,13 +276,13 @@ class MuscleSizes:
 def size_muscles(
     terms: MotionTerms, *, margin: float = 0.2, method: str = "least_squares", **options: Any
 ) -> MuscleSizes:
-    """How strong the muscles must be: their forces without upper bounds.
+    """Strength that the muscles need: their forces without upper bounds.
 
     Args:
-        terms: What the robot needs along the motion.
-        margin: What to add to a peak, as a part of it, not negative.
+        terms: Torques and muscle Jacobians along the motion.
+        margin: Added to a peak, as a part of it, not negative.
         method: Name of the distribution; one that allows unlimited muscles.
-        options: What it takes beside.
+        options: Further keyword arguments of the method.
 
     Raises:
         InputError: The margin is wrong, or the method needs upper bounds.

@@ -19,12 +19,14 @@ _LONGEST_STEP = 0.3  # of one iteration, in [rad] or [m]
 _NEAR_LIMIT = 1e-6  # a coordinate this close to a limit is at it, in [rad] or [m]
 _DAMPING = 1e-5  # of the posture beside the task, once the task is met
 _MET = 1e-13  # a task error that is nothing but rounding, in [m] or [rad]
-_SETTLED = 1e-6  # a way that is not worth a further step, in [rad] or [m], or relative to a step
+_SETTLED = (
+    1e-6  # a distance that is not worth a further step, in [rad] or [m], or relative to a step
+)
 _ITERATIONS = 200
 
 
 class MusclePathKinematics(Protocol):
-    """What forward kinematics needs to know of a robot; see `controllers.Dynamics`."""
+    """Muscle lengths of a robot, for forward kinematics; see `controllers.Dynamics`."""
 
     @property
     def coordinate_names(self) -> tuple[str, ...]: ...  # noqa: D102
@@ -49,7 +51,7 @@ class ForwardKinematics:
     Attributes:
         q: Joint positions, shape (n,), in [rad] or [m].
         residual: l(q) - l, shape (m,), in [m]: near 0 if the lengths belong together.
-        determined: Whether the lengths tell all of q: L(q) has full column rank there.
+        determined: Whether the lengths determine all of q: L(q) has full column rank there.
     """
 
     q: FloatArray
@@ -102,10 +104,10 @@ def forward_kinematics(
         InputError: A size or a number is wrong.
     """
     n, m = len(robot.coordinate_names), len(robot.muscle_names)
-    wanted, first = finite_vector("lengths", lengths, m), finite_vector("q_start", q_start, n)
+    desired, first = finite_vector("lengths", lengths, m), finite_vector("q_start", q_start, n)
 
     def error(q: FloatArray) -> FloatArray:
-        return robot.muscle_lengths(q) - wanted
+        return robot.muscle_lengths(q) - desired
 
     best: ForwardKinematics | None = None
     for start in _starts(first, robot.q_min, robot.q_max, starts, seed):
@@ -121,7 +123,7 @@ def forward_kinematics(
             max_nfev=_ITERATIONS,
         )
         q = np.clip(answer.x, robot.q_min, robot.q_max)
-        residual = robot.muscle_lengths(q) - wanted
+        residual = robot.muscle_lengths(q) - desired
         if best is None or np.linalg.norm(residual) < np.linalg.norm(best.residual):
             full = bool(np.linalg.matrix_rank(robot.muscle_jacobian(q)) == n)
             best = ForwardKinematics(q, residual, full)
@@ -161,7 +163,7 @@ def inverse_kinematics(
             by how much, and which limits are in the way.
     """
     n = len(robot.coordinate_names)
-    wanted, first = (
+    desired, first = (
         finite_vector("y", y, len(robot.task_names)),
         finite_vector("q_start", q_start, n),
     )
@@ -170,13 +172,13 @@ def inverse_kinematics(
         raise InputError(f"tolerance must be finite and positive: {tolerance}")
     best: InverseKinematics | None = None
     for start in _starts(first, robot.q_min, robot.q_max, starts, seed):
-        found = _descend(robot, wanted, start, preferred, tolerance)
+        found = _descend(robot, desired, start, preferred, tolerance)
         if best is None or np.linalg.norm(found.error) < np.linalg.norm(best.error):
             best = found
         if np.abs(best.error).max(initial=0.0) <= tolerance:
             return best
     assert best is not None
-    raise InputError(_out_of_reach(robot, wanted, best))
+    raise InputError(_out_of_reach(robot, desired, best))
 
 
 def _descend(
@@ -251,7 +253,7 @@ def _task_error(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray
 
 
 def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -> str:
-    """What to tell of the nearest configuration that was found."""
+    """The message about a position that no configuration reaches."""
     goal = ", ".join(f"{n} {v:.6g}" for n, v in zip(robot.task_names, y, strict=True))
     parts = []
     for angles, what, unit in ((False, "distance", "m"), (True, "angle", "rad")):

@@ -24,7 +24,7 @@ from controllers.dynamics import Dynamics, acceleration
 from controllers.validation import finite_vector, require_delay, require_period
 
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
-"""Forces, shape (m,), of q and qd, at a reference that it knows."""
+"""Forces, shape (m,), of q and qd, at a fixed reference."""
 Step = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """q and qd one period on, of q, qd and the forces held."""
 
@@ -139,7 +139,7 @@ def linearise_controller(
     """K = df/d(q, qd), shape (m, 2n), in [N/rad] and [N·s/rad], or of [m].
 
     Args:
-        controller: Forces of q and qd, at a reference that it knows.
+        controller: Forces of q and qd, at a fixed reference.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         difference: Of the central differences, relative to 1 + |value|.
@@ -188,7 +188,7 @@ def linearise_loop(
 
     Args:
         step: The plant over one period; all that it remembers must be q and qd.
-        controller: Forces of q and qd, at a reference that it knows; without memory.
+        controller: Forces of q and qd, at a fixed reference; without memory.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         delay: Ticks from reading a state until its forces take effect: 0 or 1.

@@ -66,7 +66,7 @@ class Stiffness:
         return bool(values[0] > _SOFT * np.abs(values).max())
 
     def warnings(self) -> list[str]:
-        """What somebody should know who relies on stiffness by pretension; empty if nothing."""
+        """Warnings about stiffness by pretension; empty if there are none."""
         found = []
         values, directions = np.linalg.eigh(self.geometric)
         if values[0] < -_SOFT * np.abs(values).max():

@@ -1,4 +1,4 @@
-"""Where a robot can work: conditions and metrics on a grid of poses.
+"""Workspace analysis: conditions and metrics on a grid of poses.
 
 Wrench closure: unlimited muscles could make any torque. Static: the bounds allow forces that hold
 the robot at rest. Wrench-feasible: they do so against every load of a set. Dynamic: they give it
@@ -30,7 +30,7 @@ _MOST_CORNERS = 4096
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """What holds at the poses of a grid.
+    """Conditions and metrics at the poses of a grid.
 
     Attributes:
         q: The poses, shape (..., n), in [rad] or [m].
@@ -104,12 +104,12 @@ def is_wrench_feasible(
 ) -> BoolArray:
     """Whether the bounds allow every torque tau + W s with |s_j| <= 1, shape (...).
 
-    By the facets of the available torques; pose by pose over the corners of the wanted ones where
+    By the facets of the available torques; pose by pose over the corners of the desired ones where
     the facets are too many or the muscles do not act on all coordinates independently.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Middle of the wanted torques, shape (..., n), in [N·m] or [N].
+        tau: Middle of the desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
         f_max: Upper bounds, likewise; may be infinite.
         half_widths: W, shape (..., n, k), in [N·m] or [N]; only tau when None.
@@ -136,7 +136,7 @@ def _feasible_at_corners(
     f_max: ArrayLike,
     half_widths: ArrayLike | None,
 ) -> BoolArray:
-    """Whether the bounds allow all corners of the wanted torques; the set is convex."""
+    """Whether the bounds allow all corners of the desired torques; the set is convex."""
     if half_widths is None:
         return least_squares(L, tau, f_min, f_max).solved
     W = np.asarray(half_widths, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""How good poses are: CASPR's workspace metrics, for one pose or a stack of them."""
+"""Workspace metrics of CASPR, for one pose or a stack of poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The torques that muscles can make, {-L'f : f_min <= f <= f_max}, and how far wanted ones are in.
+"""Available torques {-L'f : f_min <= f <= f_max} and the margins of desired torques within them.
 
 The set is a zonotope. Every facet is parallel to n - 1 columns of L', so its normals are found from
 all choices of n - 1 muscles, for all poses at once, and its support is
@@ -73,20 +73,20 @@ def capacity_margin(
     *,
     half_widths: ArrayLike | None = None,
 ) -> FloatArray:
-    """Distance of wanted torques from the nearest facet, positive within; shape (...).
+    """Distance of desired torques from the nearest facet, positive within; shape (...).
 
     CASPR's `CapacityMarginMetric`, after Cruz Ruiz, Caro, Cardou, Guay, "ARACHNIS", Cable-Driven
-    Parallel Robots (2015): the smallest over the corners of the wanted set. It is not negative
-    exactly where every wanted torque is possible. Revolute and prismatic coordinates together make
+    Parallel Robots (2015): the smallest over the corners of the desired set. It is not negative
+    exactly where every desired torque is possible. Revolute and prismatic coordinates together make
     it a distance of mixed units; `torque_margins` does not mix them.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Middle of the wanted torques, shape (..., n), in [N·m] or [N].
+        tau: Middle of the desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
         f_max: Upper bounds, likewise; may be infinite.
-        half_widths: W of the wanted torques tau + W s with |s_j| <= 1, shape (..., n, k): for a box
-            a diagonal matrix. Only tau when None.
+        half_widths: W of the desired torques tau + W s with |s_j| <= 1, shape (..., n, k): a
+            diagonal matrix for a box. Only tau when None.
 
     Returns:
         In [N·m] or [N]; NaN where the muscles do not act on all coordinates independently, for
@@ -114,7 +114,7 @@ def torque_margins(
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Wanted torques, shape (..., n), in [N·m] or [N].
+        tau: Desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
         f_max: Upper bounds, likewise; may be infinite.
 
@@ -185,8 +185,8 @@ def _slack(poses: Poses, facets: _Facets) -> FloatArray:
     pull = facets.pull
     with np.errstate(invalid="ignore"):
         made = np.where(pull > 0, pull * high, np.where(pull < 0, pull * low, 0.0))
-    wanted = np.einsum("pkn,pn->pk", facets.normals, poses.tau[facets.rows])
-    slack: FloatArray = made.sum(axis=2) - wanted
+    desired = np.einsum("pkn,pn->pk", facets.normals, poses.tau[facets.rows])
+    slack: FloatArray = made.sum(axis=2) - desired
     return slack
 
 

@@ -1,4 +1,4 @@
-"""Force distribution: which muscle forces make a wanted joint torque.
+"""Force distribution: the muscle forces of least cost that make a joint torque.
 
     min 1/2 f'Hf   s.t.   -L'f = tau,   f_min <= f <= f_max
 
@@ -31,7 +31,7 @@ _AT_BOUND = 1e-9  # a force this close to a bound is at it, relative to 1 N or t
 
 @dataclass(frozen=True)
 class ForceSolution:
-    """Muscle forces for a wanted torque; it can check itself.
+    """Muscle forces for a desired torque, with measures of their error.
 
     Attributes:
         forces: f, shape (m,), in [N]; always within the bounds.
@@ -187,7 +187,7 @@ class ForceDistribution:
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
-            tau: Wanted torque, shape (n,), in [N·m] or [N].
+            tau: Desired torque, shape (n,), in [N·m] or [N].
         """
         return qpsolvers.Problem(self._H, self._zeros, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
 
@@ -198,7 +198,7 @@ class ForceDistribution:
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
-            tau: Wanted torque, shape (n,), in [N·m] or [N].
+            tau: Desired torque, shape (n,), in [N·m] or [N].
             M: As for `solve`.
         """
         L, tau = _accelerations(L, tau, M)
@@ -238,16 +238,16 @@ class ForceDistribution:
     def solve(self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None) -> ForceSolution:
         """Forces that make the torque, or come as near as the bounds allow.
 
-        The answer of the back end is checked by itself, whatever its status says; where it fails,
-        the default one and DAQP are asked as well. Answers depend on earlier ones by rounding
+        The answer of the back end is checked, whatever its status; where it fails the check, the
+        default back end and DAQP follow. Answers depend on earlier ones by rounding
         errors at most; see `get_state`.
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
-            tau: Wanted torque, shape (n,), in [N·m] or [N].
+            tau: Desired torque, shape (n,), in [N·m] or [N].
             M: Mass matrix, shape (n, n). With it, the error that is made smallest where no force
                 fits is that of the joints' acceleration, M^-1 (tau + L'f); without it, that of the
-                torque. A robot that is to come back to its reference wants the first.
+                torque. The first lets a robot come back to its reference.
 
         Raises:
             InputError: L or tau has another shape.
@@ -262,12 +262,12 @@ class ForceDistribution:
         allowed = self.tolerance * (1.0 + float(np.abs(tau).max()))
         if self.solver != qp.DUAL_NEWTON:
             self._require_finite(L, tau)
-            asked = self._ask_qpsolvers(self.build_problem(L, tau), self.solver, L, tau)
-            if asked is not None and asked[2] <= allowed:
-                return self._solution(asked[0], "solved", asked[1])
-        status, answer = self._ask_dual_newton(hard, L, tau)
+            chosen = self._try_qpsolvers(self.build_problem(L, tau), self.solver, L, tau)
+            if chosen is not None and chosen[2] <= allowed:
+                return self._solution(chosen[0], "solved", chosen[1])
+        status, answer = self._try_dual_newton(hard, L, tau)
         if status == dual_newton.NOT_CONVERGED:
-            answer = self._ask_qpsolvers(self.build_problem(L, tau), qp.FALLBACK, L, tau)
+            answer = self._try_qpsolvers(self.build_problem(L, tau), qp.FALLBACK, L, tau)
         if answer is not None and answer[2] <= allowed:
             return self._solution(answer[0], "solved", answer[1])
         return self._solve_soft(soft, L, tau, M, allowed)
@@ -282,9 +282,9 @@ class ForceDistribution:
     ) -> ForceSolution:
         rows, goal = _accelerations(L, tau, M)
         newton.softness[:] = self._softness(rows)
-        _, answer = self._ask_dual_newton(newton, rows, goal)
+        _, answer = self._try_dual_newton(newton, rows, goal)
         if answer is None:
-            answer = self._ask_qpsolvers(self.build_soft_problem(L, tau, M), qp.FALLBACK, L, tau)
+            answer = self._try_qpsolvers(self.build_soft_problem(L, tau, M), qp.FALLBACK, L, tau)
         if answer is None:
             raise SimulationError(f"no forces found for the torque {tau} within the bounds")
         slack = tau + L.T @ answer[0]
@@ -306,7 +306,7 @@ class ForceDistribution:
                 newton.lb[:], newton.ub[:] = self.f_min, self.f_max
         return self._newtons
 
-    def _ask_dual_newton(
+    def _try_dual_newton(
         self, newton: dual_newton.DualNewton, L: FloatArray, tau: FloatArray
     ) -> tuple[int, _Answer | None]:
         """The status, and forces, slack and largest error if it is solved."""
@@ -321,7 +321,7 @@ class ForceDistribution:
         slack = -newton.slack
         return status, (newton.x.copy(), slack, float(np.abs(slack).max()))
 
-    def _ask_qpsolvers(
+    def _try_qpsolvers(
         self, problem: qpsolvers.Problem, solver: str, L: FloatArray, tau: FloatArray
     ) -> _Answer | None:
         """Forces, clipped to the bounds, slack and largest error; None without an answer."""
@@ -335,7 +335,7 @@ class ForceDistribution:
     @staticmethod
     def _require_finite(L: FloatArray, tau: FloatArray) -> None:
         if not (np.isfinite(tau).all() and np.isfinite(L).all()):
-            raise SimulationError("the wanted torque or the muscle Jacobian is not finite")
+            raise SimulationError("the desired torque or the muscle Jacobian is not finite")
 
     def _solution(
         self, forces: FloatArray, status: Literal["solved", "soft"], slack: FloatArray

@@ -1,4 +1,4 @@
-"""Whether any forces within the bounds make a torque; linear programmes by HiGHS."""
+"""Linear programmes by HiGHS, and the feasibility of a torque within the bounds of forces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 from controllers.arrays import FloatArray
 
-# HiGHS stops at 1e-7 unless told otherwise; torques are scaled to about 1.
+# The default of HiGHS is 1e-7; torques are scaled to about 1.
 _OPTIONS: Any = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 _FLAT = 1e-12  # a row this small, relative to the largest, acts on nothing
@@ -69,12 +69,12 @@ def is_infeasible(A: FloatArray, tau: FloatArray, f_min: FloatArray, f_max: Floa
     scale = max(float(np.abs(tau).max()), float((np.abs(A) @ f_min).max()))
     if (np.abs(tau[flat]) > _MISSED * scale).any():
         return True
-    rows, wanted = A[~flat] / size[~flat, None], tau[~flat] / size[~flat]
-    unit = max(float(np.abs(wanted).max(initial=0.0)), float(f_min.max(initial=0.0)), 1e-300)
+    rows, desired = A[~flat] / size[~flat, None], tau[~flat] / size[~flat]
+    unit = max(float(np.abs(desired).max(initial=0.0)), float(f_min.max(initial=0.0)), 1e-300)
     answer = linprog(
         np.append(np.zeros(m), 1.0),
         A_ub=np.vstack([np.c_[rows, -np.ones(len(rows))], np.c_[-rows, -np.ones(len(rows))]]),
-        b_ub=np.append(wanted, -wanted) / unit,
+        b_ub=np.append(desired, -desired) / unit,
         bounds=_pairs(np.append(f_min, 0.0) / unit, np.append(f_max, np.inf) / unit),
         options=_OPTIONS,
     )

@@ -19,9 +19,9 @@ SOLVED = "solved"
 INFEASIBLE = "infeasible"
 NO_ANSWER = "no answer"
 
-# Largest torque error of an answer that is believed, relative to what is added up, and largest
+# Largest torque error of an accepted answer, relative to the terms that are added up, and largest
 # violation of a bound that counts as rounding, relative to 1 N or the bound.
-_BELIEVED = 1e-8
+_ACCEPTED = 1e-8
 _ROUNDING = 1e-7
 
 
@@ -183,12 +183,12 @@ def require_finite_bounds(poses: Poses, method: str) -> None:
 
 
 def finish(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
-    """The checked answer: nothing that a method says is believed.
+    """The checked answer of a method.
 
     Args:
         poses: The poses.
         method: Name of the distribution.
-        forces: What it says, shape (P, m), in [N]; NaN where it says nothing.
+        forces: Its forces, shape (P, m), in [N]; NaN where it found none.
     """
     scale = np.maximum(1.0, np.where(np.isfinite(poses.f_max), poses.f_max, poses.f_min))
     outside = np.maximum(poses.f_min - forces, forces - poses.f_max)
@@ -209,7 +209,7 @@ def finish(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
 
 
 def torque_errors(poses: Poses, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """|tau + L'f| and how much of it is believed, both of shape (P, n), in [N·m] or [N]."""
+    """|tau + L'f| and how much of it is accepted, both of shape (P, n), in [N·m] or [N]."""
     made = np.einsum("pnm,pm->pn", poses.A, forces)
     terms = np.abs(poses.tau) + np.einsum("pnm,pm->pn", np.abs(poses.A), np.abs(forces))
-    return np.abs(poses.tau - made), _BELIEVED * terms + np.finfo(float).tiny
+    return np.abs(poses.tau - made), _ACCEPTED * terms + np.finfo(float).tiny

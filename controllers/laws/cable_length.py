@@ -124,7 +124,7 @@ class CableLengthController:
         return CableLengthSolution(**vars(forward), set_points=set_points)
 
     def _forward(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
-        """f_ff, or the pretension, which is never short of a torque as it is asked for none."""
+        """f_ff; or the pretension, whose slack is zero as no torque is required of it."""
         if self._pretension is None:
             return self.distribution.solve(L, tau)
         robot = self.dynamics

@@ -86,10 +86,10 @@ class CableVelocityController:
             SimulationError: The state or the reference is not finite.
         """
         check_sizes(self.dynamics.coordinate_names, q=q, qd=qd, q_d=q_d, qd_d=qd_d)
-        wanted = self.kp * (q_d - q) + self.kd * (qd_d - qd)
+        desired = self.kp * (q_d - q) + self.kd * (qd_d - qd)
         if self._feedforward:
-            wanted = wanted + qd_d
-        rates = self.dynamics.muscle_jacobian(q) @ wanted
+            desired = desired + qd_d
+        rates = self.dynamics.muscle_jacobian(q) @ desired
         if not np.isfinite(rates).all():
             raise SimulationError("the state or the reference of the controller is not finite")
         return CableVelocitySolution(rates, self.dynamics.muscle_names)

@@ -1,8 +1,8 @@
-"""What a sampled loop needs around a control law: memory of what it did and what it saw.
+"""Sampled control loop around a control law: integral action, disturbance observer, delay.
 
 Integral action:       correction += T Ki e, at rest while the law cannot be met
-Disturbance observer:  w += (1 - exp(-w_o T)) (w_seen - w),
-                       w_seen = -L'f - C - G - D qd - M (qd - qd_last)/T - w_e, at the last tick
+Disturbance observer:  w += (1 - exp(-w_o T)) (w_measured - w),
+                       w_measured = -L'f - C - G - D qd - M (qd - qd_last)/T - w_e, at the last tick
 Delay:                 the law is evaluated at the state predicted for when its forces take effect
 """
 
@@ -50,8 +50,8 @@ class ControlLaw(Protocol):
         """The forces; see `JointSpaceController.solve`."""
 
 
-class _Seen(NamedTuple):
-    """A tick that the next one looks back at."""
+class _Tick(NamedTuple):
+    """State, forces and load of the last tick, for the observer."""
 
     q: FloatArray
     qd: FloatArray
@@ -131,7 +131,7 @@ class ControlLoop:
         self.disturbance = np.zeros(self._n)
         self._coming = self.acting.copy()
         self._correction = np.zeros(self._r)
-        self._seen: _Seen | None = None
+        self._last: _Tick | None = None
 
     def tick(
         self,
@@ -149,8 +149,8 @@ class ControlLoop:
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
             reference: Position, velocity and acceleration, shape (3, r), at this moment.
             w_e: Known generalised external load, shape (n,), in [N·m] or [N]; none when None.
-            applied: What the muscles have really pulled with since the last tick, on the mean,
-                shape (m,), in [N]; the forces that they were asked for when None.
+            applied: Mean tensions of the muscles since the last tick,
+                shape (m,), in [N]; the commanded forces when None.
 
         Returns:
             The solution computed at this tick; it takes effect `delay` ticks later.
@@ -183,21 +183,21 @@ class ControlLoop:
         self._coming = solution.forces
         self.acting = acting if self._delay else solution.forces
         if self._gain:
-            self._seen = _Seen(q.copy(), qd.copy(), self.acting, known.copy())
+            self._last = _Tick(q.copy(), qd.copy(), self.acting, known.copy())
         return solution
 
     def get_state(self) -> FloatArray:
         """All that the loop remembers, as one row of numbers; the law's own memory is apart."""
         n, m = self._n, self._m
-        nothing = _Seen(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(n))
+        nothing = _Tick(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(n))
         return np.concatenate(
             [
                 self.acting,
                 self._coming,
                 self._correction,
                 self.disturbance,
-                [self._seen is not None],
-                *(self._seen or nothing),
+                [self._last is not None],
+                *(self._last or nothing),
             ]
         )
 
@@ -213,22 +213,22 @@ class ControlLoop:
             raise InputError(f"the control loop's state is {ends[-1]} finite numbers")
         parts = [part.copy() for part in np.split(state, ends[:-1])]
         self.acting, self._coming, self._correction, self.disturbance = parts[:4]
-        self._seen = _Seen(*parts[5:]) if parts[4][0] else None
+        self._last = _Tick(*parts[5:]) if parts[4][0] else None
 
     def _observe(self, q: FloatArray, qd: FloatArray, applied: FloatArray | None) -> None:
         """Compare the velocity with what the model made of the last tick's forces."""
-        if self._seen is None:
+        if self._last is None:
             return
-        robot, last = self.law.dynamics, self._seen
+        robot, last = self.law.dynamics, self._last
         forces = last.forces if applied is None else applied
         qdd = (qd - last.qd) / self._period
-        seen = (
+        measured = (
             -robot.muscle_jacobian(last.q).T @ forces
             - bias_torque(robot, last.q, last.qd)
             - robot.mass_matrix(last.q) @ qdd
             - last.w_e
         )
-        self.disturbance = self.disturbance + self._gain * (seen - self.disturbance)
+        self.disturbance = self.disturbance + self._gain * (measured - self.disturbance)
 
     def _predicted(
         self, q: FloatArray, qd: FloatArray, forces: FloatArray, load: FloatArray

@@ -32,7 +32,7 @@ class LeastError(NamedTuple):
         M: Mass matrix, shape (n, n).
         h: Other terms of the motion equation, shape (n,), in [N·m] or [N].
         L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
-        J, c: Tasks that may give way, and what is wanted of J qdd, shapes (k, n) and (k,).
+        J, c: Tasks that may give way, and the desired J qdd, shapes (k, n) and (k,).
         W: Diagonal weights of their errors, shape (k,).
         J_0, c_0: Tasks that may not.
         H_q, qdd_p: Diagonal weights of accelerations, and the ones preferred, shape (n,).

@@ -50,7 +50,7 @@ class SpringMotors:
         )
 
     def forces(self, lengths: FloatArray, rates: FloatArray, set_points: FloatArray) -> FloatArray:
-        """f, shape (m,), in [N]; a cable does not push.
+        """f, shape (m,), in [N]; a cable only pulls.
 
         Args:
             lengths: l, shape (m,), in [m].

@@ -1,4 +1,4 @@
-"""What a controller in operational space is told of the robot's rest, and what it answers."""
+"""Posture and solution of controllers in operational space."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from controllers.force_distribution.bounded import ForceSolution
 
 @dataclass(frozen=True)
 class Posture:
-    """What the robot does with the freedom that the tasks leave: qdd_p = kp (q0 - q) - kd qd.
+    """Desired motion in the null space of the tasks: qdd_p = kp (q0 - q) - kd qd.
 
     Attributes:
         kd: Damping, a number or shape (n,), in [1/s].
@@ -26,7 +26,7 @@ class Posture:
 
 
 DAMPED = Posture()
-"""The posture unless another is given: self-motion is damped, and goes where the tasks lead it."""
+"""Default posture: self-motion is damped, without a preferred configuration."""
 
 
 @dataclass(frozen=True)

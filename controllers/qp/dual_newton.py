@@ -1,4 +1,4 @@
-"""The binding of the dual Newton QP solver in C: the only file that knows the library."""
+"""Binding of the dual Newton QP solver in C."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class DualNewton:
     """A solver for problems of one size; see csrc/dual_newton.h.
 
     The arrays are the solver's own memory: write the problem into them, call `solve`, and read the
-    answer. Nothing is copied or checked on the way in but for what `solve` says.
+    answer. Inputs are neither copied nor checked, apart from the status that `solve` returns.
 
     Args:
         n: Number of variables.

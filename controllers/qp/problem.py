@@ -85,7 +85,7 @@ class BoxSolution:
         slack: A x - b, shape (m_eq,): of a soft row its slack s_j, of a hard one what rounding
             leaves.
         iterations: Newton steps; 0 if another back end answered.
-        fell_back: The wanted back end gave no answer that stood the check, so another was asked.
+        fell_back: Whether the chosen back end gave no answer that passed the check.
         solver: Name of the back end that answered.
         residuals: What the check found.
     """
@@ -145,11 +145,11 @@ def check(problem: BoxProblem, eps: FloatArray, x: FloatArray, y: FloatArray | N
     if y is None:
         hard = eps == 0
         return Residuals(_relative(rest[hard], size[hard]), float("nan"), outside)
-    wanted = np.clip((A.T @ y - g) / H, problem.lb, problem.ub)
+    desired = np.clip((A.T @ y - g) / H, problem.lb, problem.ub)
     terms = np.abs(x) + (np.abs(g) + np.abs(A).T @ np.abs(y)) / H
     return Residuals(
         _relative(rest + eps * y / norms, size + np.abs(eps * y) / norms),
-        _relative(x - wanted, terms),
+        _relative(x - desired, terms),
         outside,
     )
 

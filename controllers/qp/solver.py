@@ -1,6 +1,6 @@
-"""Quadratic programs: one kind solved here, accurately and checked; others by qpsolvers, by name.
+"""Quadratic programs with a diagonal cost, solved and checked; others through qpsolvers.
 
-The kind solved here has a diagonal cost, equalities and bounds:
+With equalities and bounds:
 
     min 1/2 x'Hx + g'x + 1/2 sum_j s_j²/eps_j   s.t.   A x - s = b,   lb <= x <= ub
 
@@ -27,11 +27,11 @@ DUAL_NEWTON = "dual_newton"
 FALLBACK = "daqp"
 DEFAULT_SOLVER = DUAL_NEWTON
 
-# What a qpsolvers back end answers is believed if its relative residuals are below this.
-_BELIEVED = 1e-6
+# An answer of a qpsolvers back end is accepted if its relative residuals are below this.
+_ACCEPTED = 1e-6
 
-# First-order and interior-point methods stop at 1e-3 to 1e-6 unless told otherwise, and some go on
-# for minutes on a problem that has no solution.
+# Tighter than the defaults of 1e-3 to 1e-6, and iteration limits: some methods iterate for minutes
+# on a problem that has no solution.
 _OPTIONS: dict[str, dict[str, Any]] = {
     "clarabel": {"tol_feas": 1e-10, "tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10},
     "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True},
@@ -93,12 +93,11 @@ class BoxSolver:
         solver = BoxSolver(n, m_eq)
         solution = solver.solve(BoxProblem(H_diagonal, g, A, b, lb, ub))
 
-    Every answer is checked, whoever gave it. Where the wanted back end fails, `dual_newton` is
-    asked, and then DAQP.
+    Every answer is checked. Where the chosen back end fails, `dual_newton` follows, and then DAQP.
 
     `dual_newton` remembers the multipliers of the last solved problem: the next, if it is near,
-    takes fewer steps. This changes an answer by rounding errors at most; who must repeat answers
-    bit for bit saves and restores `get_state`, or calls `reset` before every problem.
+    takes fewer steps. This changes an answer by rounding errors at most; to repeat answers bit for
+    bit, save and restore `get_state`, or call `reset` before every problem.
 
     Args:
         n: Number of variables.
@@ -149,11 +148,11 @@ class BoxSolver:
         self._hand_over(problem)
         answer: BoxSolution | None = None
         if self.solver != DUAL_NEWTON:
-            answer = self._ask_qpsolvers(problem, self.solver)
+            answer = self._try_qpsolvers(problem, self.solver)
         if answer is None:
-            answer = self._ask_dual_newton()
+            answer = self._try_dual_newton()
         if answer.status == "not converged":
-            answer = self._ask_qpsolvers(problem, FALLBACK) or answer
+            answer = self._try_qpsolvers(problem, FALLBACK) or answer
         return answer
 
     def _hand_over(self, problem: BoxProblem) -> None:
@@ -171,7 +170,7 @@ class BoxSolver:
             _refuse(newton)
         newton.softness[:] = row_softness(problem)
 
-    def _ask_dual_newton(self) -> BoxSolution:
+    def _try_dual_newton(self) -> BoxSolution:
         newton = self._newton
         status = newton.solve()
         if status > dual_newton.NOT_CONVERGED:
@@ -188,8 +187,8 @@ class BoxSolver:
             residuals=Residuals(equality, dual, 0.0),
         )
 
-    def _ask_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
-        """A qpsolvers back end's answer, or None if it gave none that stands the check."""
+    def _try_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
+        """A qpsolvers back end's answer, or None if it gave none that passes the check."""
         eps = self._newton.softness
         solution = _attempt(as_qpsolvers(problem, eps), solver)
         if solution is None:
@@ -198,7 +197,7 @@ class BoxSolver:
         y = None if solution.y is None else -np.asarray(solution.y)
         slack = problem.A @ x - problem.b
         residuals = check(problem, eps, x, y)
-        if not residuals.equality <= _BELIEVED or residuals.dual > _BELIEVED:
+        if not residuals.equality <= _ACCEPTED or residuals.dual > _ACCEPTED:
             return None
         if y is None:
             y = np.full(self.m_eq, np.nan)
@@ -214,7 +213,7 @@ _STATUS: dict[int, Status] = {
 
 
 def _refuse(newton: dual_newton.DualNewton) -> None:
-    """Say which number of a refused problem is wrong."""
+    """Raise the error that names the wrong number of a refused problem."""
     for name in ("H_diagonal", "g", "A", "b"):
         values = getattr(newton, name)
         if not np.isfinite(values).all():

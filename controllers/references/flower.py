@@ -1,4 +1,4 @@
-"""A flower in operational space, the way to it, and references one after another.
+"""References in operational space: a flower, a straight approach, and sequences of references.
 
 The flower is a rose in a plane, drawn once from rest to rest:
 
