@@ -12,7 +12,7 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .experiment.experiment import Experiment as Experiment
-    from .results.result import Result as Result
+    from .simulation.result import Result as Result
     from .simulation.run import build as build
     from .simulation.run import run as run
     from .ssp.run import run_system as run_system
@@ -22,7 +22,7 @@ _HOMES = {
     "build": "simulation.run",
     "run": "simulation.run",
     "run_system": "ssp.run",
-    "Result": "results.result",
+    "Result": "simulation.result",
 }
 
 __all__ = ["Experiment", "Result", "__version__", "build", "run", "run_system"]

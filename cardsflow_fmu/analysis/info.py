@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import WORLD, InputError, Muscle, Robot, Vector3, read_robot
 from addin_sdfusion.robot.model.tension_laws import law_of, states_of
+from cardsflow_fmu.utils.text_table import table
 from sim_dart.muscles.paths import MusclePaths
 
 
@@ -190,15 +190,3 @@ def _limit(value: float) -> float | None:
 
 def _bound(value: float | None, sign: str) -> str:
     return f"{sign}unlimited" if value is None else f"{value:g}"
-
-
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns wide enough for their words; empty without rows."""
-    if not rows:
-        return ""
-    lines = [list(heads), *([str(cell) for cell in row] for row in rows)]
-    widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
-        for line in lines
-    )

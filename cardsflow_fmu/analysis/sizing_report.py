@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .info import table
+from cardsflow_fmu.utils.text_table import table
 
 
 def describe_sizes(sizes: dict[str, Any]) -> str:

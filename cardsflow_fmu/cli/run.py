@@ -17,8 +17,8 @@ from .view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.results.result import SystemResult
     from cardsflow_fmu.simulation.participants import Through
+    from cardsflow_fmu.simulation.result import SystemResult
 
 
 def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> None:

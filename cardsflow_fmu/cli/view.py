@@ -16,7 +16,7 @@ from .common import GOOD, add_command, add_json, print_files
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Watch
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.results.result import Result
+    from cardsflow_fmu.simulation.result import Result
 
 
 def add_view(commands: Any, common: argparse.ArgumentParser) -> None:

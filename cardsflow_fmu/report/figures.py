@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Figure
 
 from addin_sdfusion.robot import UnknownNameError
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
 from .downsample import BINS, envelope
@@ -29,7 +29,7 @@ _MOST_IN_LEGEND = 32
 
 
 def plot(
-    result: SystemResult,
+    result: RunData,
     file: str | Path,
     what: Sequence[str] = (),
     columns: Sequence[str] = (),
@@ -53,9 +53,7 @@ def plot(
     return write_own(place, image(figure_of(result, what, columns), form))
 
 
-def figure_of(
-    result: SystemResult, what: Sequence[str] = (), columns: Sequence[str] = ()
-) -> Figure:
+def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
     """A figure of a result. Arguments and errors as for `plot`."""
     panels = panels_of(result, what, columns)
     title = "" if result.summary.get("status", "complete") == "complete" else "incomplete run"

@@ -10,12 +10,12 @@ from addin_sdfusion.robot import InputError
 from .summary_html import summary_tables
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.results.result import SystemResult
+    from cardsflow_fmu.results.run_data import RunData
 
 _BINS = 500
 
 
-def result_html(result: SystemResult) -> str:
+def result_html(result: RunData) -> str:
     """The summary and a figure of forces, tracking and errors.
 
     Args:
@@ -25,7 +25,7 @@ def result_html(result: SystemResult) -> str:
     return "\n".join((*summary_tables(result.summary), size, *_figure(result)))
 
 
-def _figure(result: SystemResult) -> list[str]:
+def _figure(result: RunData) -> list[str]:
     from .figures import figure_of_panels, image
     from .panels import panels_of
 

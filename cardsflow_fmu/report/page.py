@@ -12,7 +12,7 @@ from typing import Any
 
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.info import robot_info
-from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
 from cardsflow_fmu.utils.overwrite import GENERATOR, own_place, write_own
 from cardsflow_fmu.viewer.html.page import replay_page
@@ -45,7 +45,7 @@ def report(path: str | Path, file: str | Path) -> Path:
     return write_own(place, page)
 
 
-def report_page(result: Result) -> str:
+def report_page(result: ExperimentRunData) -> str:
     """The report of a run as one page of HTML, which names no address.
 
     Args:
@@ -80,7 +80,7 @@ def report_page(result: Result) -> str:
     )
 
 
-def _notice(result: Result) -> list[str]:
+def _notice(result: ExperimentRunData) -> list[str]:
     if result.complete:
         return []
     error = result.summary.get("error") or "it ended early"
@@ -93,7 +93,7 @@ def _replay(act: Act) -> str:
     return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{page}"></iframe>'
 
 
-def _figures(result: Result) -> Iterator[str]:
+def _figures(result: ExperimentRunData) -> Iterator[str]:
     for kind, panels in all_panels(result).items():
         svg = image(figure_of_panels(panels, bins=_BINS), "svg", salt=kind).decode()
         # what stands before and beside the picture is for files: a page has it already
@@ -101,7 +101,7 @@ def _figures(result: Result) -> Iterator[str]:
         yield f"<figure>{svg}<figcaption>{escape(kind.replace('_', ' '))}</figcaption></figure>"
 
 
-def _robot(result: Result) -> Iterator[str]:
+def _robot(result: ExperimentRunData) -> Iterator[str]:
     """Links, joints, muscles, and what `check` says."""
     experiment = result.experiment
     bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
@@ -153,7 +153,7 @@ def _one_robot(
     yield table(("check", "finding"), rows) if rows else "<p>check: nothing found</p>"
 
 
-def _experiment(result: Result) -> str:
+def _experiment(result: ExperimentRunData) -> str:
     """Everything that was set, defaults included; files as they stand beside the experiment."""
     text = json.dumps(result.experiment.data, indent=2, ensure_ascii=False)
     beside = json.dumps(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]

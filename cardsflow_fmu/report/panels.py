@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.results.result import Result, SystemResult
+from cardsflow_fmu.results.columns import chosen_columns
+from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
@@ -55,7 +55,7 @@ class Panel:
 
 
 def panels_of(
-    result: SystemResult, what: Sequence[str] = (), columns: Sequence[str] = ()
+    result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> list[Panel]:
     """The panels of a figure.
 
@@ -87,32 +87,13 @@ def panels_of(
     return panels
 
 
-def all_panels(result: SystemResult) -> dict[str, list[Panel]]:
+def all_panels(result: RunData) -> dict[str, list[Panel]]:
     """Every kind that the result has something of."""
     found = {kind: panels(result) for kind, panels in KINDS.items()}
     return {kind: panels for kind, panels in found.items() if panels}
 
 
-def chosen_columns(
-    names: Sequence[str], patterns: Sequence[str], key: str = "--columns"
-) -> list[str]:
-    """The names that fit one of the patterns, without `time`.
-
-    Args:
-        names: Names of columns.
-        patterns: Such as `q.*`, or a name.
-        key: For the message.
-
-    Raises:
-        UnknownNameError: A pattern fits none.
-    """
-    for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in names):
-            raise UnknownNameError("column", pattern, names, key=key)
-    return [n for n in names if n != "time" and any(fnmatchcase(n, p) for p in patterns)]
-
-
-def _chosen(result: SystemResult, patterns: Sequence[str]) -> list[Panel]:
+def _chosen(result: RunData, patterns: Sequence[str]) -> list[Panel]:
     """A panel for every unit, or for every prefix where units are not known."""
     groups: dict[str, list[str]] = {}
     for name in chosen_columns(result.names, patterns):
@@ -123,14 +104,14 @@ def _chosen(result: SystemResult, patterns: Sequence[str]) -> list[Panel]:
     ]
 
 
-def _curves(result: SystemResult, names: Sequence[str]) -> list[Curve]:
+def _curves(result: RunData, names: Sequence[str]) -> list[Curve]:
     return [Curve(name, result["time"], result[name]) for name in names]
 
 
-def _starting(prefix: str, label: str) -> Callable[[SystemResult], list[Panel]]:
+def _starting(prefix: str, label: str) -> Callable[[RunData], list[Panel]]:
     """A panel, for each unit, of all columns that begin alike."""
 
-    def panels(result: SystemResult) -> list[Panel]:
+    def panels(result: RunData) -> list[Panel]:
         by_unit: dict[str, list[str]] = {}
         for name in result.names:
             if name.startswith(f"{prefix}."):
@@ -140,7 +121,7 @@ def _starting(prefix: str, label: str) -> Callable[[SystemResult], list[Panel]]:
     return panels
 
 
-def _pairs(result: SystemResult) -> dict[str, list[tuple[str, str]]]:
+def _pairs(result: RunData) -> dict[str, list[tuple[str, str]]]:
     """What is followed and its reference, by unit."""
     pairs: dict[str, list[tuple[str, str]]] = {}
     for name in result.names:
@@ -150,7 +131,7 @@ def _pairs(result: SystemResult) -> dict[str, list[tuple[str, str]]]:
     return pairs
 
 
-def _tracking(result: SystemResult) -> list[Panel]:
+def _tracking(result: RunData) -> list[Panel]:
     time = result["time"]
     return [
         Panel(
@@ -162,7 +143,7 @@ def _tracking(result: SystemResult) -> list[Panel]:
     ]
 
 
-def _errors(result: SystemResult) -> list[Panel]:
+def _errors(result: RunData) -> list[Panel]:
     time, panels = result["time"], []
     for unit, pairs in _pairs(result).items():
         curves = []
@@ -176,15 +157,15 @@ def _errors(result: SystemResult) -> list[Panel]:
     return panels
 
 
-def _solve_times(result: SystemResult) -> list[Panel]:
+def _solve_times(result: RunData) -> list[Panel]:
     times = result.solve_times
     curve = [Curve("controller", times[:, 0], 1e6 * times[:, 1])]
     return [Panel("time of a tick [us]", curve)] if len(times) else []
 
 
-def _moment_arms(result: SystemResult) -> list[Panel]:
+def _moment_arms(result: RunData) -> list[Panel]:
     """-dl/dq of every muscle about every joint that it acts on, along the motion."""
-    if not isinstance(result, Result):
+    if not isinstance(result, ExperimentRunData):
         return []
     robot = result.experiment.robot
     signals = coordinate_signals("q", robot)
@@ -211,7 +192,7 @@ _POSES = 1000
 _NO_ARM = 1e-12
 _USUAL = ("forces", "tracking", "errors")
 
-KINDS: dict[str, Callable[[SystemResult], list[Panel]]] = {
+KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
     "forces": _starting("f", "force command"),
     "tracking": _tracking,
     "errors": _errors,

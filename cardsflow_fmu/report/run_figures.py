@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from addin_sdfusion.robot.model.tension_laws import law_of
-from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.summary import present
 from cardsflow_fmu.signals.muscles import (
     command_signals,
@@ -36,7 +36,7 @@ _STYLE: Any = {
 }
 
 
-def run_images(result: Result) -> dict[str, bytes]:
+def run_images(result: ExperimentRunData) -> dict[str, bytes]:
     """The figures of a run as PNG and SVG files, by name.
 
     Args:
@@ -50,7 +50,7 @@ def run_images(result: Result) -> dict[str, bytes]:
     return images
 
 
-def tracking_figure(result: Result) -> Figure:
+def tracking_figure(result: ExperimentRunData) -> Figure:
     """Force commands, and positions against the dotted reference: the paper's figures 10 and 12.
 
     Of muscles with laws, their commands and their tensions, with dots where these were to be.
@@ -71,7 +71,7 @@ def tracking_figure(result: Result) -> Figure:
     return figure
 
 
-def world_figure(result: Result) -> Figure:
+def world_figure(result: ExperimentRunData) -> Figure:
     """How far each object went along x, y and z, and the size of each contact force.
 
     Args:
@@ -91,7 +91,7 @@ def world_figure(result: Result) -> Figure:
     return figure
 
 
-def path_figure(result: Result) -> Figure:
+def path_figure(result: ExperimentRunData) -> Figure:
     """The way of the first task point in space, against the dotted reference.
 
     Args:
@@ -124,14 +124,14 @@ def _images(name: str, figure: Figure) -> dict[str, bytes]:
     return images
 
 
-def _followed(result: Result) -> Followed:
+def _followed(result: ExperimentRunData) -> Followed:
     """The positions that are followed, as far as the run recorded them."""
     experiment = result.experiment
     followed = followed_signals(experiment.robot, experiment.reference.space)
     return present(followed, result.names)
 
 
-def _point(result: Result) -> Followed | None:
+def _point(result: ExperimentRunData) -> Followed | None:
     """The first task point that is followed with all its coordinates; None if there is none."""
     if result.experiment.reference.space == "joint":
         return None
@@ -152,12 +152,12 @@ def _point(result: Result) -> Followed | None:
     return None
 
 
-def _mark_incomplete(figure: Figure, result: Result) -> None:
+def _mark_incomplete(figure: Figure, result: ExperimentRunData) -> None:
     if not result.complete:
         figure.suptitle("incomplete run")
 
 
-def _draw_forces(axes: Axes, result: Result) -> None:
+def _draw_forces(axes: Axes, result: ExperimentRunData) -> None:
     time, robot = result["time"], result.experiment.robot
     wanted = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
     names = [name for name in wanted if name in result.names]
@@ -176,7 +176,7 @@ def _draw_forces(axes: Axes, result: Result) -> None:
     _legend(axes)
 
 
-def _commands(result: Result) -> dict[str, list[str]]:
+def _commands(result: ExperimentRunData) -> dict[str, list[str]]:
     """The recorded commands of muscles with laws, by what they are."""
     robot = result.experiment.robot
     groups: dict[str, list[str]] = {}
@@ -188,14 +188,14 @@ def _commands(result: Result) -> dict[str, list[str]]:
     return groups
 
 
-def _draw_commands(axes: Axes, result: Result, label: str, names: list[str]) -> None:
+def _draw_commands(axes: Axes, result: ExperimentRunData, label: str, names: list[str]) -> None:
     for name in names:
         axes.plot(*envelope(result["time"], result[name]), label=name, linewidth=1.2)
     axes.set_ylabel(label)
     _legend(axes)
 
 
-def _draw_positions(axes: Axes, result: Result) -> None:
+def _draw_positions(axes: Axes, result: ExperimentRunData) -> None:
     time, followed = result["time"], _followed(result)
     for name, desired in zip(followed.actual, followed.desired, strict=True):
         (line,) = axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
@@ -213,23 +213,23 @@ def _legend(axes: Axes) -> None:
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + count // 16, frameon=False)
 
 
-def _objects(result: Result) -> list[str]:
+def _objects(result: ExperimentRunData) -> list[str]:
     """Names of the objects that are recorded: `object.<name>`."""
     return _groups(result, "object", "x")
 
 
-def _contacts(result: Result) -> list[str]:
+def _contacts(result: ExperimentRunData) -> list[str]:
     """Names of the bodies whose contact forces are recorded: `contact.<name>`."""
     return _groups(result, "contact", "fx")
 
 
-def _groups(result: Result, prefix: str, axis: str) -> list[str]:
+def _groups(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
     ending = f".{axis}"
     named = [n for n in result.names if n.startswith(f"{prefix}.") and n.endswith(ending)]
     return [name.removesuffix(ending) for name in named]
 
 
-def _draw_ways(axes: Axes, result: Result, objects: Sequence[str]) -> None:
+def _draw_ways(axes: Axes, result: ExperimentRunData, objects: Sequence[str]) -> None:
     for name in objects:
         for axis in "xyz":
             way = result[f"{name}.{axis}"]
@@ -238,7 +238,7 @@ def _draw_ways(axes: Axes, result: Result, objects: Sequence[str]) -> None:
     axes.legend(loc="upper left", fontsize=7, ncols=3)
 
 
-def _draw_contacts(axes: Axes, result: Result, contacts: Sequence[str]) -> None:
+def _draw_contacts(axes: Axes, result: ExperimentRunData, contacts: Sequence[str]) -> None:
     for name in contacts:
         force = np.linalg.norm([result[f"{name}.f{axis}"] for axis in "xyz"], axis=0)
         axes.plot(result["time"], force, label=name, linewidth=1.2)

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.analysis.info import table
-from cardsflow_fmu.report.panels import chosen_columns
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.text_table import table
 
-from .result import SystemResult
+from .columns import chosen_columns
+from .run_data import RunData
 from .saved_run import read_results
 
 Rows = NDArray[np.int64]
@@ -54,8 +54,8 @@ def compare(
 
 
 def compare_results(
-    a: SystemResult,
-    b: SystemResult,
+    a: RunData,
+    b: RunData,
     tol: float = 0.0,
     rtol: float = 0.0,
     columns: Sequence[str] = (),

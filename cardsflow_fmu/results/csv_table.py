@@ -1,4 +1,4 @@
-"""Reading a table of results that anyone may have written, changed or damaged."""
+"""Tables of results as CSV: exact floats, and reading what may be changed or damaged."""
 
 from __future__ import annotations
 
@@ -10,6 +10,31 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.arrays import FloatArray
+
+_BLOCK = 4096
+_LONG = 120
+
+
+def csv_text(names: Sequence[str], rows: FloatArray) -> str:
+    """A table as CSV, every float such that it reads back exactly.
+
+    Args:
+        names: Name of every column.
+        rows: Values, shape (rows, len(names)).
+    """
+    blocks = [",".join(names)]
+    for first in range(0, len(rows), _BLOCK):  # as Python floats, all would be large
+        blocks.append("\n".join(map(row_text, rows[first : first + _BLOCK])))
+    return "\n".join(blocks) + "\n"
+
+
+def row_text(row: FloatArray) -> str:
+    """A row as CSV, without the end of the line.
+
+    Args:
+        row: Values, shape (columns,).
+    """
+    return ",".join(map(repr, row.tolist()))
 
 
 def read_csv(file: Path, *, complete: bool = True) -> tuple[tuple[str, ...], FloatArray]:
@@ -42,9 +67,6 @@ def _reason(error: Exception) -> str:
         return "is no table of results: it is not UTF-8 text"
     what = str(error).partition(";")[0].replace("\0", "\\0")  # what follows is for programmers
     return f"is no table of results: {what if len(what) < _LONG else what[:_LONG] + '...'}"
-
-
-_LONG = 120
 
 
 def require_table(names: Sequence[str], rows: FloatArray, file: Path) -> None:

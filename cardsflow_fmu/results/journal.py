@@ -14,8 +14,9 @@ import numpy as np
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.utils.arrays import FloatArray
 
+from .csv_table import row_text
+from .file_names import SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
-from .result import SUMMARY, TABLE, UNITS, row_text
 from .row_store import RowStore
 
 STARTED = SimulationError("the run was killed, or still goes on")

@@ -5,14 +5,14 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 
-if TYPE_CHECKING:
-    from .result import SystemResult
+from .csv_table import require_table
+from .run_data import ExperimentRunData, RunData
 
 KEY = b"cardsflow"
 """Of the metadata: JSON with units, summary, versions, seed and experiment."""
@@ -32,7 +32,7 @@ def require_parquet() -> Any:
     return pyarrow
 
 
-def parquet_bytes(result: SystemResult) -> bytes:
+def parquet_bytes(result: RunData) -> bytes:
     """A result as the content of a .parquet, a column a signal.
 
     Args:
@@ -61,7 +61,7 @@ def parquet_bytes(result: SystemResult) -> bytes:
     return memory.getvalue()
 
 
-def read_parquet(file: Path) -> SystemResult:
+def read_parquet(file: Path) -> RunData:
     """The result in a .parquet.
 
     Args:
@@ -72,9 +72,6 @@ def read_parquet(file: Path) -> SystemResult:
     """
     pa = require_parquet()
     import pyarrow.parquet as pq
-
-    from .csv_table import require_table
-    from .result import SystemResult
 
     try:
         table = pq.ParquetFile(file).read()
@@ -91,7 +88,7 @@ def read_parquet(file: Path) -> SystemResult:
         raise InputError("is not what a run writes: its metadata", file=file)
     require_table(table.column_names, rows, file)
     units = {f.name: _unit(f.metadata) for f in table.schema}
-    return SystemResult(
+    return RunData(
         tuple(table.column_names), rows, units, metadata.get("summary", {}), {file.name: file}
     )
 
@@ -100,11 +97,9 @@ def _unit(metadata: dict[bytes, bytes] | None) -> str:
     return (metadata or {}).get(b"unit", b"").decode()
 
 
-def _metadata(result: SystemResult) -> dict[str, Any]:
+def _metadata(result: RunData) -> dict[str, Any]:
     """What a reader without this package should find: plain JSON."""
-    from .result import Result
-
-    experiment = result.experiment if isinstance(result, Result) else None
+    experiment = result.experiment if isinstance(result, ExperimentRunData) else None
     return {
         "units": dict(result.units),
         "summary": result.summary,

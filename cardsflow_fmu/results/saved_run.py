@@ -20,14 +20,12 @@ from cardsflow_fmu.utils.archive import unpack_archive, write_archive
 from cardsflow_fmu.utils.visual_meshes import visual_files
 
 from .csv_table import read_csv
+from .file_names import EXPERIMENT, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
 from .journal import STARTED
 from .metadata import read_summary, read_units
 from .parquet import read_parquet
-from .result import PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS, Result, SystemResult
+from .run_data import ExperimentRunData, RunData
 from .summary import Speed, summarize
-
-EXPERIMENT = "experiment.zip"
-"""The experiment as its FMUs carry it, with the robot's files, and its meshes besides."""
 
 _TABLES = (TABLE, PARQUET)
 
@@ -65,7 +63,7 @@ def is_run(path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def opened_run(path: str | Path) -> Iterator[Result]:
+def opened_run(path: str | Path) -> Iterator[ExperimentRunData]:
     """The result that a run has written, with its experiment; the robot's files are there inside.
 
     Args:
@@ -82,7 +80,7 @@ def opened_run(path: str | Path) -> Iterator[Result]:
 
 
 @contextlib.contextmanager
-def read_any(path: str | Path) -> Iterator[SystemResult]:
+def read_any(path: str | Path) -> Iterator[RunData]:
     """A result, with its experiment where that is known; otherwise as `read_results`."""
     if not (_folder(Path(path)) / EXPERIMENT).is_file() or not is_run(Path(path)):
         yield read_results(Path(path))
@@ -91,7 +89,7 @@ def read_any(path: str | Path) -> Iterator[SystemResult]:
         yield result
 
 
-def load_run(path: str | Path) -> Result:
+def load_run(path: str | Path) -> ExperimentRunData:
     """The result that a run has written, with its experiment; the robot's files last as long.
 
     Args:
@@ -109,33 +107,25 @@ def load_run(path: str | Path) -> Result:
     aside = Path(tempfile.mkdtemp())
     try:
         unpack_archive(archive, aside, "archive of an experiment", "an experiment")
-        loaded = Result(
-            result.names,
-            result.rows,
-            result.units,
-            result.summary,
-            result.files,
-            result.solve_times,
-            experiment=Experiment.from_resources(aside),
-        )
+        loaded = ExperimentRunData(**vars(result), experiment=Experiment.from_resources(aside))
         _require_same_robot(loaded, archive)
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
         raise
     if loaded.summary.get("error") == str(STARTED) and len(loaded.rows):
         loaded.summary |= _findings(loaded)
-    loaded.release = weakref.finalize(loaded, shutil.rmtree, aside, ignore_errors=True)
+    loaded.release = weakref.finalize(loaded.experiment, shutil.rmtree, aside, ignore_errors=True)
     return loaded
 
 
-def _require_same_robot(result: Result, archive: Path) -> None:
+def _require_same_robot(result: ExperimentRunData, archive: Path) -> None:
     told, robot = result.summary.get("robot"), result.experiment.robot.name
     if told is not None and told != robot:
         what = f"is of robot {robot!r}, and the results beside it are of {told!r}"
         raise InputError(what, file=archive)
 
 
-def _findings(result: Result) -> dict[str, Any]:
+def _findings(result: ExperimentRunData) -> dict[str, Any]:
     """What a run that was killed could not say of its rows: errors, forces, infeasible ticks."""
     experiment, rows = result.experiment, len(result.rows)
     every = round(experiment.controller.period / experiment.run.step)
@@ -147,7 +137,7 @@ def _findings(result: Result) -> dict[str, Any]:
     }
 
 
-def read_results(path: Path) -> SystemResult:
+def read_results(path: Path) -> RunData:
     """The table, units and summary that a run has written.
 
     Args:
@@ -177,15 +167,15 @@ def read_results(path: Path) -> SystemResult:
         if len(names_of_times) != 2:
             raise InputError("is no table of times of ticks", file=folder / SOLVE_TIMES)
     there = (table, folder / UNITS, folder / SUMMARY)
-    return SystemResult(names, rows, units, summary, {f.name: f for f in there}, times)
+    return RunData(names, rows, units, summary, {f.name: f for f in there}, times)
 
 
-def _read_alone(file: Path) -> SystemResult:
+def _read_alone(file: Path) -> RunData:
     """A table that nothing stands beside."""
     if file.suffix == ".parquet":
         return read_parquet(file)
     names, rows = read_csv(file)
-    return SystemResult(names, rows, {}, {}, {file.name: file})
+    return RunData(names, rows, {}, {}, {file.name: file})
 
 
 def _folder(path: Path) -> Path:

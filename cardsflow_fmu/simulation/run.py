@@ -18,11 +18,12 @@ from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
 from cardsflow_fmu.hardware.session.paced_run import Pace, with_approach
 from cardsflow_fmu.native.model_file import NATIVE_MODELS, native_model
+from cardsflow_fmu.results.file_names import EXPERIMENT, TABLE
+from cardsflow_fmu.results.files import metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
-from cardsflow_fmu.results.result import TABLE, Result
-from cardsflow_fmu.results.saved_run import EXPERIMENT, experiment_archive
+from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import Speed, summarize
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
@@ -32,6 +33,7 @@ from cardsflow_fmu.ssp.writer import write_ssp
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 
 from .participants import MODELS, PreparedFmu, Through, made_master, performer
+from .result import Result
 
 SYSTEM_FILE = "system.ssp"
 
@@ -244,7 +246,7 @@ def _write(result: Result, written: list[str], folder: OutputFolder) -> None:
     if result.experiment.run.format == "csv":
         written = [TABLE, *written]
     else:
-        contents |= result.table_file(result.experiment.run.format)
+        contents |= table_file(result, result.experiment.run.format)
     if len(result.rows):
         from cardsflow_fmu.report.run_figures import (
             run_images,  # matplotlib takes a second to import
@@ -252,9 +254,9 @@ def _write(result: Result, written: list[str], folder: OutputFolder) -> None:
 
         contents |= run_images(result)
     there = [name for name in written if (folder.path / name).exists()]
-    names = [*result.notes(), *contents, *there]
+    names = [*metadata_files(result), *contents, *there]
     result.summary["files"] = {name: name for name in names}
-    result.files = folder.write(result.notes() | contents, there)
+    result.files = folder.write(metadata_files(result) | contents, there)
 
 
 def simulate(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.analysis.info import table
+from cardsflow_fmu.utils.text_table import table
 
 from .reader import read_system, unpack_ssp
 from .system import Component

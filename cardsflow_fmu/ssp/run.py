@@ -23,13 +23,14 @@ from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
 from cardsflow_fmu.hardware.session.connect import Connection, with_link
 from cardsflow_fmu.hardware.session.paced_run import Pace
 from cardsflow_fmu.results.engines import system_engines
+from cardsflow_fmu.results.file_names import EXPERIMENT, TABLE
+from cardsflow_fmu.results.files import metadata_files
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
-from cardsflow_fmu.results.result import TABLE, SystemResult
-from cardsflow_fmu.results.saved_run import EXPERIMENT
 from cardsflow_fmu.results.summary import Speed, summarize_system
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.signals.units import conversion, variable_units
+from cardsflow_fmu.simulation.result import SystemResult
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 
 from .carried_experiment import system_experiment, system_hardware
@@ -93,8 +94,8 @@ def run_system(
         with ignoring_interrupts():
             recorded = [name for name in streamed if (folder.path / name).exists()]
             there = [TABLE, *contents, *recorded]
-            result.summary["files"] = {name: name for name in (*there, *result.notes())}
-            result.files = folder.write(result.notes(), there)
+            result.summary["files"] = {name: name for name in (*there, *metadata_files(result))}
+            result.files = folder.write(metadata_files(result), there)
     if not result.complete:
         raise SystemRunError(result.summary["error"], result)
     return result

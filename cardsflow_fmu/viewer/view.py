@@ -10,7 +10,7 @@ from pathlib import Path
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.readers import read
-from cardsflow_fmu.results.result import Result, SystemResult
+from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run
 from cardsflow_fmu.utils.overwrite import own_place, write_own
 
@@ -41,7 +41,7 @@ def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
         return act_of(result, full_scale=full_scale)
 
 
-def act_of(result: Result, *, full_scale: bool = False) -> Act:
+def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
     """What is shown of a run.
 
     Args:
@@ -77,7 +77,7 @@ def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
     return Act(Stage(robot, Motion.still(start), meshes), robot.name)
 
 
-def notes(result: SystemResult) -> tuple[str, ...]:
+def notes(result: RunData) -> tuple[str, ...]:
     """A line or two about a run: how well it tracked, and whether it ended early."""
     lines = []
     tracking = result.summary.get("tracking") or {}

@@ -24,9 +24,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from cardsflow_fmu import Experiment, run
+from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cosim.pacing import describe_timeliness
-from cardsflow_fmu.results.result import Result
 
 EXAMPLES = Path(__file__).resolve().parent.parent
 

@@ -13,9 +13,10 @@ from robots import PLANAR_2R
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.report.figures import plot
 from cardsflow_fmu.results import row_store
+from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import Journal
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.simulation.result import SystemResult
 from cardsflow_fmu.simulation.run import _simulate
 
 ROWS, COLUMNS = 30_000, 60
@@ -40,16 +41,16 @@ def timed(call: object) -> float:
 
 def test_parquet_takes_less_than_half_a_second(large: SystemResult) -> None:
     pytest.importorskip("pyarrow")
-    first = timed(lambda: large.table_file("parquet"))
+    first = timed(lambda: table_file(large, "parquet"))
     best = interleaved(
         {
-            "parquet": lambda: large.table_file("parquet"),
-            "csv": lambda: large.table_file("csv"),
+            "parquet": lambda: table_file(large, "parquet"),
+            "csv": lambda: table_file(large, "csv"),
         },
         calls=1,
         rounds=3,
     )
-    size = len(large.table_file("parquet")["results.parquet"]) / 2**20
+    size = len(table_file(large, "parquet")["results.parquet"]) / 2**20
     record("30,000 x 60 as parquet", first_s=first, s=best["parquet"], csv_s=best["csv"], MiB=size)
     assert best["parquet"] < 0.5
 
@@ -77,7 +78,7 @@ def test_streaming_costs_a_run_what_writing_at_its_end_would(tmp_path: Path) -> 
     def kept() -> None:
         result, _ = _simulate(experiment, {}, None, time.perf_counter())
         loop["kept"] = min(loop["kept"], 1.0 / result.summary["real_time_factor"])
-        (tmp_path / "kept.csv").write_text(result.table_file()["results.csv"])  # type: ignore[arg-type]
+        (tmp_path / "kept.csv").write_text(table_file(result)["results.csv"])  # type: ignore[arg-type]
 
     best = interleaved({"streamed": streamed, "kept": kept}, calls=1, rounds=8)
     total, ratio = best["streamed"] / best["kept"], loop["streamed"] / loop["kept"]

@@ -9,8 +9,7 @@ import numpy as np
 from co_simulation import co_simulate
 from robots import EXAMPLES
 
-from cardsflow_fmu import Experiment
-from cardsflow_fmu.results.result import Result
+from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.simulation.run import simulate
 
 NEAR = 1e-9  # in [rad]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.results.result import SystemResult
 from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
+from cardsflow_fmu.simulation.result import SystemResult
 
 
 def waving(robot: Robot, seconds: float = 2.0, step: float = 0.01) -> SystemResult:

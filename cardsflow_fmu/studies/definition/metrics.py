@@ -11,8 +11,8 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.results.result import Result
 from cardsflow_fmu.signals.ports import muscle_signals
+from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .study import Box

@@ -11,7 +11,7 @@ from typing import Any
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.results.result import Result
+from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.fingerprint import experiment_digest
 from cardsflow_fmu.studies.definition.metrics import metric_values

@@ -14,7 +14,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.cosim.recording import Watch
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import colours
@@ -267,7 +267,7 @@ def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None 
         begin = time.perf_counter()
         if begin < due:
             return
-        motion = motion_of(robot, SystemResult(names, rows, {}, {}), world=world)
+        motion = motion_of(robot, RunData(names, rows, {}, {}), world=world)
         stage = Stage(robot, motion, meshes, world=world)
         if not painters:
             painters.extend(_painters(opened, [stage]))

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import InputError, Link, Robot, TaskFrame
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier, muscle_signals, signal_names
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.scene import Scene
@@ -65,7 +65,7 @@ def frame_rows(time: FloatArray, rate: float = RATE) -> NDArray[np.int64]:
 
 def motion_of(
     robot: Robot,
-    result: SystemResult,
+    result: RunData,
     rows: NDArray[np.int64] | None = None,
     world: Scene | None = None,
 ) -> Motion:
@@ -99,7 +99,7 @@ def motion_of(
     )
 
 
-def _tensions(robot: Robot, result: SystemResult) -> list[str]:
+def _tensions(robot: Robot, result: RunData) -> list[str]:
     """What each muscle pulls with: what is told of that, else what it was commanded."""
     told = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)
     return [actual if actual in result.names else wanted for actual, wanted in told]
@@ -114,7 +114,7 @@ def drawable(values: FloatArray) -> FloatArray:
 class _Columns:
     """Columns at the chosen rows."""
 
-    def __init__(self, result: SystemResult, rows: NDArray[np.int64]) -> None:
+    def __init__(self, result: RunData, rows: NDArray[np.int64]) -> None:
         self._result, self._rows = result, rows
 
     def all(self, names: list[str]) -> FloatArray | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Robot
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import Scene
@@ -34,7 +34,7 @@ _BEAD = 0.0045
 """Radius of a sphere of the trail, as a part of the robot's reach."""
 
 
-def scene(robot: Robot, result: SystemResult, k: int, world: Scene | None = None) -> list[s.Shape]:
+def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> list[s.Shape]:
     """What there is to see at row k of a result. For many rows, keep a `Stage`.
 
     Args:

@@ -12,9 +12,8 @@ import pytest
 from foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
 
 from addin_sdfusion.robot import CardsflowError, InputError
-from cardsflow_fmu import Experiment, build
+from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.fmu.description import FmiVersion
-from cardsflow_fmu.results.result import Result
 from cardsflow_fmu.simulation.run import simulate
 
 EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"

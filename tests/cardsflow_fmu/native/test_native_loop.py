@@ -11,10 +11,9 @@ from co_simulation import co_simulate
 from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu import Experiment
+from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.native.loop import NativeLoop, run_batch
-from cardsflow_fmu.results.result import Result
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 pytestmark = pytest.mark.native

@@ -19,11 +19,12 @@ from robots import PLANAR_2R
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.results import row_store
+from cardsflow_fmu.results.csv_table import csv_text
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal
-from cardsflow_fmu.results.result import SystemResult
 from cardsflow_fmu.results.row_store import RowStore
 from cardsflow_fmu.results.saved_run import opened_run, read_results
+from cardsflow_fmu.results.summary_text import describe_summary
 from cardsflow_fmu.simulation.run import RunError
 
 NAMES = ("time", "q.a", "q.b")
@@ -56,7 +57,7 @@ def test_what_streams_reads_back_exactly(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.signbit(back.rows), np.signbit(rows))
     assert back.names == NAMES
     assert not back.complete
-    whole = SystemResult(NAMES, rows, {}, {}).contents()["results.csv"]
+    whole = csv_text(NAMES, rows)
     assert (tmp_path / "results.csv").read_text() == whole
 
 
@@ -215,7 +216,9 @@ def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, rows: int)
         assert len(killed.rows) >= seen
         np.testing.assert_allclose(killed["time"], 1e-3 * np.arange(len(killed.rows)), atol=1e-12)
         assert killed.experiment.robot == Experiment.load(PLANAR_2R).robot
-        assert killed.describe().startswith(f"planar_2r: {killed['time'].max(initial=0):.6g} s")
+        assert describe_summary(killed.summary)[0].startswith(
+            f"planar_2r: {killed['time'].max(initial=0):.6g} s"
+        )
     settings["run.duration"] = max(len(killed.rows), 1) * 1e-3  # its last row has no tick
     again = run(Experiment.load(PLANAR_2R, settings), out, through="direct")
     np.testing.assert_allclose(killed.rows, again.rows[: len(killed.rows)], rtol=0, atol=1e-12)

@@ -22,8 +22,9 @@ from cardsflow_fmu.report.figures import figure_of, plot
 from cardsflow_fmu.report.page import report, report_page
 from cardsflow_fmu.report.panels import KINDS, all_panels, panels_of
 from cardsflow_fmu.results.compare import compare, compare_results
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.saved_run import is_run, read_results
+from cardsflow_fmu.simulation.result import SystemResult
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +67,7 @@ def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path)
 def test_parquet_keeps_every_float(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     result = table([[0.0, np.nan], [1.0, np.inf], [2.0, -0.0], [3.0, 5e-324]], "x")
-    (name, data), *_ = result.table_file("parquet").items()
+    (name, data), *_ = table_file(result, "parquet").items()
     (tmp_path / name).write_bytes(data)
     (tmp_path / "x.parquet").write_bytes(data)
     back = SystemResult.load(tmp_path / "x.parquet")

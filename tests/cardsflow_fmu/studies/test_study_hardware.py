@@ -11,9 +11,8 @@ import pytest
 from small_studies import PLANAR, one_thread, small_study
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu import Experiment
+from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.results.result import Result
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies import run_study
 

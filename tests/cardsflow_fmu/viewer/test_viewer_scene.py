@@ -10,7 +10,7 @@ from recorded import waving, with_columns
 from robots import EXAMPLES, planar_2r, random_robot
 
 from addin_sdfusion.robot import InputError, Pose, WrapSurface, read_robot
-from cardsflow_fmu.results.result import SystemResult
+from cardsflow_fmu.simulation.result import SystemResult
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
 from cardsflow_fmu.viewer.scene import shapes as s
 from cardsflow_fmu.viewer.scene import stage as scene

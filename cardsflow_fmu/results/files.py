@@ -1,0 +1,41 @@
+"""Contents of the files of a run."""
+
+from __future__ import annotations
+
+import json
+
+from cardsflow_fmu.experiment.table_forms import TableForm
+
+from .csv_table import csv_text
+from .file_names import PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
+from .run_data import RunData
+
+Contents = dict[str, str | bytes]
+
+
+def table_file(run: RunData, form: TableForm = "csv") -> Contents:
+    """The table by the name of its file.
+
+    Args:
+        run: The run.
+        form: Of the table.
+
+    Raises:
+        InputError: Parquet is asked for, and pyarrow is missing.
+    """
+    if form == "csv":
+        return {TABLE: csv_text(run.names, run.rows)}
+    from .parquet import parquet_bytes
+
+    return {PARQUET: parquet_bytes(run)}
+
+
+def metadata_files(run: RunData) -> Contents:
+    """The files beside the table: units, summary, and times of ticks where they are known."""
+    files: Contents = {
+        UNITS: json.dumps(dict(run.units), indent=1) + "\n",
+        SUMMARY: json.dumps(run.summary, indent=1) + "\n",
+    }
+    if len(run.solve_times):
+        files[SOLVE_TIMES] = csv_text(("time", "solve_time"), run.solve_times)
+    return files

@@ -1,0 +1,75 @@
+"""Data of a run: columns by port name, units, summary, and the experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import UnknownNameError
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.ports import identifier
+from cardsflow_fmu.utils.arrays import FloatArray
+
+
+@dataclass
+class RunData:
+    """The data of a run of coupled participants.
+
+    Attributes:
+        names: Name of every column; the first is `time`.
+        rows: Values, shape (rows, len(names)).
+        units: Unit of every column; empty for a number without one.
+        summary: Tracking, forces, infeasible ticks, speed, status, versions.
+        files: Written files, by name.
+        solve_times: Time of each tick and its computation time, in [s], shape (ticks, 2); no rows
+            where that is not known.
+    """
+
+    names: tuple[str, ...]
+    rows: FloatArray
+    units: Mapping[str, str]
+    summary: dict[str, Any]
+    files: dict[str, Path] = field(default_factory=dict)
+    solve_times: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """The column of that name, shape (rows,), in its unit.
+
+        Raises:
+            UnknownNameError: There is none; the message names the nearest.
+        """
+        if name not in self.names:
+            prefix, _, rest = name.partition(".")
+            cleaned = f"{prefix}.{identifier(rest)}" if rest else name
+            if cleaned not in self.names:
+                raise UnknownNameError("column", name, self.names)
+            name = cleaned
+        column: FloatArray = self.rows[:, self.names.index(name)]
+        return column
+
+    def columns(self, names: list[str]) -> FloatArray:
+        """Several columns, shape (rows, len(names))."""
+        return np.stack([self[name] for name in names], axis=1)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end."""
+        return bool(self.summary["status"] == "complete")
+
+
+@dataclass
+class ExperimentRunData(RunData):
+    """The data of a run of an experiment.
+
+    Attributes:
+        experiment: The experiment.
+        release: Removes the robot's files, where they were unpacked for this data; otherwise they
+            are removed with the experiment.
+    """
+
+    experiment: Experiment = field(kw_only=True)
+    release: Callable[[], object] = field(kw_only=True, default=lambda: None, repr=False)
