@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BPoly, PPoly
 
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from controllers.arrays import FloatArray
@@ -89,6 +88,8 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
         coefficients of the powers of the time since its begin, lowest first, of the positions,
         velocities and accelerations; shape (segments, orders, 3, n).
     """
+    from scipy.interpolate import BPoly, PPoly  # takes half a second
+
     times = [point.time for point in points]
     derivatives = [[row for row in (p.q, p.qd, p.qdd) if len(row)] for p in points]
     bernstein = BPoly.from_derivatives(times, derivatives)

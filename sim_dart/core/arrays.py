@@ -1,10 +1,39 @@
-"""Types of numpy arrays."""
+"""Types of numpy arrays, and checks of vectors that a caller gives."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from addin_sdfusion.robot import InputError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int32]
+
+
+def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
+    """The values as a contiguous float array of shape (size,).
+
+    Raises:
+        InputError: They have another shape or are no numbers.
+    """
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be {size} numbers, not {values!r}") from None
+    if array.shape != (size,):
+        raise InputError(f"{what} must have shape ({size},), not {array.shape}")
+    return array
+
+
+def finite(what: str, values: ArrayLike, size: int) -> FloatArray:
+    """As `vector`, of finite numbers alone: DART answers others with the terms of an older state.
+
+    Raises:
+        InputError: They have another shape, are no numbers, or one is not finite.
+    """
+    array = vector(what, values, size)
+    if not np.isfinite(array).all():
+        raise InputError(f"{what} must be finite, not {array}")
+    return array

@@ -1,25 +1,30 @@
-"""What the dynamics of a robot have whichever engine computes them: names, bounds, paths, tasks."""
+"""Dynamics of a robot for controllers, whichever engine computes them."""
 
 from __future__ import annotations
+
+from abc import ABC, abstractmethod
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.arrays import FloatArray
+from sim_dart.core.arrays import FloatArray, finite
+from sim_dart.core.tasks import task_rows
 from sim_dart.muscles.paths import MusclePaths
 
 
-class RobotTerms:
-    """Names, bounds, muscle paths and tasks of a robot, for controllers.
+class RobotDynamics(ABC):
+    """The terms of M qdd + C + G = -L'f + A tau of a robot.
 
-    Every array returned is the caller's own.
+    Joint damping is not part of these terms; `damping` gives it apart. Every array returned is the
+    caller's own.
 
     Args:
         robot: The robot; its active cable set and operational space count.
 
     Raises:
         RobotError: The robot is not valid.
+        InputError: Its mass matrix is singular.
 
     Attributes:
         robot: The robot.
@@ -49,6 +54,60 @@ class RobotTerms:
         frames = [(frame, axis) for frame in robot.task_frames for axis in frame.axes]
         self.task_names = tuple(f"{frame.name}.{axis}" for frame, axis in frames)
         self.task_angles = np.array([frame.is_orientation for frame, _ in frames], dtype=bool)
+
+        self._stiffness = np.array([c.stiffness for c in robot.coordinates])
+        self._rest = np.array([c.rest for c in robot.coordinates])
+        self._task_rows = task_rows(robot)
+
+    def mass_matrix(self, q: ArrayLike) -> FloatArray:
+        """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._mass_matrix(self._finite("q", q))
+
+    def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        """
+        return self._coriolis(self._finite("q", q), self._finite("qd", qd))
+
+    def gravity(self, q: ArrayLike) -> FloatArray:
+        """G(q) = dV/dq, of the weight and of the joints' springs, shape (n,), in [N·m] or [N].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+        """
+        return self._gravity(self._finite("q", q))
+
+    def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²].
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        """
+        return self._frame_biases(self._finite("q", q), self._finite("qd", qd))[self._task_rows]
+
+    @abstractmethod
+    def _mass_matrix(self, q: FloatArray) -> FloatArray: ...
+
+    @abstractmethod
+    def _coriolis(self, q: FloatArray, qd: FloatArray) -> FloatArray: ...
+
+    @abstractmethod
+    def _gravity(self, q: FloatArray) -> FloatArray: ...
+
+    @abstractmethod
+    def _frame_biases(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """J' qd with three values a task frame."""
+
+    def _finite(self, what: str, values: ArrayLike) -> FloatArray:
+        return finite(what, values, self.n)
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m].

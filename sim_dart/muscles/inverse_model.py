@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.arrays import FloatArray
+from sim_dart.core.arrays import FloatArray, finite
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
 from .laws import MuscleLaws
-from .paths import finite, vector
 from .rest import resting_commands, resting_reach
 
 
@@ -58,7 +57,7 @@ class MuscleDrive:
             InputError: A value is not finite, or the shape is wrong.
         """
         self._go(q)
-        self._qd = finite("qd", vector("qd", qd, self._n))
+        self._qd = finite("qd", qd, self._n)
         self._laws.update_rates(self._qd)
         self._laws.set_states(states)
 
@@ -116,5 +115,5 @@ class MuscleDrive:
         return resting_commands(self._laws, tensions)
 
     def _go(self, q: ArrayLike) -> None:
-        at = finite("q", vector("q", q, self._n))
+        at = finite("q", q, self._n)
         self._core.move(self._core.handle, at.tobytes())

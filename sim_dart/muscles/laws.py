@@ -9,10 +9,8 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.tension_laws import command_range, law_of, states_of
-from sim_dart.core.arrays import BoolArray, FloatArray
+from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
-
-from .paths import vector
 
 Curve = Literal[
     "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"

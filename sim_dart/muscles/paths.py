@@ -4,43 +4,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.checks.check import require_valid
-from sim_dart.core.arrays import FloatArray
+from sim_dart.core.arrays import FloatArray, vector
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows, task_rows
 
 from .path_shapes import PathShapes, PointForces
-
-
-def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
-    """The values as a contiguous float array of shape (size,).
-
-    Raises:
-        InputError: They have another shape or are no numbers.
-    """
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be {size} numbers, not {values!r}") from None
-    if array.shape != (size,):
-        raise InputError(f"{what} must have shape ({size},), not {array.shape}")
-    return array
-
-
-def finite(what: str, values: FloatArray) -> FloatArray:
-    """The values, if all are finite: DART answers others with the terms of an older state.
-
-    Raises:
-        InputError: One is not.
-    """
-    if not np.isfinite(values).all():
-        raise InputError(f"{what} must be finite, not {values}")
-    return values
 
 
 class PathState(NamedTuple):

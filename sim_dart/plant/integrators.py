@@ -20,7 +20,6 @@ from typing import Protocol
 
 import dartpy
 import numpy as np
-from scipy.optimize import nnls
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart.core.arrays import FloatArray
@@ -204,6 +203,8 @@ def stopped(qd: FloatArray, inverse_M: FloatArray, normals: FloatArray) -> Float
         inverse_M: M^-1, shape (n, n).
         normals: N, a row a stop: which way its joint may go, shape (k, n).
     """
+    from scipy.optimize import nnls  # takes half a second
+
     A = normals @ inverse_M @ normals.T
     root = np.linalg.cholesky(A).T
     impulses, _ = nnls(root, -np.linalg.solve(root.T, normals @ qd))

@@ -15,11 +15,10 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.checks.check import require_valid
-from sim_dart.core.arrays import FloatArray
+from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.tasks import task_rows
 from sim_dart.dart.no_world import NoWorld
 from sim_dart.dart.world import World
-from sim_dart.muscles.paths import finite, vector
 from sim_dart.muscles.rest import resting_commands
 from sim_dart.scene import Scene
 
@@ -219,7 +218,7 @@ class Plant:
             f_min = np.array([muscle.f_min for muscle in self.robot.muscles])
             self._commands = f_min if self._laws is None else resting_commands(self._laws, f_min)
         else:
-            self._commands = finite("commands", vector("commands", commands, self._m))
+            self._commands = finite("commands", commands, self._m)
 
     def step(
         self,
@@ -269,15 +268,13 @@ class Plant:
         """What acts from outside."""
         made = np.zeros(self._n)
         if torques is not None:
-            made[self._actuated] = finite(
-                "torques", vector("torques", torques, len(self._actuated))
-            )
+            made[self._actuated] = finite("torques", torques, len(self._actuated))
         w, size = None, self._mechanism.wrench_size
         if loads is not None:
-            w = finite("loads", vector("loads", loads, self._mechanism.points))
+            w = finite("loads", loads, self._mechanism.points)
         if wrenches is None:
             return Held(made, w)
-        return Held(made, w, finite("wrenches", vector("wrenches", wrenches, size)))
+        return Held(made, w, finite("wrenches", wrenches, size))
 
     def get_state(self) -> FloatArray:
         """The whole state: steps since the reset, q, qd, states of muscles, work, objects."""
@@ -301,9 +298,9 @@ class Plant:
         ticks, q, qd, states, work, objects = np.split(values, ends)
         if not (np.isfinite(ticks[0]) and ticks[0] >= 0):
             raise InputError(f"state: {ticks[0]} is no number of steps")
-        finite("the muscles' states", states)
-        finite("work", work)
-        finite("state of objects", objects)
+        finite("the muscles' states", states, x.size)
+        finite("work", work, works)
+        finite("state of objects", objects, objects.size)
         self._go(int(ticks[0]), q, qd)
         self.world.set_state(objects)
         x[:] = states
@@ -319,7 +316,7 @@ class Plant:
         Raises:
             InputError: One is not finite, or the shape is wrong.
         """
-        self._commands = finite("commands", vector("commands", commands, self._m))
+        self._commands = finite("commands", commands, self._m)
 
     def _go(self, ticks: int, q: FloatArray, qd: FloatArray) -> None:
         q, qd = q.copy(), qd.copy()
