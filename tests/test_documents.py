@@ -215,6 +215,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "html"
 
 
+@pytest.mark.slow
 def test_pages_are_made_and_load_nothing_from_elsewhere(pages: Path) -> None:
     made = sorted(pages.glob("*.html"))
     assert {file.stem for file in (ROOT / "docs").glob("*.md")} <= {page.stem for page in made}

@@ -1,8 +1,7 @@
 """Every command and every piece of Python in README and docs runs, as a reader would run it.
 
 Each document has a folder of its own with the examples in it, and its blocks run there one after
-another. What a comment before a block may say is in `documents`. By default README alone runs;
-CARDSFLOW_DOCUMENTS=all runs every page, some minutes, as .ci/run does.
+another. What a comment before a block may say is in `documents`.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ import documents
 import pytest
 from documents import ROOT, Block, blocks
 
-ALL = os.environ.get("CARDSFLOW_DOCUMENTS") == "all"
 LONGEST = 1200.0
 """Of a block, in [s]."""
 
@@ -37,8 +35,8 @@ cardsflow() {
 
 
 def runnable() -> list[Path]:
-    """The documents that run now."""
-    every = documents.documents() if ALL else [ROOT / "README.md"]
+    """The documents with blocks that run."""
+    every = documents.documents()
     return [file for file in every if any(_runs(block) for block in blocks(file))]
 
 
@@ -47,6 +45,7 @@ def _runs(block: Block) -> bool:
     return known and block.told(documents.NOT_RUN) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", runnable(), ids=lambda file: file.name)
 def test_all_blocks_run(file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "clone"

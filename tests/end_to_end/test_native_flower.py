@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from co_simulation import co_simulate
 from robots import EXAMPLES
 
@@ -21,6 +22,7 @@ def apart(found: Callable[[str], np.ndarray], reference: Result) -> float:
     return max(float(np.abs(found(name) - reference[name]).max()) for name in names)
 
 
+@pytest.mark.slow
 def test_the_flower_stays_together(tmp_path: Path) -> None:
     arm = EXAMPLES / "roboy_left_arm"
     experiment = Experiment.load(arm)

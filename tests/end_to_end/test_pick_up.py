@@ -71,11 +71,13 @@ def test_the_box_obeys_newton_while_it_moves() -> None:
     np.testing.assert_allclose(force[lifted], 0.2 * acceleration[lifted], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_without_friction_enough_the_box_stays_on_the_table() -> None:
     result = picked_up(world__friction=0.15)
     assert result["object.box.z"][-1] < 0.6
 
 
+@pytest.mark.slow
 def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
     settings = {
         "run.duration": 0.3,
@@ -96,6 +98,7 @@ def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
             assert validate_fmu(str(file)) == []
 
 
+@pytest.mark.slow
 def test_a_run_draws_ways_and_contacts(tmp_path: Path) -> None:
     run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, through="direct")
     assert (tmp_path / "world.png").read_bytes().startswith(b"\x89PNG")

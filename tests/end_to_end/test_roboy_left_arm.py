@@ -69,22 +69,26 @@ def test_the_reference_is_a_rose_about_its_centre() -> None:
     np.testing.assert_allclose([x[0], z[0], x[-1], z[-1]], [0.6, 0.45, 0.6, 0.45], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_at_100_hz_with_a_step_of_delay() -> None:
     result = flower(("controller.period", 0.01), ("controller.delay", 1))
     assert rms(errors(result)) < 0.5
     assert result.summary["infeasible_ticks"] == 0
 
 
+@pytest.mark.slow
 def test_a_heavier_arm_with_integral_action() -> None:
     assert rms(errors(flower(("plant.mass_scale", 1.1), ("controller.ki", 4000.0)))) < 0.2
     assert rms(errors(flower(("plant.mass_scale", 1.1)))) > 2.0
 
 
+@pytest.mark.slow
 def test_a_known_load_at_the_hand() -> None:
     loads = ("disturbance", (("force", (("hand", (0.0, 0.0, -10.0)),)), ("known", True)))
     assert rms(errors(flower(*tables(loads)))) < 0.4
 
 
+@pytest.mark.slow
 def test_an_unknown_load_at_the_hand_with_an_observer() -> None:
     loads = ("disturbance", (("force", (("hand", (0.0, 0.0, -10.0)),)),))
     result = flower(*tables(loads), ("controller.observer", 30.0))
@@ -145,12 +149,14 @@ def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None
         assert (tmp_path / name).stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_with_the_task_as_cost_the_flower_is_drawn_a_little_less_exactly() -> None:
     result = flower(("controller.type", "reactive_qp"))
     assert 0.04 < rms(errors(result)) < 0.2
     assert result.summary["infeasible_ticks"] == 0
 
 
+@pytest.mark.slow
 def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
     result = flower(("controller.period", 0.001))
     assert result.summary["ticks"] == 30_000
@@ -158,6 +164,7 @@ def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
     assert rms(errors(result)) < 0.06
 
 
+@pytest.mark.slow
 def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
     """What the paper prints leaves the self-motion undamped; why a posture is the default."""
     literal = flower(("controller.posture", False), ("controller.limit_bandwidth", False))
@@ -167,6 +174,7 @@ def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
     assert errors(literal).max() > 1.0
 
 
+@pytest.mark.slow
 def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_stops() -> None:
     result = flower(("controller.posture", False))
     assert errors(result).max() < 0.2
@@ -174,6 +182,7 @@ def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_
     assert 1.2 - 1e-3 < q.min() < q.max() < 1.7 + 1e-3
 
 
+@pytest.mark.slow
 def test_the_published_xylo_trajectory_is_within_reach() -> None:
     """80 s over keys from x = 0.25 to 0.65 m, far outside the flower."""
     settings = {

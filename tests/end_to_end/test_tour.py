@@ -18,6 +18,7 @@ def test_the_tour_is_stored_without_outputs() -> None:
     assert TOUR.stat().st_size < 20_000
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("default")  # of what runs notebooks; the kernel has its own
 def test_the_tour_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     nbclient = pytest.importorskip("nbclient")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-import pytest
-from targets import ALONG, FLAGS, TARGETS, require
+from targets import ALONG, FLAGS, TARGETS, on_targets, require
 from test_no_platform_maths import EXACT, MEMORY
 
 ELEMENTARY = {"arc_cosine", "arc_sine", "arc_tangent", "exponential", "exponential_less_one"}
@@ -25,11 +24,11 @@ def symbols(compiler: list[str], folder: Path) -> tuple[set[str], set[str]]:
     return {w[-1] for w in words if w[-2] != "U"}, {w[-1] for w in words if w[-2] == "U"}
 
 
-@pytest.mark.parametrize("name", ["gcc -O2", "zig linux64"])
-def test_names(name: str, tmp_path: Path) -> None:
+@on_targets(["gcc -O2", "zig linux64"], quick="gcc -O2")
+def test_names(target: str, tmp_path: Path) -> None:
     """All are its own; products and quotients of complex numbers call nothing."""
-    require(TARGETS[name])
-    defined, called = symbols(TARGETS[name].compiler, tmp_path)
+    require(TARGETS[target])
+    defined, called = symbols(TARGETS[target].compiler, tmp_path)
     assert all(symbol.startswith(("along_", "core_along_")) for symbol in defined)
     allowed = EXACT | MEMORY | ELEMENTARY | {"refuse", "_GLOBAL_OFFSET_TABLE_"}
     assert called - defined <= allowed

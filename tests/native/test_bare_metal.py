@@ -30,6 +30,8 @@ from vector_file import write_vectors
 
 from cardsflow_fmu import Experiment
 
+pytestmark = pytest.mark.cross
+
 FREESTANDING = ROOT / "sim_dart/csrc/freestanding"
 FLAGS = ["-std=gnu99", "-ffp-contract=off", "-fno-math-errno", "-ffreestanding", "-fno-builtin"]
 FLAGS += ["-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE", "-nostdinc"]

@@ -1,6 +1,6 @@
 """Numbers of robot files replaced: what is still read as a robot opens in the core and moves.
 
-CARDSFLOW_MUTATIONS says how many are tried in all, 600 else. A hundred thousand take an hour or
+CARDSFLOW_MUTATIONS says how many are tried in all, 200 else. A hundred thousand take an hour or
 two, and look for memory errors where library and Python are prepared for that, as .ci/run does it:
 
     CARDSFLOW_MUTATIONS=100000 CARDSFLOW_LIBRARY_DIR=... LD_PRELOAD=... ASAN_OPTIONS=...  \
@@ -32,7 +32,7 @@ ROBOTS = {
     "pneumatic_elbow": "robot",
     "hill_arm": "robot",
 }
-MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "600")) // len(ROBOTS)
+MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "200")) // len(ROBOTS)
 NUMBER = re.compile(rb"-?\d+\.?\d*(?:e-?\d+)?")
 NASTY = [b"0", b"-1", b"1e-320", b"1e300", b"-1e300", b"1e9", b"nan", b"inf", b"2", b"0.5", b"-3.7"]
 

@@ -17,7 +17,7 @@ from every_joint import every_joint
 from float_loop import SOFT, SOLVED, run_loop
 from precision import STRICT, Handle, Precision, open_robot
 from robots import EXAMPLES, planar_2r, random_robot
-from targets import TARGETS, Target, build_program, run_program, single_flags
+from targets import TARGETS, Target, build_program, on_targets, run_program, single_flags
 from vector_file import write_vectors
 
 from addin_sdfusion.robot import CardsflowError, Robot, read_robot
@@ -26,7 +26,7 @@ from sim_dart import compile_blob
 from sim_dart.core.library import Core
 
 REPLAY = ("replay_hosted.c", "replay_vectors.c")
-REFERENCE = "gcc -O2"
+REFERENCE = "gcc -O1"
 OTHERS = ["gcc -O3 -march=native", "zig linux-aarch64, qemu", "zig win64, wine"]
 
 TERMS = {
@@ -77,7 +77,7 @@ def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> No
     assert len(replayed) > 100
 
 
-@pytest.mark.parametrize("target", OTHERS)
+@on_targets(OTHERS)
 def test_every_platform_gives_the_same_bits(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:
@@ -104,6 +104,7 @@ def evaluate(handle: Handle, q: np.ndarray, qd: np.ndarray, share: np.ndarray) -
     handle.call("accelerate", number(qd), handle.array("torques").copy(), number(0.0 * q))
 
 
+@pytest.mark.slow
 def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precision) -> None:
     """The largest error of each kind is printed."""
     worst = dict.fromkeys(TERMS, 0.0)
@@ -123,6 +124,7 @@ def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precis
     assert all(off <= TERMS[name] for name, off in worst.items()), worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["step", "runge_kutta"])
 @pytest.mark.parametrize("name", ["planar_2r", "roboy_left_arm", *MUSCULAR])
 def test_steps_stay_beside_those_of_double_precision(
@@ -146,6 +148,7 @@ def test_steps_stay_beside_those_of_double_precision(
     assert off < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("example", "unit"), [("planar_2r", "rad"), ("roboy_left_arm", "m")])
 def test_a_controller_of_single_precision_follows_as_well(
     example: str, unit: str, tmp_path: Path
@@ -174,6 +177,7 @@ def duration(example: str) -> float:
     return whole if os.environ.get("CARDSFLOW_LONG_LOOPS") else 1.5
 
 
+@pytest.mark.slow
 def test_a_blob_of_the_other_precision_is_refused(single: Precision) -> None:
     robot = planar_2r()
     with pytest.raises(CardsflowError, match="numbers are of single precision, those of this"):
@@ -191,6 +195,7 @@ def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
         compile_blob(robot, single=True)
 
 
+@pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
     """Opened under sanitizers: refused with a reason, or sound."""
     paths = []

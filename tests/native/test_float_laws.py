@@ -10,6 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from precision import Handle, Precision, room
 
+pytestmark = pytest.mark.slow
+
 SOLVED, SOFT = 0, 1
 COUNT = 1500
 F_MIN, F_MAX = 5.0, 200.0

@@ -20,6 +20,8 @@ from qp_problems import KINDS, is_proof_of_infeasibility
 from controllers.qp.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
 from controllers.qp.problem import BoxProblem
 
+pytestmark = pytest.mark.slow
+
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "500"))
 WITH_SOLUTION = ("feasible", "at_bounds", "rank_deficient")
 FloatArray = NDArray[np.float64]

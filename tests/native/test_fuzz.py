@@ -44,6 +44,7 @@ def rough(robot: Robot) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
+@pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
     robots = [planar_2r(), every_joint(), *(random_robot(seed) for seed in range(3))]
     robots += [read_robot(EXAMPLES / name / "robot") for name in MUSCULAR]
@@ -59,6 +60,7 @@ def test_damaged_blobs(tmp_path: Path) -> None:
     assert MUTATIONS / 3 < refused < MUTATIONS
 
 
+@pytest.mark.fuzz
 def test_damaged_native_models(tmp_path: Path) -> None:
     folders = []
     for example in ("planar_2r", "roboy_left_arm", *MUSCULAR):

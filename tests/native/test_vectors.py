@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from replay import replay_vectors
-from targets import TARGETS, build_program, run_program
+from targets import TARGETS, build_program, on_targets, run_program
 from vector_file import write_vectors
 
 
@@ -31,7 +31,7 @@ def test_the_package_gives_what_others_give(through_ctypes: list[str]) -> None:
     assert through_ctypes
 
 
-@pytest.mark.parametrize("target", TARGETS)
+@on_targets(TARGETS, quick="gcc -O1")
 def test_every_platform_gives_the_same_bits(
     target: str, vectors: Path, through_ctypes: list[str], tmp_path: Path
 ) -> None:

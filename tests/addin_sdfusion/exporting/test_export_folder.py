@@ -219,6 +219,7 @@ def count_of_steps(tmp_path: Path) -> int:
     return len(calls)
 
 
+@pytest.mark.slow
 def test_a_full_disk_at_any_write_or_move_leaves_the_old_export(tmp_path, arm):
     (arm / "model.sdf").write_text("changed")
     (arm / "notes.txt").write_text("mine")

@@ -140,6 +140,7 @@ def test_a_reference_out_of_reach_is_told_with_its_time() -> None:
         reference_motion(experiment, 3)
 
 
+@pytest.mark.slow
 def test_the_simulated_robot_and_its_loads_are_sized() -> None:
     """50 N at the hand, a while, and a heavier arm: the torques are those of inverse dynamics."""
     slow = {"controller.period": 1.0}

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from robots import EXAMPLES, PLANAR_2R
 from small_studies import KP, write_study
 
@@ -279,7 +280,7 @@ def interrupted(
     return process.returncode
 
 
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("sign", few([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
 def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
     words = ["run", str(PLANAR_2R), "--direct", "-o", str(out), "--set", "run.duration=600"]
@@ -290,7 +291,7 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
     assert len(result.rows) > 0
 
 
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("sign", few([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
 def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
     assert many != KP
@@ -319,12 +320,12 @@ CONTROL = {chr(k).encode() for k in range(32)} - {b"\n"} | {b"\x7f", b"\x1b"}
 
 def long_work(folder: Path) -> list[list[str]]:
     return [
-        ["run", str(PLANAR_2R), "--direct", "--set", "run.duration=1", "-o", str(folder / "run")],
+        ["run", str(PLANAR_2R), "--direct", "--set", "run.duration=0.3", "-o", str(folder / "run")],
         ["study", str(write_study(folder)), "-j", "1", "-o", str(folder / "study")],
     ]
 
 
-@pytest.mark.parametrize("k", [0, 1], ids=["run", "study"])
+@pytest.mark.parametrize("k", few([0, 1]), ids=["run", "study"])
 def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
     words = long_work(tmp_path)[k]
     done = subprocess.run([*CARDSFLOW, *words], capture_output=True, check=True, timeout=300)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from cases import few
 from jsonschema import Draft202012Validator
 from robots import EXAMPLES, PLANAR_2R, planar_2r
 
@@ -24,7 +25,7 @@ VALID = Draft202012Validator(schema())
 
 
 @pytest.mark.native
-@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.parent.name)
+@pytest.mark.parametrize("robot", few(ROBOTS, 2), ids=lambda robot: robot.parent.name)
 def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
     file = init(robot, tmp_path / "arm/experiment.toml")
     assert list(VALID.iter_errors(tomllib.loads(file.read_text()))) == []

@@ -30,6 +30,7 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
+@pytest.mark.cross
 @needs_compiler
 @pytest.mark.parametrize("platform", MAGIC)
 def test_compiles(platform: str, tmp_path: Path) -> None:

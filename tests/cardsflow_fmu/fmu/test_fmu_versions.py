@@ -61,6 +61,7 @@ def test_fmpy_finds_nothing(files: Mapping[str, Path]) -> None:
         assert validate_fmu(str(files[name])) == []
 
 
+@pytest.mark.interop
 def test_fmutool_finds_nothing(files: Mapping[str, Path]) -> None:
     pytest.importorskip("fmu_manipulation_toolbox", reason="extra `interop` is not installed")
     tool = shutil.which("fmutool", path=str(Path(sys.executable).parent))

@@ -11,6 +11,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from cases import few
 from fmpy.fmi1 import FMICallException
 from fmu_host import Host, load, refused
 from robots import PLANAR_2R
@@ -36,7 +37,7 @@ SETTINGS = {
     "hardware.use": True,
 }
 HOLDING_FORCES = [41.0, 10.0, 10.0, 14.0]
-in_both_hosts = pytest.mark.parametrize("bench", ["in-process", "worker"], indirect=True)
+in_both_hosts = pytest.mark.parametrize("bench", few(["in-process", "worker"]), indirect=True)
 
 
 class Bench:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cases import few
 from robots import PLANAR_2R
 from virtual_link import World, live_in
 
@@ -231,18 +232,21 @@ def test_in_lock_step_no_fault_changes_a_trajectory(
 
 @pytest.mark.parametrize(
     ("faults", "most_missed", "key_file"),
-    [
-        (Faults(), 0.0, "unsigned"),
-        (Faults(), 0.0, "signed"),
-        (Faults(loss=0.01), 0.04, "unsigned"),
-        (Faults(loss=0.05), 0.14, "unsigned"),
-        (Faults(loss=0.2), 0.45, "unsigned"),
-        (Faults(delay=1e-4, jitter=5e-3), 0.75, "unsigned"),
-        (Faults(duplicate=0.3), 0.0, "unsigned"),
-        (Faults(reorder=0.1), 0.3, "unsigned"),
-        (Faults(corrupt=0.1), 0.25, "unsigned"),
-        (ALL, 0.8, "signed"),
-    ],
+    few(
+        [
+            (Faults(), 0.0, "unsigned"),
+            (Faults(), 0.0, "signed"),
+            (Faults(loss=0.01), 0.04, "unsigned"),
+            (Faults(loss=0.05), 0.14, "unsigned"),
+            (Faults(loss=0.2), 0.45, "unsigned"),
+            (Faults(delay=1e-4, jitter=5e-3), 0.75, "unsigned"),
+            (Faults(duplicate=0.3), 0.0, "unsigned"),
+            (Faults(reorder=0.1), 0.3, "unsigned"),
+            (Faults(corrupt=0.1), 0.25, "unsigned"),
+            (ALL, 0.8, "signed"),
+        ],
+        4,
+    ),
     indirect=["key_file"],
 )
 def test_in_real_time_a_run_gets_through_faults_that_last_for_some_steps(

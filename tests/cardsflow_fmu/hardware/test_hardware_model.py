@@ -12,6 +12,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from cases import few
 from fmpy.fmi2 import FMU2Slave
 from robots import EXAMPLES, PLANAR_2R
 
@@ -106,7 +107,7 @@ def test_the_fmu_promises_no_more_than_the_world_can_do(tmp_path: Path, fmi: Fmi
     assert fmpy.read_model_description(str(files["plant"])).coSimulation.canGetAndSetFMUstate
 
 
-@pytest.mark.parametrize("host", ["direct", "in-process", "worker"])
+@pytest.mark.parametrize("host", few(["direct", "in-process", "worker"], 2))
 def test_in_lock_step_it_goes_the_plants_way(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
     through: Any = "direct" if host == "direct" else "fmu"

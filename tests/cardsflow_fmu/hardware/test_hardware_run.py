@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -498,8 +499,8 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
-@pytest.mark.parametrize("host", ["in-process", "worker"])
-@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize("host", few(["in-process", "worker"]))
+@pytest.mark.parametrize("times", few([1, 2]))
 def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> None:
     """It is told as any Ctrl-C is, and leaves nothing behind."""
     out = tmp_path / "out"
@@ -527,13 +528,16 @@ def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> N
 
 @pytest.mark.parametrize(
     ("host", "signal_"),
-    [
-        ("in-process", signal.SIGINT),
-        ("in-process", signal.SIGHUP),
-        ("in-process", signal.SIGKILL),
-        ("worker", signal.SIGTERM),
-        ("worker", signal.SIGKILL),
-    ],
+    few(
+        [
+            ("in-process", signal.SIGINT),
+            ("in-process", signal.SIGHUP),
+            ("in-process", signal.SIGKILL),
+            ("worker", signal.SIGTERM),
+            ("worker", signal.SIGKILL),
+        ],
+        2,
+    ),
 )
 def test_whatever_ends_a_run_the_robot_ends_safe(
     served: DeviceServer, tmp_path: Path, host: str, signal_: signal.Signals

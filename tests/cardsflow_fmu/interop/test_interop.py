@@ -20,6 +20,8 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
 from cardsflow_fmu.ssp.run import simulate_system
 
+pytestmark = pytest.mark.interop
+
 IMPORTERS = SUPPORT / "importers"
 EXAMPLES = Path(__file__).parents[3] / "examples"
 STEP = 1e-3

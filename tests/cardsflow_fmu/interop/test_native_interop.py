@@ -22,6 +22,8 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
 from cardsflow_fmu.ssp.run import simulate_system
 
+pytestmark = pytest.mark.interop
+
 IMPORTERS = SUPPORT / "importers"
 STEP, STEPS = 5e-3, 60
 SETTINGS = {"run.duration": STEP * STEPS, "run.step": STEP, "controller.period": STEP}

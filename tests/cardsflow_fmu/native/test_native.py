@@ -11,6 +11,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from cases import few
 from co_simulation import co_simulate
 from fmu_host import load
 from native_states import check_states_repeat
@@ -28,7 +29,7 @@ SETTINGS: dict[str, dict[str, object]] = {
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 
 
-@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("known", few([False, True]))
 @pytest.mark.parametrize("around", [{}, AROUND], ids=["plain", "around"])
 @pytest.mark.parametrize("example", SETTINGS)
 def test_a_closed_loop_is_the_same(

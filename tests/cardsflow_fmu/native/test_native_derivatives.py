@@ -263,6 +263,7 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
     slave.slave.freeInstance()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     shutil.which("gcc") is None or "CARDSFLOW_LIBRARY_DIR" in os.environ,
     reason="no gcc, or it is about another library",

@@ -8,6 +8,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from cases import few
 from co_simulation import co_simulate
 from fmu_host import load, refused
 from native_states import check_states_repeat
@@ -61,7 +62,7 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings})
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", few(CASES, 3))
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""
     experiment = experiment_of(case)
@@ -81,7 +82,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
         )
 
 
-@pytest.mark.parametrize("case", ["pneumatic", "mixed", "others", "motors"])
+@pytest.mark.parametrize("case", few(["pneumatic", "mixed", "others", "motors"], 2))
 def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
     experiment = experiment_of(case)
     python, native = (build(experiment, tmp_path / str(n), native=n) for n in (False, True))

@@ -9,6 +9,7 @@ from typing import Any, get_args
 import fmpy
 import numpy as np
 import pytest
+from cases import few
 from co_simulation import co_simulate
 from fmpy import fmi2
 from fmu_host import load, refused
@@ -45,7 +46,7 @@ def experiment_of(case: str, duration: float = 0.1, **more: Any) -> Experiment:
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings, **more})
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", few(CASES, 3))
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """Over FMUs with a plant in Python on DART, and over native ones, to rounding."""
     experiment = experiment_of(case, **{"plant.engine": "dart"})
@@ -62,7 +63,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", get_args(FmiVersion))
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", few(CASES, 3))
 def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) -> None:
     python, native = (
         build(experiment_of(case), tmp_path / str(n), native=n, fmi=version)["plant"]
@@ -104,7 +105,7 @@ def opened(file: Path, folder: Path) -> tuple[fmi2.FMU2Slave, list[int], list[in
     return slave, inputs, outputs
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", few(CASES, 3))
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
     """With commands, loads and wrenches at random: outputs of the FMU, and of the plant's model."""
@@ -125,7 +126,7 @@ def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -
     slave.freeInstance()
 
 
-@pytest.mark.parametrize("case", ["rk4", "books", "wrenches", "all"])
+@pytest.mark.parametrize("case", few(["rk4", "books", "wrenches", "all"], 2))
 def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
     slave, inputs, outputs = opened(file, tmp_path / "unpacked")
@@ -150,7 +151,7 @@ def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", few(CASES, 4))
 def test_the_loop_in_c_gives_the_same_rows(case: str) -> None:
     """As Python objects on the core do: plants bit for bit, if they were told the same."""
     experiment = experiment_of(case)

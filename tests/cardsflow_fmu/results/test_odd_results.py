@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import few
 from robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
@@ -92,7 +93,7 @@ def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
     }
 
 
-@pytest.mark.parametrize("case", DRAWN)
+@pytest.mark.parametrize("case", few(DRAWN, 3))
 def test_odd_numbers_are_drawn(
     case: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -235,7 +236,7 @@ def outputs(results: Path, place: Path) -> list[list[str]]:
     ]
 
 
-@pytest.mark.parametrize("k", range(5))
+@pytest.mark.parametrize("k", few(range(5), 2))
 def test_files_of_others_stay_and_our_own_are_replaced(
     k: int, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -255,7 +256,7 @@ def test_files_of_others_stay_and_our_own_are_replaced(
     assert "is a folder" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("k", range(5))
+@pytest.mark.parametrize("k", few(range(5), 2))
 @pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
 def test_places_that_cannot_be_written_are_told(
     k: int, place: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

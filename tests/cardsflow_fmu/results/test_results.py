@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import opened_browser
+from cases import few
 from robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
@@ -223,7 +224,7 @@ def test_moment_arms_are_the_slopes_of_the_lengths(finished: tuple[Path, Result]
 
 
 @pytest.mark.parametrize(
-    ("file", "head"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")]
+    ("file", "head"), few([("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")])
 )
 def test_figures_are_written(
     finished: tuple[Path, Result], tmp_path: Path, file: str, head: bytes
@@ -279,6 +280,7 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return report(folder / "out", folder / "the report.html")
 
 
+@pytest.mark.slow
 def test_a_report_says_everything(reported: Path) -> None:
     page = reported.read_text()
     assert len(page) < 3_000_000

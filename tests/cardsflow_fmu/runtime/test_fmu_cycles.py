@@ -19,7 +19,7 @@ WANTED = os.environ.get("CARDSFLOW_TEST_CYCLES")
 MOST_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 
 
-@pytest.mark.parametrize(("mode", "cycles"), [("in-process", 2000), ("worker", 40)])
+@pytest.mark.parametrize(("mode", "cycles"), [("in-process", 1000), ("worker", 16)])
 def test_cycles_leave_nothing(
     mode: str, cycles: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

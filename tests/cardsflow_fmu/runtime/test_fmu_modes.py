@@ -18,7 +18,7 @@ from cardsflow_fmu.fmu.writer import write_fmu
 
 pytestmark = pytest.mark.native
 
-REPEATS = int(os.environ.get("CARDSFLOW_TEST_REPEATS", "10"))
+REPEATS = int(os.environ.get("CARDSFLOW_TEST_REPEATS", "3"))
 
 EQUAL_NAMES = """
 from pathlib import Path
@@ -143,6 +143,7 @@ def test_exceptions_reach_the_log(instance: Host, when: str) -> None:
     assert (instance.drive(0, 50) == plain_run(50)).all()
 
 
+@pytest.mark.slow
 def test_twenty_instances(mode: str, stubborn_fmu: Path) -> None:
     hosts = [load(stubborn_fmu, f"number {i}") for i in range(20)]
     for host in hosts:

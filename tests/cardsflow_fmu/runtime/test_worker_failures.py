@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from cases import few
 from fmu_host import STEP, SUPPORT, refused
 from stubborn_model import CRASH, EXIT, HOLD, SLEEP, WELL
 from worker_host import (
@@ -103,7 +104,7 @@ def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
 
 
 @pytest.mark.parametrize("action", [SLEEP, HOLD])
-@pytest.mark.parametrize("told_by", ["environment", "parameter"])
+@pytest.mark.parametrize("told_by", few(["environment", "parameter"]))
 def test_hangs(
     stubborn_fmu: Path, action: int, told_by: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -133,7 +134,7 @@ def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
         host.slave.doStep(0.0, STEP)
 
 
-@pytest.mark.parametrize("action", [WELL, SLEEP, HOLD])
+@pytest.mark.parametrize("action", few([WELL, SLEEP, HOLD]))
 def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
     with lonely_host(stubborn_fmu, action) as host:
         process = read_number(host)
@@ -207,7 +208,7 @@ host.slave.freeInstance()
 """
 
 
-@pytest.mark.parametrize("closed", ["2", "01", "012"])
+@pytest.mark.parametrize("closed", few(["2", "01", "012"]))
 def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from cases import few
 from small_studies import PLANAR, ROOT, SHORT, one_thread, small_study
 
 from cardsflow_fmu import Experiment
@@ -55,7 +56,7 @@ def numbers(folder: Path) -> list[list[float]]:
     return [[float(row[name]) for name in names] for row in rows]
 
 
-@pytest.mark.parametrize("text", [PARAMETERS, ROBOTS])
+@pytest.mark.parametrize("text", few([PARAMETERS, ROBOTS]))
 def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
     engines = ("direct", "fmu", "native")
     for engine in engines:

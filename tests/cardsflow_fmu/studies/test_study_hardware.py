@@ -92,6 +92,7 @@ def test_an_outage_loses_the_hardware() -> None:
         emulated(outages=[[0.2, 0.1]])
 
 
+@pytest.mark.slow
 def test_faults_are_varied_the_same_through_fmus(tmp_path: Path, executor: Executor) -> None:
     rows = {}
     for engine in ("direct", "fmu"):

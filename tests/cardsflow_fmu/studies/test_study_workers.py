@@ -45,6 +45,7 @@ def deadly(gains: Iterable[float]) -> list[Run]:
     return [Run(k, {}, {DEADLY: gain}, f"{k:024}") for k, gain in enumerate(gains)]
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_a_row_and_all_others_are_done() -> None:
     kept: dict[int, Outcome] = {}
     with closing(DeadlyCrew(2)) as crew:

@@ -29,6 +29,7 @@ def optimized(p, p_end, r, r_end) -> float:
     return float(np.sqrt(max(min(tries), 0.0)))
 
 
+@pytest.mark.slow
 def test_segment_distances_are_those_an_optimizer_finds() -> None:
     rng = np.random.default_rng(1)
     p, p_end, r, r_end = rng.uniform(-1, 1, (4, 200, 3))

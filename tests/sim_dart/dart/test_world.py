@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from cases import few
 from robots import planar_2r, random_robot
 from worlds import SHAPES, G, block, let_run, shape, two_link_arm, world_of, write_box_mesh
 
@@ -282,7 +283,7 @@ def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> 
 
 
 @pytest.mark.parametrize("wall", ["box", "mesh", "cylinder"])
-@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("kind", few(SHAPES, 2))
 def test_nothing_tunnels_below_the_speed_that_is_refused(
     kind: str, wall: str, tmp_path: Path
 ) -> None:

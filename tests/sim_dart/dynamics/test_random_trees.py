@@ -6,6 +6,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from cases import few
 from oracles.mujoco_model import MujocoRobot
 from random_trees import random_state, random_tree
 
@@ -14,7 +15,7 @@ from sim_dart.core.library import Core
 from sim_dart.dart.skeleton import build_skeleton
 
 TREES, GROUP = 500, 50
-groups = pytest.mark.parametrize("first", range(0, TREES, GROUP))
+groups = pytest.mark.parametrize("first", few(range(0, TREES, GROUP), 2))
 
 
 def deviation(found: np.ndarray, expected: np.ndarray) -> float:
@@ -96,7 +97,7 @@ def test_pinocchio(first: int) -> None:
         check({"J' qd": deviation(core.task_bias(q, qd)[:3], found)}, 1e-10, seed)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", few(range(20), 4))
 def test_a_thousand_damped_steps_are_those_of_dart(seed: int) -> None:
     """Muscles pull a damped tree about; undamped ones part from any neighbour exponentially."""
     robot = random_tree(seed, damping=2.0)

@@ -70,6 +70,7 @@ def test_the_shorter_way_equals_mujocos() -> None:
     assert wrapped > 1000
 
 
+@pytest.mark.slow
 def test_chosen_sides_equal_mujocos_side_sites() -> None:
     """MuJoCo marks the side by a place, we by a sense.
 

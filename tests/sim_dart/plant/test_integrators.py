@@ -165,6 +165,7 @@ def worst(name: str, step: float, integrator: str = "euler") -> float:
     return float(np.abs(made.way(step, integrator) - expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_reference_agrees_with_itself(name: str) -> None:
     """A chaotic motion would make every comparison meaningless."""

@@ -14,7 +14,7 @@ from controllers.qp.problem import BoxProblem, BoxSolution
 FloatArray = NDArray[np.float64]
 
 # As many problems of each kind as the suite has time for; set the variable for a thorough run.
-COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "1000"))
+COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "200"))
 
 
 def _size(rng: np.random.Generator) -> tuple[int, int]:

@@ -9,7 +9,7 @@ import struct
 import zlib
 from collections.abc import Iterator, Sequence
 
-FRAMES = int(os.environ.get("CARDSFLOW_HARDWARE_FRAMES", "10000"))
+FRAMES = int(os.environ.get("CARDSFLOW_HARDWARE_FRAMES", "2000"))
 """How many frames a test tries; 1000000 in the long run."""
 
 SPECIAL = [math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -1.0, 1e9, 2.0**32, 2.0**63]

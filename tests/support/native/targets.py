@@ -9,10 +9,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -47,6 +47,17 @@ TARGETS = {
     "zig linux-aarch64, qemu": Target([*ZIG, "aarch64-linux-gnu.2.17", "-O3"], _QEMU),
     "zig win64, wine": Target([*ZIG, "x86_64-windows-gnu", "-O3"], ("wine64",), ".exe"),
 }
+
+
+def on_targets(names: Iterable[str], quick: str = "") -> pytest.MarkDecorator:
+    """A test for each target by its name; all but the quick one are slow or need other machines."""
+    return pytest.mark.parametrize("target", [_case(name, quick) for name in names])
+
+
+def _case(name: str, quick: str) -> Any:
+    is_own = TARGETS[name].compiler[0] in ("gcc", "clang")
+    marks = [] if name == quick else [pytest.mark.slow if is_own else pytest.mark.cross]
+    return pytest.param(name, marks=marks)
 
 
 def single_flags(target: Target) -> tuple[str, ...]:
