@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from .robot.finding import Finding
+from .robot.finding import Finding, errors_first
+from .robot.finding_builders import listed
 
 MOST_ALIKE = 3
 """So many warnings of a kind about a file format are listed one by one."""
@@ -27,7 +28,7 @@ def report_json(findings: Iterable[Finding]) -> str:
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Each finding once, errors first."""
-    return tuple(sorted(dict.fromkeys(findings), key=lambda finding: not finding.is_error))
+    return tuple(errors_first(dict.fromkeys(findings)))
 
 
 def condensed(findings: Iterable[Finding]) -> list[Finding]:
@@ -39,13 +40,12 @@ def condensed(findings: Iterable[Finding]) -> list[Finding]:
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
-    listed = []
+    found = []
     for alike in kinds.values():
         if len(alike) <= MOST_ALIKE or alike[0].is_error:
-            listed += alike
+            found += alike
             continue
-        others = [repr(finding.subject.name) for finding in alike[1:]]
-        some = ", ".join(others[:MOST_ALIKE]) + (", ..." if len(others) > MOST_ALIKE else "")
-        message = f"{alike[0].message} (and {len(others)} more like it: {some})"
-        listed.append(replace(alike[0], message=message))
-    return listed
+        others = [finding.subject.name for finding in alike[1:]]
+        more = f"and {len(others)} more like it: {listed(others, MOST_ALIKE)}"
+        found.append(replace(alike[0], message=f"{alike[0].message} ({more})"))
+    return found

@@ -10,14 +10,12 @@ from ..muscles.design_table import MuscleTable
 from ..muscles.point_names import parse_point_name
 from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import error, warning
+from ..robot.finding_builders import error, listed, warning
 from ..robot.model.robot import Robot
 from ..snapshot import ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
 from .links.links import PREFIX, Links, in_name_order
 from .links.mass_properties import Part
 
-MOST = 10
-"""So many names are listed in a message."""
 _HIGHER = 2.0  # so much farther do the links reach along y than along z where y may be up
 
 
@@ -42,7 +40,7 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
         what = (
             f"a rigid group {PREFIX}<link>" if links.from_groups else "a component that is a link"
         )
-        problem = f"bodies {_listed(names)} of {where} are not exported; put them into {what}"
+        problem = f"bodies {listed(names)} of {where} are not exported; put them into {what}"
         subject = Subject("occurrence", path) if path else Subject("design", snapshot.name)
         yield warning(subject, "body-in-no-link", problem)
     hidden: dict[str, list[str]] = {}
@@ -51,7 +49,7 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
             hidden.setdefault(links.of_occurrence[body.occurrence], []).append(body.name)
     for link in in_name_order(hidden):
         problem = (
-            f"hidden bodies count in its mass, but are not seen: {_listed(sorted(hidden[link]))}; "
+            f"hidden bodies count in its mass, but are not seen: {listed(sorted(hidden[link]))}; "
             "show or delete them"
         )
         yield warning(Subject("link", link), "hidden-body", problem)
@@ -79,7 +77,7 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
     if names:
         problem = (
             "points that say where a centre of mass is have no effect, Fusion computes it; delete "
-            f"{_listed(names)}"
+            f"{listed(names)}"
         )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)
     yield from _ambiguous(snapshot, table, links)
@@ -107,7 +105,7 @@ def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> It
         fitting = [p for p in group if links.of_occurrence.get(p.occurrence) == link_said[entity]]
         if len(group) == 1 or len(fitting) == 1 or _said_occurrence(group[0]) in _paths(group):
             continue
-        where = _listed(_paths(group))
+        where = listed(_paths(group))
         problem = (
             f"its component is in several places, {where}, and nothing says which is meant on link "
             f"{link_said[entity]!r}; pick the point again in Define muscles"
@@ -154,9 +152,7 @@ def name_findings(robot: Robot) -> Iterator[Finding]:
             alike.setdefault(name.casefold(), []).append(name)
         for same in alike.values():
             if len(same) > 1:
-                problem = (
-                    f"differs from {_listed(same[1:])} in upper and lower case only; rename it"
-                )
+                problem = f"differs from {listed(same[1:])} in upper and lower case only; rename it"
                 yield warning(Subject(kind, same[0]), "names-differ-by-case", problem)
 
 
@@ -189,7 +185,3 @@ def up_hint(snapshot: DesignSnapshot, parts: Mapping[str, Part], base: str) -> I
             "this design, say so in Export"
         )
         yield warning(Subject("design", snapshot.name), "up-axis", problem)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:MOST])) + (", ..." if len(names) > MOST else "")

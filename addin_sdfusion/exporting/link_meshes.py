@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, NamedTuple
 
 from ..robot.finding import Finding, Subject
-from ..robot.finding_builders import warning
+from ..robot.finding_builders import listed, warning
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Mesh
 from ..robot.model.rotations import rotation
@@ -89,22 +89,22 @@ def _left_out(link: str, bodies: Sequence[BodySnapshot]) -> Iterator[Finding]:
     subject = Subject("link", link)
     hidden = [body.name for body in bodies if not body.visible]
     if hidden:
-        problem = f"hidden bodies are not in its meshes: {_some(hidden)}; show them to put them in"
+        problem = (
+            f"hidden bodies are not in its meshes: {listed(hidden, 5)}; show them to put them in"
+        )
         yield warning(subject, "hidden-bodies", problem)
     without = [body.name for body in bodies if body.visible and body.mesh is None]
     if without:
-        problem = f"bodies without a mesh: {_some(without)}; they are not seen and do not collide"
+        problem = (
+            f"bodies without a mesh: {listed(without, 5)}; they are not seen and do not collide"
+        )
         yield warning(subject, "bodies-without-mesh", problem)
     broken = [b.name for b in bodies if b.visible and b.mesh is not None and not _sound(b.mesh)]
     if broken:
         problem = (
-            f"bodies whose mesh is empty or damaged are left out of its meshes: {_some(broken)}"
+            f"bodies whose mesh is empty or damaged are left out of its meshes: {listed(broken, 5)}"
         )
         yield warning(subject, "damaged-mesh", problem)
-
-
-def _some(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:5])) + (", ..." if len(names) > 5 else "")
 
 
 def _sound(mesh: MeshSnapshot) -> bool:

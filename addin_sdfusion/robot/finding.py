@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -66,6 +67,11 @@ class Finding:
         if place and self.line is not None:
             place += f":{self.line}"
         return f"{place + ': ' if place else ''}{self.severity}: {self.message} [{self.code}]"
+
+
+def errors_first(findings: Iterable[Finding]) -> list[Finding]:
+    """The findings in their order, but errors before warnings."""
+    return sorted(findings, key=lambda finding: not finding.is_error)
 
 
 def member(kind: str, name: str, of: str, active: str) -> Subject:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from .errors import UnknownNameError
-from .finding import Finding, Subject
+from .finding import Finding, Subject, member
+from .model.muscle import Muscle
+from .model.robot import Robot, TaskFrame
 
 
 def error(subject: Subject, code: str, problem: str) -> Finding:
@@ -33,6 +35,25 @@ def unknown(kind: str, name: str, known: Sequence[str]) -> str:
     if len(known) > MOST_NAMES_COMPARED:
         return f"no {kind} {name!r} among the {len(known)} known"
     return UnknownNameError(kind, name, known).what
+
+
+def listed(names: Sequence[str], most: int = 10) -> str:
+    """The names in quotes, with ... in place of those beyond a number."""
+    return ", ".join(map(repr, names[:most])) + (", ..." if len(names) > most else "")
+
+
+def all_muscles(robot: Robot) -> Iterator[tuple[Subject, Muscle]]:
+    """The muscles of every cable set, with the subjects of their findings."""
+    for group in robot.cable_sets:
+        for muscle in group.muscles:
+            yield member("muscle", muscle.name, group.name, robot.cable_set), muscle
+
+
+def all_task_frames(robot: Robot) -> Iterator[tuple[Subject, TaskFrame]]:
+    """The frames of every operational space, with the subjects of their findings."""
+    for group in robot.task_sets:
+        for frame in group.frames:
+            yield member("task_frame", frame.name, group.name, robot.task_set), frame
 
 
 def finite(values: Iterable[float]) -> bool:

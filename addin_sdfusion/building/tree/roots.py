@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ...robot.finding import Finding, Subject
-from ...robot.finding_builders import error, warning
+from ...robot.finding_builders import error, listed, warning
 from ...settings import ExportSettings
 from ..joints.edges import Edge
 from ..links.links import in_name_order
 from .disjoint_sets import DisjointSets
-
-MOST = 10
-"""So many names are listed in a message."""
 
 
 class Roots(NamedTuple):
@@ -67,7 +64,7 @@ def find_roots(
             firsts = list({bodies.find(link): link for link in reversed(candidates)}.values())
             roots[k] = _preferred(candidates, grounded)
             if len(firsts) > 1:
-                what = f"links {_listed(in_name_order(firsts))} of one tree are held to the ground"
+                what = f"links {listed(in_name_order(firsts))} of one tree are held to the ground"
                 findings.append(_several(subject, what))
     if not roots:
         return _nothing_held(parts, between, settings, subject)
@@ -75,7 +72,7 @@ def find_roots(
     findings += [_loose_part(part) for part in loose]
     base = next((r for r in roots.values() if r == settings.base), "")
     if not base and not settings.fixed_base and len(roots) > 1:
-        what = f"links {_listed(in_name_order(roots.values()))} are held to the ground"
+        what = f"links {listed(in_name_order(roots.values()))} are held to the ground"
         findings.append(_several(subject, f"{what} in separate trees, and the base is to float"))
     ordered = sorted(in_name_order(roots.values()), key=lambda link: link != base)
     floating = "" if settings.fixed_base else ordered[0]
@@ -97,7 +94,7 @@ def _nothing_held(
         advice = "; ground its component, or choose the base in Export"
         findings.append(error(subject, "no-base", problem + advice))
     elif len(candidates) > 1:
-        problem = f"nothing is grounded, and links {_listed(candidates)} are moved by no joint"
+        problem = f"nothing is grounded, and links {listed(candidates)} are moved by no joint"
         findings.append(_several(subject, problem))
     roots = tuple(_first(part, between) for part in parts)
     return Roots(roots, "" if settings.fixed_base else roots[0], tuple(findings))
@@ -147,10 +144,6 @@ def _several(subject: Subject, what: str) -> Finding:
 def _loose_part(part: Sequence[str]) -> Finding:
     one = len(part) == 1
     subject = Subject("link", part[0])
-    which = "no joint connects it" if one else f"no joint connects it, and {_listed(part[1:])},"
+    which = "no joint connects it" if one else f"no joint connects it, and {listed(part[1:])},"
     advice = "; add a joint or a rigid group, or ground its component"
     return error(subject, "link-not-connected", f"{which} to the base{advice}")
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:MOST])) + (", ..." if len(names) > MOST else "")

@@ -11,7 +11,7 @@ from ...building.build_robot import check_design
 from ...fusion.design import read_design
 from ...progress import Cancelled
 from ...robot.errors import InputError
-from ...robot.finding import Finding
+from ...robot.finding import Finding, errors_first
 from ...snapshot import write_snapshot
 from ..command import Command, Window
 from ..guard import application
@@ -56,8 +56,7 @@ class Check(Window):
 
     def _check(self) -> None:
         self._reading = read(self.design)
-        found = check_design(self._reading.snapshot)
-        self.findings = sorted(found, key=lambda finding: not finding.is_error)
+        self.findings = errors_first(check_design(self._reading.snapshot))
         rows = [
             (
                 Cell(finding.severity),

@@ -16,7 +16,7 @@ from ...muscles.attributes import GROUP, SETTINGS, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
 from ...robot.errors import InputError, RobotError
-from ...robot.finding import Finding
+from ...robot.finding import Finding, errors_first
 from ...settings import ExportSettings
 from ..check.entry import summary
 from ..command import Command, Window
@@ -172,7 +172,7 @@ class Export(Window):
         if self.settings.links == "components" and self.settings.components:
             lines.append(f"Links: {', '.join(self.settings.components)} (pick again to leave out)")
         lines.append(summary(self.findings))
-        ordered = sorted(self.findings, key=lambda finding: not finding.is_error)
+        ordered = errors_first(self.findings)
         lines += [f"{f.severity}: {f.message}" for f in ordered[:_SHOWN]]
         if len(ordered) > _SHOWN:
             lines.append(f"and {len(ordered) - _SHOWN} more: see Check")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from ..errors import RobotError
-from ..finding import Finding
+from ..finding import Finding, errors_first
 from ..model.robot import Robot
 from . import masses, muscles, names, numbers, tasks, tension_laws, tree, wraps
 
@@ -47,8 +47,7 @@ def check(robot: Robot) -> list[Finding]:
     Returns:
         Errors first, then warnings; empty for a sound robot.
     """
-    findings = [finding for single in CHECKS for finding in single(robot)]
-    return sorted(findings, key=lambda finding: not finding.is_error)
+    return errors_first(finding for single in CHECKS for finding in single(robot))
 
 
 def require_valid(robot: Robot) -> Robot:

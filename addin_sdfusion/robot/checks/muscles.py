@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from ..finding import Finding, Subject, member
-from ..finding_builders import error, unknown, warning
+from ..finding import Finding, Subject
+from ..finding_builders import all_muscles, error, unknown, warning
 from ..model.muscle import Muscle
 from ..model.robot import WORLD, Robot
 from ..model.tension_laws import TENSION_LAWS, law_of
@@ -25,7 +25,7 @@ def via_points(robot: Robot) -> Iterator[Finding]:
     """Muscles have two points at least, on links that exist, and every segment has a length."""
     links = [link.name for link in robot.links]
     known = {WORLD, *links}
-    for subject, muscle in _all_muscles(robot):
+    for subject, muscle in all_muscles(robot):
         points = muscle.via_points
         if len(points) < 2:
             problem = f"needs two via points at least, has {len(points)}"
@@ -44,7 +44,7 @@ def moment_arms(robot: Robot) -> Iterator[Finding]:
     """Muscles connect bodies that move against each other."""
     bodies = _bodies(robot)
     surfaces = {surface.name: surface.link for surface in robot.wrap_surfaces}
-    for subject, muscle in _all_muscles(robot):
+    for subject, muscle in all_muscles(robot):
         links = [point.link for point in muscle.via_points]
         links += [surfaces[w.surface] for w in muscle.wraps if w.surface in surfaces]
         on = {bodies.get(link, link) for link in links}
@@ -55,7 +55,7 @@ def moment_arms(robot: Robot) -> Iterator[Finding]:
 
 def force_limits(robot: Robot) -> Iterator[Finding]:
     """Muscles pull, and their limits are in order."""
-    for subject, muscle in _all_muscles(robot):
+    for subject, muscle in all_muscles(robot):
         if muscle.f_min < 0.0:
             problem = f"f_min {muscle.f_min!r} is negative; a cable cannot push"
             yield error(subject, "negative-force", problem)
@@ -69,18 +69,16 @@ def force_limits(robot: Robot) -> Iterator[Finding]:
 
 def cable_models(robot: Robot) -> Iterator[Finding]:
     """Active muscles whose cable or pulley is kept but not simulated; a spring takes no command."""
-    for group in robot.cable_sets:
-        for muscle in group.muscles:
-            subject = member("muscle", muscle.name, group.name, robot.cable_set)
-            if muscle.model.kind == "passive_spring" and (muscle.f_min, muscle.f_max) != (0.0, 0.0):
-                problem = "a passive spring takes no command; set f_min and f_max to 0"
-                yield error(subject, "passive-cable-force", problem)
-            yield from _pulley_numbers(subject, muscle)
-            if muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]:
-                problem = f"has a base pulley; put its first via point on {WORLD!r}"
-                yield error(subject, "pulley-not-at-base", problem)
-            if group.name == robot.cable_set:
-                yield from _not_simulated(subject, muscle)
+    for subject, muscle in all_muscles(robot):
+        if muscle.model.kind == "passive_spring" and (muscle.f_min, muscle.f_max) != (0.0, 0.0):
+            problem = "a passive spring takes no command; set f_min and f_max to 0"
+            yield error(subject, "passive-cable-force", problem)
+        yield from _pulley_numbers(subject, muscle)
+        if muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]:
+            problem = f"has a base pulley; put its first via point on {WORLD!r}"
+            yield error(subject, "pulley-not-at-base", problem)
+        if subject.name == muscle.name:  # one of the active set
+            yield from _not_simulated(subject, muscle)
 
 
 def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
@@ -109,12 +107,6 @@ def _pulley_numbers(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
 
 def _text(numbers: tuple[float, ...]) -> str:
     return " ".join(map(repr, numbers)) or "(not given)"
-
-
-def _all_muscles(robot: Robot) -> Iterator[tuple[Subject, Muscle]]:
-    for group in robot.cable_sets:
-        for muscle in group.muscles:
-            yield member("muscle", muscle.name, group.name, robot.cable_set), muscle
 
 
 def _bodies(robot: Robot) -> dict[str, str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from ..finding import Finding, Subject, member
-from ..finding_builders import error, finite
+from ..finding import Finding, Subject
+from ..finding_builders import all_muscles, all_task_frames, error, finite
 from ..model.joint import Coordinate, Joint
 from ..model.muscle import Muscle, WrapSurface
 from ..model.robot import Link, Robot
@@ -27,18 +27,14 @@ def numbers(robot: Robot) -> Iterator[Finding]:
             resisting = (c.stiffness, c.rest, c.friction)
             yield from _report(subject, "spring or friction", resisting)
             yield from _limits(subject, c)
-    for cable_set in robot.cable_sets:
-        for muscle in cable_set.muscles:
-            subject = member("muscle", muscle.name, cable_set.name, robot.cable_set)
-            yield from _report(subject, "via point or force limit", muscle_numbers(muscle))
-            yield from _report(subject, "cable or pulley parameter", cable_numbers(muscle))
+    for subject, muscle in all_muscles(robot):
+        yield from _report(subject, "via point or force limit", muscle_numbers(muscle))
+        yield from _report(subject, "cable or pulley parameter", cable_numbers(muscle))
     for surface in robot.wrap_surfaces:
         subject = Subject("wrap_surface", surface.name)
         yield from _report(subject, "pose, radius or length", surface_numbers(surface))
-    for task_set in robot.task_sets:
-        for frame in task_set.frames:
-            subject = member("task_frame", frame.name, task_set.name, robot.task_set)
-            yield from _report(subject, "position", frame.position)
+    for subject, frame in all_task_frames(robot):
+        yield from _report(subject, "position", frame.position)
 
 
 def link_numbers(link: Link) -> tuple[float, ...]:

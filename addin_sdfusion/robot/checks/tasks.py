@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..finding import Finding, Subject, member
-from ..finding_builders import error, unknown
+from ..finding import Finding, Subject
+from ..finding_builders import all_task_frames, error, unknown
 from ..model.robot import ANGLES, POSITIONS, Robot
 
 
@@ -17,13 +17,12 @@ def task_frames(robot: Robot) -> Iterator[Finding]:
         if not task_set.frames:
             problem = "has no frames; remove it or add one"
             yield error(Subject("task_set", task_set.name), "empty-task-set", problem)
-        for frame in task_set.frames:
-            subject = member("task_frame", frame.name, task_set.name, robot.task_set)
-            if frame.link not in known:
-                yield error(subject, "unknown-task-link", unknown("link", frame.link, links))
-            axes = set(frame.axes)
-            of_one_kind = axes <= set(POSITIONS) or axes <= set(ANGLES)
-            if not axes or len(axes) != len(frame.axes) or not of_one_kind:
-                given = f"axes {' '.join(frame.axes)!r}"
-                problem = f"{given}: give some of x, y, z or of alpha, beta, gamma, each once"
-                yield error(subject, "bad-task-axes", problem)
+    for subject, frame in all_task_frames(robot):
+        if frame.link not in known:
+            yield error(subject, "unknown-task-link", unknown("link", frame.link, links))
+        axes = set(frame.axes)
+        of_one_kind = axes <= set(POSITIONS) or axes <= set(ANGLES)
+        if not axes or len(axes) != len(frame.axes) or not of_one_kind:
+            given = f"axes {' '.join(frame.axes)!r}"
+            problem = f"{given}: give some of x, y, z or of alpha, beta, gamma, each once"
+            yield error(subject, "bad-task-axes", problem)

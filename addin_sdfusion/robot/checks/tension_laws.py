@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import pairwise
 
 from ..caspr_vocabulary import CASPR_CABLES
-from ..finding import Finding, Subject, member
-from ..finding_builders import error, finite, unknown
+from ..finding import Finding, Subject
+from ..finding_builders import all_muscles, error, finite, unknown
 from ..model.muscle import CableModel
 from ..model.robot import Robot
 from ..model.tension_laws import TENSION_LAWS
@@ -25,10 +25,8 @@ _ALSO_CASPRS = {
 
 def tension_laws(robot: Robot) -> Iterator[Finding]:
     """Muscles of every cable set whose law cannot be computed with their parameters."""
-    for group in robot.cable_sets:
-        for muscle in group.muscles:
-            subject = member("muscle", muscle.name, group.name, robot.cable_set)
-            yield from law_findings(subject, muscle.model)
+    for subject, muscle in all_muscles(robot):
+        yield from law_findings(subject, muscle.model)
 
 
 def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
@@ -111,9 +109,9 @@ def _millard_lengths(p: Values) -> Iterator[str]:
 
 
 def _millard_velocity(p: Values) -> Iterator[str]:
-    for way in ("concentric", "eccentric"):
-        if p[f"{way}_slope_at_vmax"] > p[f"{way}_slope_near_vmax"]:
-            yield f"{way}_slope_at_vmax must not be above {way}_slope_near_vmax"
+    for part in ("concentric", "eccentric"):
+        if p[f"{part}_slope_at_vmax"] > p[f"{part}_slope_near_vmax"]:
+            yield f"{part}_slope_at_vmax must not be above {part}_slope_near_vmax"
     if p["eccentric_slope_near_vmax"] >= p["eccentric_force"] - 1.0:
         yield "eccentric_slope_near_vmax must be below eccentric_force - 1"
     if p["concentric_slope_near_vmax"] == 1.0:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject
-from ..finding_builders import error, finite, unknown, warning
+from ..finding_builders import error, finite, listed, unknown, warning
 from ..model.joint import Joint
 from ..model.robot import WORLD, Robot
 
@@ -59,9 +59,7 @@ def no_loops(robot: Robot) -> Iterator[Finding]:
     """No link carries itself, directly or through others."""
     above = {joint.child: joint for joint in reversed(robot.joints)}
     for loop in _loops(above):
-        links = ", ".join(repr(link) for link in loop[:MOST_NAMES])
-        if len(loop) > MOST_NAMES:
-            links += ", ..."
+        links = listed(loop, MOST_NAMES)
         subject = Subject("joint", above[loop[0]].name)
         yield error(subject, "closed-loop", f"closes a loop of links {links}; a robot is a tree")
 

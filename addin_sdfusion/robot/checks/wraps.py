@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from itertools import groupby, pairwise
 
-from ..finding import Finding, Subject, member
-from ..finding_builders import error, unknown, warning
+from ..finding import Finding, Subject
+from ..finding_builders import all_muscles, error, unknown, warning
 from ..model.muscle import Muscle, Wrap, WrapSurface
 from ..model.pose import Vector3
 from ..model.robot import WORLD, Robot
@@ -46,11 +46,9 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
 def wraps(robot: Robot) -> Iterator[Finding]:
     """Muscles wrap over surfaces that exist, between two of their via points that lie outside."""
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
-    for group in robot.cable_sets:
-        for muscle in group.muscles:
-            subject = member("muscle", muscle.name, group.name, robot.cable_set)
-            yield from _wraps(subject, muscle, surfaces)
-            yield from _sequences(subject, muscle, surfaces)
+    for subject, muscle in all_muscles(robot):
+        yield from _wraps(subject, muscle, surfaces)
+        yield from _sequences(subject, muscle, surfaces)
 
 
 def _wraps(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..checks.check import check
 from ..errors import InputError, RobotError
-from ..finding import Finding
+from ..finding import Finding, errors_first
 from ..model.robot import Robot
 from .caspr.model import BODIES, read_caspr
 from .caspr.trajectories import read_trajectory, trajectory_names
@@ -66,8 +66,7 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
         findings += _placed(check(robot), notes, file)
     if any(finding.is_error for finding in notes.findings):
         robot = None
-    findings.sort(key=lambda finding: not finding.is_error)
-    return Reading(robot, tuple(findings), tuple(dict.fromkeys(notes.files)))
+    return Reading(robot, tuple(errors_first(findings)), tuple(dict.fromkeys(notes.files)))
 
 
 def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Robot:

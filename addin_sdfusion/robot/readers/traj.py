@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from ..errors import InputError
+from ..files import read_file
 from ..model.trajectory import TrajectoryPoint
 from ..writers.caspr.trajectories import TIME_TOLERANCE
 from .xml import MAX_BYTES, NUMBER, shortened
@@ -21,7 +22,7 @@ def read_samples(file: Path) -> tuple[float, tuple[TrajectoryPoint, ...]]:
     Raises:
         InputError: It cannot be read, or is not what CASPR would read.
     """
-    lines = _text(file).splitlines()
+    lines = read_file(file, MAX_BYTES).decode("ascii", "replace").splitlines()
     word, _, step = lines[0].partition(",") if lines else ("", "", "")
     if word != "time_step":
         raise InputError("the first line is not 'time_step,<seconds>'", file=file, line=1)
@@ -75,17 +76,3 @@ def _number(text: str, file: Path, line: int) -> float:
     if not math.isfinite(value):
         raise InputError(f"{shortened(text)} is not a finite number", file=file, line=line)
     return value
-
-
-def _text(file: Path) -> str:
-    try:
-        if not file.is_file():
-            raise InputError("is missing, or is not a regular file", file=file)
-        with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}", file=file) from error
-    if len(data) > MAX_BYTES:
-        raise InputError(f"is larger than {MAX_BYTES >> 20} MiB", file=file)
-    return data.decode("ascii", "replace")

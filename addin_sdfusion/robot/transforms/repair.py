@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 from ..checks.masses import density_matrix, positive_semidefinite
 from ..finding import Finding, Subject
-from ..finding_builders import finite, warning
+from ..finding_builders import finite, listed, warning
 from ..model.pose import Pose, Vector3
 from ..model.robot import Inertia, Link, Robot
 from ..model.rotations import Matrix3, point_inertia
@@ -47,8 +47,7 @@ class Diagnosis:
 
     def findings(self, subject: Subject) -> list[Finding]:
         """The defect in words: one finding, or two where products are swapped too."""
-        named = ", ".join(map(repr, self.explained[:3]))
-        who = f"of {len(self.explained)} links ({named}{', ...' if self.explained[3:] else ''})"
+        who = f"of {len(self.explained)} links ({listed(self.explained, 3)})"
         problem = (
             f"the inertias {who} are about the origin of the design, not about the centre of mass; "
             "read it with repair"

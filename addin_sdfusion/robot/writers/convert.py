@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import UnknownNameError
-from ..finding import Finding, Subject, member
-from ..finding_builders import warning
+from ..finding import Finding, Subject
+from ..finding_builders import all_task_frames, warning
 from ..model.robot import Robot
 from ..transforms.simplify import align_frames, merge_fixed_joints
 from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
@@ -60,14 +60,12 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
     }
     if prepared is robot or not turned:
         return
-    for task_set in robot.task_sets:
-        for frame in task_set.frames:
-            if frame.is_orientation:
-                subject = member("task_frame", frame.name, task_set.name, robot.task_set)
-                problem = (
-                    "link frames are turned parallel to the world at q = 0, where its angles are 0"
-                )
-                yield warning(subject, "orientation-from-zero-pose", problem)
+    for subject, frame in all_task_frames(robot):
+        if frame.is_orientation:
+            problem = (
+                "link frames are turned parallel to the world at q = 0, where its angles are 0"
+            )
+            yield warning(subject, "orientation-from-zero-pose", problem)
 
 
 FORMATS: dict[str, Format] = {

@@ -6,15 +6,16 @@ from ..errors import InputError
 
 
 def file_name(stem: str, suffix: str) -> str:
-    """A file's name.
+    """A file's name, from what comes before and after the point; InputError as `file_stem`."""
+    return f"{file_stem(stem)}.{suffix}"
 
-    Args:
-        stem: What comes before the point.
-        suffix: What comes after it.
+
+def file_stem(stem: str) -> str:
+    """A name as the part of a file's name before the point.
 
     Raises:
-        InputError: The stem is empty or part of a path.
+        InputError: It is empty or part of a path.
     """
     if not stem or any(sign in stem for sign in "/\\\0"):
         raise InputError(f"{stem!r} cannot be part of a file name; give another name")
-    return f"{stem}.{suffix}"
+    return stem

@@ -6,13 +6,20 @@ initial values of the coordinates and near them.
 
 from __future__ import annotations
 
-import math
-
 from ..model.joint import Motion
 from ..model.muscle import Muscle, Wrap
 from ..model.pose import IDENTITY, Pose, Vector3
 from ..model.robot import WORLD, Robot, find
-from ..model.rotations import Matrix3, apply, compose, dot, inverse, normalized, rpy, subtract
+from ..model.rotations import (
+    apply,
+    axis_rotation,
+    compose,
+    dot,
+    inverse,
+    normalized,
+    rpy,
+    subtract,
+)
 
 
 def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
@@ -35,8 +42,8 @@ def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
     surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
     if surface.shape == "cylinder":
         return across
-    way = normalized(subtract(end, start))
-    foot = subtract(start, tuple(dot(start, way) * w for w in way))  # type: ignore[arg-type]
+    along = normalized(subtract(end, start))
+    foot = subtract(start, tuple(dot(start, along) * w for w in along))  # type: ignore[arg-type]
     x, y, z = normalized(foot)
     sign = 1.0 if dot(start, across) >= 0.0 else -1.0
     return (sign * x, sign * y, sign * z) if any(foot) else across
@@ -76,15 +83,3 @@ def _moved(motion: Motion, q: float) -> Pose:
     if motion.kind == "translation":
         return Pose((q * axis[0], q * axis[1], q * axis[2]))
     return Pose(rpy=rpy(axis_rotation(axis, q)))
-
-
-def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
-    """The rotation matrix of a turn about a unit vector by an angle in [rad]."""
-    x, y, z = axis
-    c, s = math.cos(angle), math.sin(angle)
-    d = 1.0 - c
-    return (
-        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
-        (d * x * y + s * z, c + d * y * y, d * y * z - s * x),
-        (d * x * z - s * y, d * y * z + s * x, c + d * z * z),
-    )

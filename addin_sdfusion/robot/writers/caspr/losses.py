@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, cable_tag
-from ...finding import Finding, Subject, member
-from ...finding_builders import error, warning
+from ...finding import Finding, Subject, errors_first
+from ...finding_builders import all_muscles, all_task_frames, error, listed, warning
 from ...model.joint import Joint
 from ...model.muscle import BasePulley, Muscle
 from ...model.pose import IDENTITY
@@ -37,12 +37,12 @@ def losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Findin
         *_whole_robot(robot),
         *(finding for joint in robot.joints for finding in _joint(joint)),
         *_links(robot),
-        *_muscles(robot),
+        *(finding for member in all_muscles(robot) for finding in _muscle(*member)),
         *_tasks(robot),
         *_ids(robot),
         *_trajectories(robot, trajectories),
     ]
-    return sorted(found, key=lambda finding: not finding.is_error)
+    return errors_first(found)
 
 
 def _whole_robot(robot: Robot) -> Iterator[Finding]:
@@ -56,8 +56,10 @@ def _whole_robot(robot: Robot) -> Iterator[Finding]:
         if name != given
     ]
     if renamed:
-        some = ", ".join(map(repr, renamed[:5])) + (", ..." if len(renamed) > 5 else "")
-        problem = f"CASPR names no joints nor coordinates; {some} become joint_1, joint_2, ..."
+        problem = (
+            f"CASPR names no joints nor coordinates; {listed(renamed, 5)} become joint_1, "
+            "joint_2, ..."
+        )
         yield warning(subject, "caspr-joint-names", problem)
 
 
@@ -102,13 +104,6 @@ def _links(robot: Robot) -> Iterator[Finding]:
     for surface in robot.wrap_surfaces:
         problem = "CASPR has no wrap surfaces; it is left out, and cables run straight"
         yield warning(Subject("wrap_surface", surface.name), "caspr-wrap", problem)
-
-
-def _muscles(robot: Robot) -> Iterator[Finding]:
-    for cable_set in robot.cable_sets:
-        for muscle in cable_set.muscles:
-            subject = member("muscle", muscle.name, cable_set.name, robot.cable_set)
-            yield from _muscle(subject, muscle)
 
 
 def _muscle(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
@@ -159,11 +154,10 @@ def _tasks(robot: Robot) -> Iterator[Finding]:
             if count > 1:
                 problem = f"has {count} items on link {link!r}; CASPR loads a set with one a link"
                 yield warning(Subject("task_set", task_set.name), "caspr-one-item-a-link", problem)
-        for frame in task_set.frames:
-            if frame.is_orientation and any(frame.position):
-                subject = member("task_frame", frame.name, task_set.name, robot.task_set)
-                problem = "an orientation has no point in CASPR; it is left out"
-                yield warning(subject, "caspr-orientation-point", problem)
+    for subject, frame in all_task_frames(robot):
+        if frame.is_orientation and any(frame.position):
+            problem = "an orientation has no point in CASPR; it is left out"
+            yield warning(subject, "caspr-orientation-point", problem)
 
 
 def _ids(robot: Robot) -> Iterator[Finding]:

@@ -14,12 +14,14 @@ from xml.etree import ElementTree
 
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, Property, cable_tag
 from ...checks.check import require_valid
-from ...errors import InputError, RobotError
+from ...errors import InputError
 from ...files import write_files
 from ...model.joint import Joint
 from ...model.muscle import BasePulley, Muscle, ViaPoint
 from ...model.robot import WORLD, Link, Robot
 from ...model.trajectory import Trajectory
+from ..common_losses import refuse
+from ..file_names import file_stem
 from ..xml_text import document, element, numbers
 from .joints import CASPR_AXIS_JOINTS, caspr_word
 from .losses import losses
@@ -59,10 +61,8 @@ def write_caspr(
         InputError: The folder cannot be written, or the name cannot be part of a file name.
     """
     require_valid(robot)
-    lost = losses(robot, trajectories)
-    if any(finding.is_error for finding in lost):
-        raise RobotError(lost)
-    name = _file_name(robot, name)
+    refuse(losses(robot, trajectories))
+    name = file_stem(robot.name if name is None else name)
     texts = {
         f"{name}_bodies.xml": _bodies(robot),
         f"{name}_cables.xml": _cables(robot),
@@ -87,20 +87,13 @@ def models_list_row(robot: Robot, name: str | None = None) -> str:
     Raises:
         InputError: A name holds a comma, which parts the columns, or cannot name a file.
     """
-    name = _file_name(robot, name)
+    name = file_stem(robot.name if name is None else name)
     if "," in name + robot.name:
         what = "CASPR's list of models parts its columns by commas; give a name without one"
         raise InputError(f"{robot.name!r}, files {name!r}: {what}")
     parts = ("bodies", "cables", "trajectories", "operational_spaces")
     files = [f"{name}_{part}.xml" for part in parts]
     return ",".join([robot.name, f"/{GROUP}/{name}/", *files])
-
-
-def _file_name(robot: Robot, name: str | None) -> str:
-    name = robot.name if name is None else name
-    if not name or any(sign in name for sign in "/\\\0"):
-        raise InputError(f"{name!r} cannot be part of a file name; give another name")
-    return name
 
 
 def _bodies(robot: Robot) -> str:

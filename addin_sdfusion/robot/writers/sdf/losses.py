@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from ...checks.masses import density_matrix, positive_semidefinite
-from ...finding import Finding, Subject
+from ...finding import Finding, Subject, errors_first
 from ...finding_builders import error, warning
 from ...model.robot import WORLD, Robot
 from ..cardsflow_xml import wrap_losses
@@ -32,7 +32,7 @@ def sdf_losses(robot: Robot) -> list[Finding]:
         *_inertias(robot),
         *wrap_losses(robot),
     ]
-    return sorted(found, key=lambda finding: not finding.is_error)
+    return errors_first(found)
 
 
 def _names(robot: Robot) -> Iterator[Finding]:
