@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-    from cardsflow_fmu.hardware.emulator.faults import FaultyWay
+    from cardsflow_fmu.hardware.emulator.faults import FaultyLine
     from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
@@ -233,7 +233,7 @@ def _serve(
     """Serve a device until Ctrl-C or SIGTERM, or as long as asked for; tell what becomes of it."""
     from cardsflow_fmu.cosim.pacing import real_time_priority
     from cardsflow_fmu.hardware.device.server import DeviceServer
-    from cardsflow_fmu.hardware.device.status import Event, Status
+    from cardsflow_fmu.hardware.device.status import Event, StatusReporter
     from cardsflow_fmu.utils.interrupts import interruptible
 
     way = _way(device, options)
@@ -245,18 +245,18 @@ def _serve(
     def tell(event: Event) -> None:
         say(str(event), **asdict(event))
 
-    with interruptible() as pressed, DeviceServer(device, options.listen, way=way) as server:
-        status = Status(device, tell)
+    with interruptible() as pressed, DeviceServer(device, options.listen, line=way) as server:
+        status = StatusReporter(device, tell)
         say(f"listening on {server.uri}", listening=server.uri)
         end = time.monotonic() + duration
 
         def stop() -> bool:
-            status.look()
+            status.update()
             return bool(pressed) or time.monotonic() >= end
 
         with real_time_priority():
             server.run(stop)
-        status.look()
+        status.update()
         totals = {"device": dict(device.counters), "slipped": server.slipped, **report()}
         totals |= {} if way is None else {"faults": way.counters}
         say("\n".join(_lines(totals)), **totals)
@@ -276,9 +276,9 @@ def _lines(totals: Mapping[str, Any], place: str = "") -> list[str]:
     return lines
 
 
-def _way(device: Device, options: argparse.Namespace) -> FaultyWay | None:
+def _way(device: Device, options: argparse.Namespace) -> FaultyLine | None:
     """The way of frames to the device; None where nothing happens to them."""
-    from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyWay
+    from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyLine
 
     faults = Faults(
         loss=options.loss,
@@ -290,7 +290,7 @@ def _way(device: Device, options: argparse.Namespace) -> FaultyWay | None:
         outages=tuple(map(_outage, options.outage)),
         seed=options.seed,
     )
-    return FaultyWay(device, faults) if faults.any else None
+    return FaultyLine(device, faults) if faults.any else None
 
 
 def _outage(text: str) -> tuple[float, float]:

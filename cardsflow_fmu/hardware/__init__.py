@@ -1,1 +1,1 @@
-"""Hardware in the loop: the frames, the links that carry them, devices and what stands for them."""
+"""Hardware in the loop: wire protocol, links, devices, emulated robots and sessions."""

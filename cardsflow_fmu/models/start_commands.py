@@ -10,7 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers import ForceDistribution
+from controllers.force_distribution.gravity_compensation import gravity_compensation
 from sim_dart import DartDynamics, MuscleDrive
 
 
@@ -45,6 +45,5 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
     at_rest = drive.resting_reach(q)
     low = np.maximum(np.clip(f_min, at_rest.low, at_rest.high), 0.0)
     high = np.maximum(np.clip(f_max, at_rest.low, at_rest.high), 0.0)
-    L, tau = dynamics.muscle_jacobian(q), dynamics.gravity(q)
-    held = ForceDistribution(low, high).solve(L, tau, dynamics.mass_matrix(q)).forces
+    held = gravity_compensation(dynamics, np.array(q), low, high)
     return Start(tuple(drive.resting_commands(q, held).tolist()), held)

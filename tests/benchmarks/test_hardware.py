@@ -19,7 +19,7 @@ from interleaved import record
 
 from cardsflow_fmu.hardware.links.udp import UdpLink, udp_address
 from cardsflow_fmu.hardware.protocol.frame import HEADER_BYTES
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 
 HERE = Path(__file__).parent
 REFERENCE = HERE.parents[1] / "examples/hardware_in_the_loop/device.c"
@@ -43,7 +43,7 @@ def device(command: Sequence[str | Path]) -> Iterator[str]:
 
 def block(link: UdpLink, lockstep: bool) -> np.ndarray:
     """Round trips, from the call to its return, in [s]."""
-    link.open(Hello(SIGNATURE, 1e-3, 1.0, 0.02, COMMANDS, STATES, lockstep))
+    link.open(Handshake(SIGNATURE, 1e-3, 1.0, 0.02, COMMANDS, STATES, lockstep))
     times = np.empty(EXCHANGES)
     for k in range(EXCHANGES):
         begin = time.perf_counter()

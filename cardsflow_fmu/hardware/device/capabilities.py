@@ -1,4 +1,4 @@
-"""What a device offers, and what it thinks of a hello."""
+"""The capabilities of a device, and its answer to a handshake."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.utils.arrays import FloatArray
 
 MOST_STEPS = 1000
-"""A set point in lock step takes no more steps than so many: nobody can keep a device busy."""
+"""A set point in lock step takes no more steps, so that a link cannot keep a device busy."""
 
 _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
-    """What a device can do.
+class Capabilities:
+    """The capabilities of a device.
 
     Attributes:
         signature: Hash of its signals.
@@ -47,22 +47,22 @@ class Offer:
                 what = f"must be a positive number, not {getattr(self, name)}"
                 raise InputError(f"a device's {name} {what}")
 
-    def objection(self, wish: Hello) -> ErrorCode | None:
-        """What cannot be agreed to; None if all can."""
-        if (wish.commands, wish.states) != (self.commands, self.states):
+    def refusal(self, request: Handshake) -> ErrorCode | None:
+        """The reason to refuse a request; None if it can be met."""
+        if (request.commands, request.states) != (self.commands, self.states):
             return ErrorCode.PORTS
-        if wish.scale != self.scale:
+        if request.scale != self.scale:
             return ErrorCode.SCALE
-        if wish.signature != self.signature:
+        if request.signature != self.signature:
             return ErrorCode.PORTS
-        if wish.lockstep:
-            return None if self._are_whole_steps(wish.step) else ErrorCode.STEP
-        short = self.agreed(wish).watchdog < 2 * wish.step
+        if request.lockstep:
+            return None if self._are_whole_steps(request.step) else ErrorCode.STEP
+        short = self.agreed(request).watchdog < 2 * request.step
         return ErrorCode.WATCHDOG if short else None
 
-    def agreed(self, wish: Hello) -> Hello:
-        """What a run is to be like: as wished, with the shorter watchdog of both."""
-        return wish.with_watchdog(min(self.watchdog, wish.watchdog or math.inf))
+    def agreed(self, request: Handshake) -> Handshake:
+        """The parameters of the run: those of the request, with the shorter watchdog of both."""
+        return request.with_watchdog(min(self.watchdog, request.watchdog or math.inf))
 
     def _are_whole_steps(self, time: float) -> bool:
         steps = min(time / self.step, MOST_STEPS + 1.0)

@@ -1,6 +1,6 @@
-"""A device's side of the protocol: who may command the robot, when, and what happens in silence.
+"""The device's side of the protocol: its states, its peer, its watchdog.
 
-It knows neither sockets nor clocks: whoever serves it says what came, from whom, and when.
+It has neither sockets nor clocks: frames, peers and times are arguments.
 """
 
 from __future__ import annotations
@@ -26,23 +26,27 @@ from cardsflow_fmu.hardware.protocol.frame import (
     is_newer,
     pack,
 )
-from cardsflow_fmu.hardware.protocol.handshake import HELLO_VALUES, ErrorCode, Hello, halves
+from cardsflow_fmu.hardware.protocol.handshake import HELLO_VALUES, ErrorCode, Handshake, halves
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .capabilities import Offer, bounds
+from .capabilities import Capabilities, bounds
 
 State = Literal["idle", "ready", "running", "safe"]
 
-PATIENCE = 1.0
-"""A run at rest whose sender has been silent for so long may be taken by another, in [s]."""
+PEER_TIMEOUT = 1.0
+"""A run at rest whose peer has been silent for longer may be taken over by another peer, in [s]."""
 
 _LOCKSTEP, _SAFE, _FAULT, _CLAMPED = map(int, (Flag.LOCKSTEP, Flag.SAFE, Flag.FAULT, Flag.CLAMPED))
-_HELLO, _SETPOINT, _STATE = Kind.HELLO, Kind.SETPOINT, Kind.STATE  # found sooner, for each frame
+_HELLO, _SETPOINT, _STATE = (
+    Kind.HELLO,
+    Kind.SETPOINT,
+    Kind.STATE,
+)
 _FOR_DEVICES = frozenset((_HELLO, _SETPOINT, Kind.STOP, Kind.PING))
 
 
 class DeviceRobot(Protocol):
-    """What is behind a device.
+    """The robot behind a device.
 
     Attributes:
         commands: Number of values of a command.
@@ -56,7 +60,7 @@ class DeviceRobot(Protocol):
         """Take the newest commands, shape (commands,), within bounds; to be copied if kept."""
 
     def advance(self, dt: float) -> None:
-        """Go on by dt, in [s]; hardware, which goes by itself, does nothing."""
+        """Advance by dt, in [s]; hardware, which moves by itself, does nothing."""
 
     def state(self) -> FloatArray:
         """q, qd, l and tension, shape (states,)."""
@@ -65,23 +69,23 @@ class DeviceRobot(Protocol):
         """Go to the safe state: least tensions, brakes."""
 
     def reset(self) -> None:
-        """Be ready for a new run; what is simulated goes to its start state."""
+        """Prepare for a new run; a simulated robot goes to its start state."""
 
 
 class Device:
-    """Takes frames and answers them; commands the robot for one sender at a time.
+    """A device: answers frames, and commands its robot for one peer at a time.
 
     The states: "idle" before any run, "ready" when a run is agreed on and nothing may move yet,
-    "running" from the first set point on, "safe" when it was stopped, in silence, or after a fault.
-    From "safe" a new run leads on, and nothing else.
+    "running" from the first set point on, "safe" after a stop, a watchdog timeout or a fault. Only
+    a new run leaves "safe".
 
     Args:
-        robot: What is commanded.
+        robot: The robot.
         signature: Hash of its signals; see `signature.port_signature`.
         step: Its own step, in [s].
         scale: A value in a frame is the SI value divided by this.
-        key: The pre-shared key; with one, frames that are not signed are not heard.
-        watchdog: Longest silence while running, in [s]; a link may ask for a shorter one.
+        key: The pre-shared key; with one, unsigned frames are dropped.
+        watchdog: Longest time without a set point while running, in [s]; a link may request less.
         f_min, f_max: Bounds of the commands, numbers or shape (commands,), in SI units.
 
     Raises:
@@ -89,9 +93,9 @@ class Device:
 
     Attributes:
         state: One of the four.
-        agreed: What the present run is like; None before any.
-        failure: What the robot failed of; empty while it works.
-        counters: What came, and what was dropped for what reason.
+        agreed: Parameters of the present run; None before any.
+        failure: Error of the robot; empty while it works.
+        counters: Frames received, and frames dropped by reason.
     """
 
     def __init__(
@@ -106,7 +110,9 @@ class Device:
         f_min: ArrayLike,
         f_max: ArrayLike,
     ) -> None:
-        self._offer = Offer(signature, step, scale, watchdog, robot.commands, robot.states)
+        self._capabilities = Capabilities(
+            signature, step, scale, watchdog, robot.commands, robot.states
+        )
         self.robot, self.signature, self.step, self.scale = robot, signature, step, scale
         self.watchdog = watchdog
         self._lower = bounds(f_min, robot.commands, "f_min")
@@ -114,14 +120,14 @@ class Device:
         if not (self._lower <= self._upper).all():
             raise InputError("a device's f_min must not be above its f_max")
         self.state: State = "idle"
-        self.agreed: Hello | None = None
+        self.agreed: Handshake | None = None
         self.failure = ""
         self.counters: Counter[str] = Counter()
         self._keys = Keys(key)
         self._peer: Hashable = None
         self._run_id = self._nonce = self._seq = 0
         self._time = 0.0
-        self._heard = -math.inf
+        self._last_heard = -math.inf
         self._answer = b""
         self._command = np.zeros(robot.commands)
         self._writer = FrameWriter(robot.states)
@@ -134,23 +140,23 @@ class Device:
 
     @property
     def goes_by_clock(self) -> bool:
-        """Whether time moves the robot: not in lock step, nor before a run's first set point."""
+        """Whether the robot moves by the clock: not in lock step, nor before a set point."""
         moving = self.state == "running" or self.state == "safe"
         return moving and self.agreed is not None and not self.agreed.lockstep
 
     @property
     def next_deadline(self) -> float:
-        """When the watchdog bites if nothing comes, in [s]; infinite if it sleeps."""
+        """When the watchdog expires if nothing comes, in [s]; infinite if it is off."""
         if self.state != "running" or self.agreed is None or self.agreed.lockstep:
             return math.inf
-        return self._heard + self.agreed.watchdog
+        return self._last_heard + self.agreed.watchdog
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[bytes]:
-        """Take a frame; returns the answers, for the same peer.
+        """Process a frame; returns the answers, for the same peer.
 
         Args:
-            data: Whatever came.
-            peer: Who sent it.
+            data: The bytes received.
+            peer: Their sender.
             now: In [s], on a clock that does not jump.
         """
         self.tick(now)
@@ -162,33 +168,30 @@ class Device:
         if frame.kind not in _FOR_DEVICES:
             return self._drop("type")
         if frame.kind is _HELLO:
-            return self._greet(frame, peer, now)
+            return self._answer_hello(frame, peer, now)
         if frame.run_id != self._run_id or self.state == "idle":
             return self._drop("run")
         if peer != self._peer:
             return self._drop("peer")
         if frame.kind is _SETPOINT:
-            return self._follow(frame, now)
+            return self._answer_setpoint(frame, now)
         if frame.kind is Kind.STOP:
             return self._stop(frame, now)
-        return [self._say(Kind.PONG, frame, now, frame.values)]
+        return [self._reply(Kind.PONG, frame, now, frame.values)]
 
     def tick(self, now: float) -> None:
-        """Let the watchdog look at the clock, in [s]."""
+        """Check the watchdog at a time, in [s]."""
         if self.state == "running" and now > self.next_deadline:
             self.counters["watchdog"] += 1
             self.go_safe()
 
     def advance(self, dt: float) -> None:
-        """Let the robot go on by dt, in [s], by the clock; in lock step set points alone do that.
-
-        It holds still until a run moves it.
-        """
+        """Advance the robot by dt, in [s], if it moves by the clock."""
         if self.goes_by_clock:
             self._advance(dt)
 
     def go_safe(self) -> None:
-        """Go to the safe state: when the watchdog bites, when asked to, when no more is served."""
+        """Go to the safe state: on a watchdog timeout, on STOP, at the end of serving."""
         self.state = "safe"
         try:
             self.robot.safe()
@@ -199,27 +202,29 @@ class Device:
         self.counters[reason] += 1
         return []
 
-    def _greet(self, frame: Frame, peer: Hashable, now: float) -> list[bytes]:
-        """Agree on a run, or say why not."""
+    def _answer_hello(self, frame: Frame, peer: Hashable, now: float) -> list[bytes]:
+        """Agree on a run, or refuse it."""
         if frame.run_id == 0:
             return self._drop("run")
-        wish = Hello.of_values(np.asarray(frame.values), bool(frame.flags & _LOCKSTEP))
-        if wish is None or len(frame.values) != HELLO_VALUES:
+        request = Handshake.of_values(np.asarray(frame.values), bool(frame.flags & _LOCKSTEP))
+        if request is None or len(frame.values) != HELLO_VALUES:
             return self._drop("hello")
         known = frame.run_id == self._run_id and peer == self._peer
         if known and self.state != "ready" and not self.failure:
             return self._drop("stale")  # late, or a copy: the run is under way or over
         if not known:
-            refusal = self._offer.objection(wish) if self._is_free(peer, now) else ErrorCode.BUSY
+            refusal = (
+                self._capabilities.refusal(request) if self._is_free(peer, now) else ErrorCode.BUSY
+            )
             if refusal is not None:
                 return self._refuse(refusal, frame, now)
-            self._begin(wish, frame.run_id, peer)
-        self._heard = now
+            self._begin(request, frame.run_id, peer)
+        self._last_heard = now
         state = self._read_state()
         if self.agreed is None or state is None or self.failure:
             return self._refuse(ErrorCode.FAULT, frame, now)
         values = [*self.agreed.values(), *halves(self._nonce), *state]
-        return [self._say(Kind.HELLO_ACK, frame, now, values)]
+        return [self._reply(Kind.HELLO_ACK, frame, now, values)]
 
     def _is_free(self, peer: Hashable, now: float) -> bool:
         """Whether a new run may begin: never under one that moves the robot by the clock."""
@@ -228,10 +233,10 @@ class Device:
         if self.state == "ready" and peer == self._peer:
             return True
         at_rest = self.state == "ready" or self.agreed.lockstep
-        return at_rest and now > self._heard + PATIENCE
+        return at_rest and now > self._last_heard + PEER_TIMEOUT
 
-    def _begin(self, wish: Hello, run_id: int, peer: Hashable) -> None:
-        self.agreed = self._offer.agreed(wish)
+    def _begin(self, request: Handshake, run_id: int, peer: Hashable) -> None:
+        self.agreed = self._capabilities.agreed(request)
         self._run_id, self._peer = run_id, peer
         self._nonce = secrets.randbits(64)
         self._keys = self._keys.of_run(run_id, self._nonce)
@@ -244,14 +249,14 @@ class Device:
         except CardsflowError as error:
             self._fail(str(error))
 
-    def _follow(self, frame: Frame, now: float) -> list[bytes]:
-        """Do what a set point says, if it is news, and answer with the state."""
+    def _answer_setpoint(self, frame: Frame, now: float) -> list[bytes]:
+        """Apply a set point, if it is new, and answer with the state."""
         assert self.agreed is not None
         lockstep = self.agreed.lockstep
         if len(frame.values) != self.robot.commands:
             return self._drop("count")
         if lockstep and frame.seq == self._seq and self._answer:
-            self._heard = now
+            self._last_heard = now
             self.counters["repeated"] += 1
             return [self._answer]
         if not is_newer(frame.seq, self._seq):
@@ -265,17 +270,17 @@ class Device:
         self._seq = frame.seq
         flags = 0
         if self.state != "safe":
-            self._heard = now
+            self._last_heard = now
             self.state = "running"
             flags = self._command_robot(command)
             if lockstep:
                 self._advance(self.agreed.step)
         self.counters["setpoints"] += 1
-        self._answer = self._tell(frame, flags, now)
+        self._answer = self._state_frame(frame, flags, now)
         return [self._answer]
 
     def _command_robot(self, command: FloatArray) -> int:
-        """Give the robot commands within bounds; returns the flag that says if they were not."""
+        """Apply the clamped command; returns the flag CLAMPED if it was out of bounds."""
         within = self._command
         np.maximum(command, self._lower, out=within)
         np.minimum(within, self._upper, out=within)
@@ -295,12 +300,12 @@ class Device:
             self._fail(str(error))
         self._time += dt
 
-    def _tell(self, frame: Frame, flags: int, now: float) -> bytes:
-        """The robot's state in answer to a set point; the last one known if it has failed."""
+    def _state_frame(self, frame: Frame, flags: int, now: float) -> bytes:
+        """The answer to a set point: the robot's state, or the last one known if it has failed."""
         state = self._read_state()
         if state is not None:
             self._writer.values[:] = state
-        return self._writer.pack_finite(
+        return self._writer.pack(
             _STATE,
             flags | self._flags(),
             self._run_id,
@@ -309,10 +314,11 @@ class Device:
             int(now * 1e9),
             frame.t_send_ns,
             self._keys.of(_STATE),
+            are_finite=True,
         )
 
     def _read_state(self) -> FloatArray | None:
-        """The robot's state as frames have it; None if it has none to tell, which is a fault."""
+        """The robot's state, scaled for a frame; None, and a fault, if it has no finite one."""
         try:
             state = _scaled(self.robot.state(), 1 / self.scale)
         except CardsflowError as error:
@@ -325,7 +331,7 @@ class Device:
     def _stop(self, frame: Frame, now: float) -> list[bytes]:
         self.go_safe()
         self.counters["stops"] += 1
-        return [self._say(Kind.STOPPED, frame, now)]
+        return [self._reply(Kind.STOPPED, frame, now)]
 
     def _fail(self, why: str) -> None:
         self.counters["faults"] += 1
@@ -340,9 +346,9 @@ class Device:
 
     def _refuse(self, code: ErrorCode, frame: Frame, now: float) -> list[bytes]:
         self.counters[code.name.lower()] += 1
-        return [self._say(Kind.ERROR, frame, now, [code])]
+        return [self._reply(Kind.ERROR, frame, now, [code])]
 
-    def _say(
+    def _reply(
         self, kind: Kind, to: Frame, now: float, values: Sequence[float] | FloatArray = ()
     ) -> bytes:
         """An answer to a frame."""

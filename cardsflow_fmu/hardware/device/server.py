@@ -1,6 +1,6 @@
-"""Serves a device by UDP: in real time by absolute deadlines, or in lock step.
+"""A UDP server of a device, in real time with absolute deadlines, or in lock step.
 
-One thread. Frames are taken as they come; between them the device has its watchdog and its steps.
+One thread: between frames it checks the watchdog and advances the robot.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import socket
 import time
 from collections.abc import Callable, Hashable
 from functools import partial
-from types import TracebackType
 from typing import Any, Protocol, Self
 
 from cardsflow_fmu.hardware.links.datagram_wait import Waiter
@@ -22,21 +21,21 @@ from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
 from .device import Device
 
 _LONGEST_WAIT = 0.05
-"""So often it looks at least whether to stop, in [s]."""
+"""Longest time between two checks of `stop`, in [s]."""
 _LONGEST_LEAP = 0.05
-"""Time that is made up for after a hold-up; what is beyond is left out, in [s]."""
+"""Longest delay that is caught up with; what is beyond is left out, in [s]."""
 _MOST_FRAMES = 64
-"""Frames taken before the device has its turn again, so that a flood of them cannot starve it."""
+"""Frames answered before the device is advanced again, so that a flood cannot starve it."""
 
 
-class Way(Protocol):
-    """What frames go through to the device and back; see `faults.FaultyWay`."""
+class Line(Protocol):
+    """A line to the device and back; see `faults.FaultyLine`."""
 
     def send(self, data: bytes, peer: Hashable, now: float) -> None:
         """Send a frame towards the device."""
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """The answers that come out until now, with peers."""
+        """The answers due until now, with their peers."""
 
     @property
     def next_due(self) -> float:
@@ -47,22 +46,22 @@ class DeviceServer:
     """A device at a UDP address.
 
     Args:
-        device: What is served.
+        device: The device.
         uri: udp://HOST:PORT to listen at; port 0 takes a free one; without host on loopback only.
-        way: What frames go through; straight to the device when None.
+        line: Line between socket and device; none when None.
 
     Raises:
         InputError: It is no such address.
         HardwareError: The address cannot be listened at.
 
     Attributes:
-        device: What is served.
-        uri: Where it listens, with the port that was taken.
+        device: The device.
+        uri: Its address, with the port that was taken.
         slipped: Time that was left out because the machine was too slow, in [s].
     """
 
-    def __init__(self, device: Device, uri: str, *, way: Way | None = None) -> None:
-        self.device, self._way = device, way
+    def __init__(self, device: Device, uri: str, *, line: Line | None = None) -> None:
+        self.device, self._line = device, line
         host, port = udp_address(uri)
         family, here = resolved(host, port, uri)
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
@@ -73,7 +72,7 @@ class DeviceServer:
             self._socket.close()
             remedy = "is another device running there?"
             if error.errno == errno.EADDRNOTAVAIL:
-                remedy = "listen at an address of this machine; 0.0.0.0 stands for all of them"
+                remedy = "listen at an address of this machine; 0.0.0.0 is all of them"
             what = f"cannot listen at {uri}: {error.strerror or error}"
             raise HardwareError(f"{what}; {remedy}") from error
         shown = f"[{host}]" if ":" in host else host
@@ -82,19 +81,19 @@ class DeviceServer:
         self._waiter = Waiter(self._socket, partial(self._socket.recvfrom, MOST_BYTES + 1))
 
     def run(self, stop: Callable[[], object] = bool) -> None:
-        """Serve until told to stop, then leave the device in its safe state.
+        """Serve until `stop`, then leave the device in its safe state.
 
         Args:
-            stop: Asked at least every 50 ms; a true answer ends serving.
+            stop: Called at least every 50 ms; a true result ends serving.
         """
         reached = time.monotonic()
         try:
             while not stop():
                 now = time.monotonic()
-                reached = self._go_on(reached, now)
+                reached = self._advance(reached, now)
                 self.device.tick(now)
-                if self._way is not None:
-                    self._send_all(self._way.due(now))
+                if self._line is not None:
+                    self._send_all(self._line.due(now))
                 resting = not self.device.goes_by_clock
                 self._take_frames(self._next_event(reached))
                 if resting:  # what passed before the first set point is not the run's
@@ -109,16 +108,11 @@ class DeviceServer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _go_on(self, reached: float, now: float) -> float:
-        """Let the device take the steps that are due; returns the time that it has reached."""
+    def _advance(self, reached: float, now: float) -> float:
+        """Advance the device by the steps that are due; returns the time that it has reached."""
         device = self.device
         if now - reached > max(_LONGEST_LEAP, 2 * device.step):
             if device.state == "running":
@@ -130,33 +124,33 @@ class DeviceServer:
         return reached
 
     def _next_event(self, reached: float) -> float:
-        """Until when there is nothing to do but to wait for frames."""
+        """The time of the next step, watchdog check or delayed frame."""
         device = self.device
         event = min(time.monotonic() + _LONGEST_WAIT, device.next_deadline)
         if device.goes_by_clock:
             event = min(event, reached + device.step)
-        return event if self._way is None else min(event, self._way.next_due)
+        return event if self._line is None else min(event, self._line.next_due)
 
     def _take_frames(self, until: float) -> None:
-        """Answer frames until there is something else to do."""
+        """Answer frames until the next event."""
         device, state = self.device, self.device.state
         for _ in range(_MOST_FRAMES):
             try:
                 came = self._waiter.receive(until)
-            except OSError:  # a link that was answered is no longer there
+            except OSError:  # an earlier answer found nobody listening
                 continue
             if came is None:
                 return
             data, peer = came
             now = time.monotonic()
-            if self._way is None:
+            if self._line is None:
                 for answer in device.receive(data, peer, now):
                     self._send(answer, peer)
             else:
-                self._way.send(data, peer, now)
-                self._send_all(self._way.due(now))
-            if self._way is not None or device.state is not state:
-                return  # what is due next, and when, is not what it was
+                self._line.send(data, peer, now)
+                self._send_all(self._line.due(now))
+            if self._line is not None or device.state is not state:
+                return  # the next event has changed
 
     def _send_all(self, frames: list[tuple[bytes, Hashable]]) -> None:
         for data, peer in frames:
@@ -165,7 +159,7 @@ class DeviceServer:
     def _send(self, data: bytes, peer: Any) -> None:
         try:
             self._socket.sendto(data, peer)
-        except OSError:  # no way there, no room: as good as lost
+        except OSError:  # no route, no buffer: as good as lost
             self.device.counters["not sent"] += 1
 
 
@@ -174,25 +168,25 @@ def serve(
     uri: str,
     *,
     stop: Callable[[], object] = bool,
-    way: Way | None = None,
+    line: Line | None = None,
     duration: float = math.inf,
     ready: Callable[[str], object] = lambda uri: None,
 ) -> None:
-    """Serve a device until told to stop, then leave it in its safe state.
+    """Serve a device until `stop`, then leave it in its safe state.
 
     Args:
-        device: What is served.
+        device: The device.
         uri: udp://HOST:PORT to listen at; port 0 takes a free one; without host on loopback only.
-        stop: Asked at least every 50 ms; a true answer ends serving.
-        way: What frames go through, such as `faults.FaultyWay`; straight to the device when None.
+        stop: Called at least every 50 ms; a true result ends serving.
+        line: Line between socket and device, such as `faults.FaultyLine`; none when None.
         duration: Longest time, in [s].
-        ready: Called with the address, with the port that was taken, once frames are heard.
+        ready: Called with the address, with the port that was taken, once it listens.
 
     Raises:
         InputError: It is no such address.
         HardwareError: The address cannot be listened at.
     """
-    with DeviceServer(device, uri, way=way) as server:
+    with DeviceServer(device, uri, line=line) as server:
         ready(server.uri)
         end = time.monotonic() + duration
         server.run(lambda: stop() or time.monotonic() >= end)

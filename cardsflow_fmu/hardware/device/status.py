@@ -1,4 +1,4 @@
-"""What has become of a device, told when it changes: for those who look after it."""
+"""Events of a device: changes of its state, and refused runs."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Event:
     """A change of a device.
 
     Attributes:
-        state: The device's state, or "refused" where it has kept it and refused a run.
+        state: The device's state, or "refused" for a run that it has refused.
         run: Number of its run.
-        reason: Why, for people; empty where there is nothing to say.
+        reason: The reason, as text; may be empty.
     """
 
     state: str
@@ -30,22 +30,22 @@ class Event:
         return f"run {self.run:08x} {self.state}{reason}"
 
 
-class Status:
-    """Tells the changes of a device, each once a run.
+class StatusReporter:
+    """Reports the changes of a device, each once a run.
 
     Args:
         device: The device.
-        tell: Called with every change.
+        report: Called with every change.
     """
 
-    def __init__(self, device: Device, tell: Callable[[Event], object]) -> None:
-        self._device, self._tell = device, tell
+    def __init__(self, device: Device, report: Callable[[Event], object]) -> None:
+        self._device, self._report = device, report
         self._before = (device.run_id, device.state, device.failure)
         self._counted = dict(device.counters)
         self._refused: set[ErrorCode] = set()
 
-    def look(self) -> None:
-        """Tell what has changed since the last look."""
+    def update(self) -> None:
+        """Report what has changed since the last update."""
         device = self._device
         now = (device.run_id, device.state, device.failure)
         if now != self._before:
@@ -53,29 +53,29 @@ class Status:
                 self._refused.clear()
             self._before = now
             if device.run_id:
-                self._tell(Event(device.state, device.run_id, self._reason()))
+                self._report(Event(device.state, device.run_id, self._reason()))
         for code in ErrorCode:
             if self._is_new(code.name.lower()) and code not in self._refused:
                 self._refused.add(code)
-                self._tell(Event("refused", device.run_id, REFUSALS[code]))
+                self._report(Event("refused", device.run_id, REFUSALS[code]))
 
     def _reason(self) -> str:
         device, agreed = self._device, self._device.agreed
-        bitten, stopped = self._is_new("watchdog"), self._is_new("stops")
+        expired, stopped = self._is_new("watchdog"), self._is_new("stops")
         if device.failure:
             return device.failure
         if agreed is None:
             return ""
         if device.state == "safe":
             silence = f"no command for {agreed.watchdog:g} s"
-            return silence if bitten else "stopped as asked" if stopped else ""
+            return silence if expired else "stopped as asked" if stopped else ""
         if device.state == "ready":
             mode = "in lock step" if agreed.lockstep else "in real time"
             return f"{mode}, a command every {agreed.step:g} s, watchdog {agreed.watchdog:g} s"
         return ""
 
     def _is_new(self, counter: str) -> bool:
-        """Whether a counter has grown since it was last asked for."""
+        """Whether a counter has grown since the last call for it."""
         count = self._device.counters[counter]
         grown = count > self._counted.get(counter, 0)
         self._counted[counter] = count

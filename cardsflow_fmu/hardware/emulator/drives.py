@@ -1,12 +1,11 @@
-"""What makes tensions of commands in an emulated robot: ideal motors, or springs that are wound.
+"""Motor models of an emulated robot: ideal force control, or set points of springs.
 
     force:     f = u
     length:    f = K (l - l0) + D l',   l0 = l_0 + u/k,   or l0 = l_0 - r u/k of a spindle's angle
     velocity:  the same,                l0' = u/k,        or l0' = -r u/k
 
-with the command u and the names of `motors`, whose inverse this is. A motor is no stronger than
-f_max, and no cable pushes. A first-order lag follows: f' = (f_wanted - f)/T, in closed form over a
-step.
+with the command u and the symbols of `motors`, whose inverse this is. Tensions lie between 0 and
+f_max. A first-order lag follows: f' = (f_d - f)/T, in closed form over a step.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from controllers import SpringMotors
 
 
 class Drive(Protocol):
-    """The motors of m muscles, as far as they are known by what they are told.
+    """A model of the motors of m muscles.
 
     Attributes:
         lower, upper: Bounds of a command, shape (m,).
@@ -34,7 +33,7 @@ class Drive(Protocol):
     upper: FloatArray
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Be at the start: the motors hold these forces, and count from there if they are to.
+        """Start with these forces, and set the origin of the encoders if it is not given.
 
         Args:
             lengths: l, shape (m,), in [m].
@@ -43,12 +42,12 @@ class Drive(Protocol):
         """
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Commands follow where these forces have been held; the arguments are as above."""
+        """Start from forces that have been held; the arguments are as above."""
 
-    def pull(
+    def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """The tensions wanted over the next dt, shape (m,), in [N].
+        """The tensions over the next dt, before the lag, shape (m,), in [N].
 
         Args:
             command: Shape (m,).
@@ -59,7 +58,7 @@ class Drive(Protocol):
 
 
 class ForceDrive:
-    """Motors that are told forces.
+    """Ideal force control.
 
     Args:
         f_min, f_max: Bounds, shape (m,), in [N].
@@ -72,12 +71,12 @@ class ForceDrive:
         self.lower, self.upper = f_min, f_max
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Nothing to count."""
+        """No encoder."""
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Nothing to remember."""
+        """No state."""
 
-    def pull(
+    def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
         """The command, within the bounds."""
@@ -86,18 +85,18 @@ class ForceDrive:
 
 
 class SpringDrive:
-    """Motors that are told lengths l0, or their rates, and pull through springs.
+    """Motors with commands l0, or its rates, and springs in series.
 
     Args:
         settings: The motors; their command is a length or a velocity.
         muscle_names: m names.
-        f_max: What a motor can pull, shape (m,), in [N].
+        f_max: Largest force of a motor, shape (m,), in [N].
 
     Raises:
         InputError: A constant is out of range; the message names the muscle.
 
     Attributes:
-        lower, upper: Bounds of a command: none, as a motor's strength is bounded.
+        lower, upper: Bounds of a command: infinite, as the force is bounded.
     """
 
     def __init__(
@@ -122,22 +121,24 @@ class SpringDrive:
         self._set_points = np.zeros(m)
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Wind each motor to where its spring makes its force, and count from there if asked to."""
+        """Set the springs' set points for the forces, and the encoders' origin if not given."""
         self.resume(lengths, rates, forces)
         if self._takes_start:
             self._offset = self._set_points
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Wind each motor to where its spring makes its force."""
+        """Set each spring's set point for its force."""
         self._set_points = self._springs.set_points(lengths, rates, forces)
 
-    def pull(
+    def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """What the springs make at the set points at the end of dt."""
-        told = self._metres * command
+        """The forces of the springs at the set points at the end of dt."""
+        commanded = self._metres * command
         before = self._set_points
-        self._set_points = before + told * dt if self._takes_rates else self._offset + told
+        self._set_points = (
+            before + commanded * dt if self._takes_rates else self._offset + commanded
+        )
         forces = self._springs.forces(lengths, rates, self._set_points)
         bounded: FloatArray = np.minimum(forces, self._f_max)
         return bounded
@@ -147,7 +148,7 @@ def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
     """The motors of a robot.
 
     Args:
-        settings: What they take.
+        settings: Their command and constants.
         robot: The robot.
 
     Raises:
@@ -182,9 +183,9 @@ class Lag:
             raise InputError(f"the motors' time constant must be 0 s or more, not {time_constant}")
         self._time_constant = time_constant
 
-    def follow(self, value: FloatArray, wanted: FloatArray, dt: float) -> FloatArray:
-        """Where a value is dt later, shape as given, if `wanted` is held meanwhile."""
+    def filter(self, value: FloatArray, target: FloatArray, dt: float) -> FloatArray:
+        """The output dt later, with a constant target; shape as given."""
         if self._time_constant == 0:
-            return wanted
-        way: FloatArray = wanted + (value - wanted) * math.exp(-dt / self._time_constant)
-        return way
+            return target
+        output: FloatArray = target + (value - target) * math.exp(-dt / self._time_constant)
+        return output

@@ -1,4 +1,4 @@
-"""An emulated robot behind a device: what stands for the hardware of an experiment."""
+"""The device of an emulated robot."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def emulated_device(
     motor_lag: float | None = None,
     sensors: SensorSettings | None = None,
 ) -> Device:
-    """What answers at `loopback:` and `emulated:`, or at the address of `cardsflow device`.
+    """The emulated device of an experiment, as behind `loopback:` and `emulated:`.
 
     Args:
-        experiment: Whose robot.
-        settings: What its motors take, what it measures, its watchdog.
+        experiment: The experiment.
+        settings: Command of its motors, what it measures, its watchdog.
         key: The pre-shared key; None for unsigned frames.
         motor_lag: Time constant of the motors, in [s]; that of the settings when None.
-        sensors: How good the sensors are; as in the settings when None.
+        sensors: Errors of the sensors; those of the settings when None.
 
     Raises:
         InputError: A value is out of range.
@@ -49,7 +49,7 @@ def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | Non
 
     Args:
         robot: The robot.
-        settings: What its motors take, what it measures, its watchdog.
+        settings: Command of its motors, what it measures, its watchdog.
         key: The pre-shared key; None for unsigned frames.
 
     Raises:

@@ -1,7 +1,7 @@
-"""The link to an emulated robot in a time of its own: faults and all, as fast as it computes.
+"""The link to an emulated robot in virtual time, as fast as it computes.
 
-Both sides are whole, but for sockets: session, link and frames on ours; faults, device, watchdog
-and robot on the other. Time passes only where our side waits, so that a run is the same every time,
+Both sides are complete but for sockets: session, link and frames on one; faulty line, device,
+watchdog and robot on the other. Time passes only while the link waits, so that runs repeat exactly
 and a controller takes no time.
 """
 
@@ -13,29 +13,29 @@ from collections.abc import Callable
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 
-from .faults import Faults, FaultyWay
+from .faults import Faults, FaultyLine
 
 EMULATED = "emulated"
-_PEER = "ours"
+_PEER = "link"
 _BEGIN = 1.0
 _AFTER = 1e-9
-"""A watchdog bites after its time, in [s]."""
+"""Time from a watchdog's deadline to its check, in [s]."""
 
 
 class EmulatedWorld:
-    """A clock, a device, and the way there and back.
+    """A clock, a device, and the line to it.
 
     Args:
         device: The device.
-        faults: What happens to frames on the way.
+        faults: Faults of the line.
 
     Attributes:
-        answers: Frames that have come back.
+        answers: Frames from the device.
     """
 
     def __init__(self, device: Device, faults: Faults) -> None:
         self._device = device
-        self._way = FaultyWay(device, faults)
+        self._line = FaultyLine(device, faults)
         self._now = _BEGIN
         self._steps = 0
         self.answers: deque[bytes] = deque()
@@ -54,41 +54,41 @@ class EmulatedWorld:
 
     def send(self, data: bytes) -> None:
         """Send a frame to the device."""
-        self._way.send(data, _PEER, self._now)
-        self._happen()
+        self._line.send(data, _PEER, self._now)
+        self._process()
 
     def wait(self, until: float, is_over: Callable[[], object]) -> None:
         """Let time pass from one event to the next.
 
         Args:
             until: In [s].
-            is_over: Whether there is nothing left to wait for.
+            is_over: Whether to stop waiting.
         """
         while not is_over():
             event = min(
-                self._next_step, self._way.next_due, self._device.next_deadline + _AFTER, until
+                self._next_step, self._line.next_due, self._device.next_deadline + _AFTER, until
             )
             self._now = max(self._now, event)
-            self._happen()
+            self._process()
             if event >= until:
                 return
 
     @property
     def _next_step(self) -> float:
-        """When the robot has gone on by another step; counted, so that rounding does not add up."""
+        """When the robot's next step ends; from a count, so that rounding does not add up."""
         return _BEGIN + (self._steps + 1) * self._device.step
 
-    def _happen(self) -> None:
-        """Everything that is due."""
+    def _process(self) -> None:
+        """Process all events that are due."""
         while self._next_step <= self._now:
             self._device.advance(self._device.step)
             self._steps += 1
         self._device.tick(self._now)
-        self.answers.extend(data for data, _ in self._way.due(self._now))
+        self.answers.extend(data for data, _ in self._line.due(self._now))
 
 
 class EmulatedLink(FramedLink):
-    """Our side's end of the way into an emulated world.
+    """The link into an emulated world.
 
     Args:
         world: The world.

@@ -1,4 +1,4 @@
-"""An emulated robot: the simulated plant with motors and sensors, to stand behind a device."""
+"""The emulated robot behind a device: the simulated plant with motors and sensors."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ _ROUNDING = 1e-6
 
 
 class EmulatedRobot:
-    """A simulated robot that takes commands and tells its state, as a device's robot does.
+    """A simulated robot with the interface of a device's robot.
 
-    Without imperfections it goes through the very states of the plant's FMU.
+    With ideal motors and sensors its states are exactly those of the plant's FMU.
 
     Args:
         robot: The robot as it is simulated.
         step: Internal step, in [s].
         q: Positions at the start, shape (n,), in [rad] or [m]; the robot's initial ones when None.
         qd: Velocities at the start, shape (n,), in [rad/s] or [m/s]; zero when None.
-        disturbance: Forces from outside; none when None.
-        motors: What the motors take, or a model of them; forces when None.
+        disturbance: External forces; none when None.
+        motors: Settings or a model of the motors; ideal force control when None.
         motor_lag: Time constant of the motors, in [s].
-        sensors: How good the sensors are; perfect when None.
+        sensors: Errors of the sensors; perfect when None.
         has_lengths: Whether path lengths are measured.
         has_tensions: Whether tensions are measured.
         safe_forces: Tensions of the safe state, a number or shape (m,), in [N]; f_min when None.
@@ -43,10 +43,10 @@ class EmulatedRobot:
         InputError: A value is out of range.
 
     Attributes:
-        plant: What is simulated.
+        plant: The simulated plant.
         drive: The motors.
         commands: Number of commands, m.
-        states: Number of state values: q, qd, and what is measured of l and tension.
+        states: Number of state values: q, qd, and l and tension where they are measured.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class EmulatedRobot:
         Args:
             experiment: The experiment.
             motor_lag: Time constant of the motors, in [s].
-            sensors: How good the sensors are; perfect when None.
+            sensors: Errors of the sensors; perfect when None.
         """
         return cls(
             experiment.plant_robot,
@@ -118,7 +118,7 @@ class EmulatedRobot:
         """Go to the start state; the motors hold the safe tensions."""
         plant = self.plant
         plant.reset(*self._start)
-        self._advances, self._owed, self._failed = 0, 0.0, False
+        self._advances, self._remainder, self._failed = 0, 0.0, False
         self._tension = self._safe_forces
         self._command: FloatArray | None = None
         self._sensors.reset(plant.q, plant.qd, plant.lengths_view)
@@ -136,7 +136,7 @@ class EmulatedRobot:
         self._command = None
 
     def advance(self, dt: float) -> None:
-        """Go on by dt, in [s]; what is left of it beyond whole steps is kept for the next time.
+        """Advance by dt, in [s]; the remainder beyond whole steps is kept for the next call.
 
         Raises:
             SimulationError: The state has diverged; from then on time stands still.
@@ -152,35 +152,39 @@ class EmulatedRobot:
     def _advance(self, dt: float) -> None:
         plant, step = self.plant, self.plant.step_size
         loads = self._loads(dt)
-        self._owed += dt
-        steps = int(self._owed / step + _ROUNDING)
-        self._owed -= steps * step
+        self._remainder += dt
+        steps = int(self._remainder / step + _ROUNDING)
+        self._remainder -= steps * step
         for _ in range(steps):
-            self._tension = self._lag.follow(self._tension, self._wanted(), step)
+            self._tension = self._lag.filter(self._tension, self._desired_tensions(), step)
             plant.step(self._tension, loads=loads)
         self._advances += 1
         if steps:
             self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
 
     def state(self) -> FloatArray:
-        """q, qd, and what is measured of l and tension, as last read, shape (states,)."""
+        """q, qd, and l and tension where they are measured, as last read, shape (states,)."""
         read = self._sensors
         optional = zip(self._measured, (read.lengths, self._tension), strict=True)
-        return np.concatenate([read.q, read.qd, *(row for is_told, row in optional if is_told)])
+        return np.concatenate(
+            [read.q, read.qd, *(row for is_measured, row in optional if is_measured)]
+        )
 
-    def _wanted(self) -> FloatArray:
-        """The tensions that the motors go to, shape (m,)."""
+    def _desired_tensions(self) -> FloatArray:
+        """The input of the motors' lag, shape (m,)."""
         if self._command is None:
             return self._safe_forces
         plant = self.plant
-        return self.drive.pull(self._command, plant.lengths_view, self._rates(), plant.step_size)
+        return self.drive.tensions(
+            self._command, plant.lengths_view, self._rates(), plant.step_size
+        )
 
     def _rates(self) -> FloatArray:
         rates: FloatArray = self.plant.muscle_jacobian @ self.plant.qd
         return rates
 
     def _loads(self, dt: float) -> FloatArray | None:
-        """Forces from outside over the next dt, as the reference's FMU gives them at its start."""
+        """External forces over the next dt, as the reference's FMU has them at its start."""
         disturbance, k = self._disturbance, self._advances
         if disturbance is None:
             return None

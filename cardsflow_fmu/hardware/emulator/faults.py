@@ -1,7 +1,7 @@
-"""What can happen to frames on their way: loss, delay, reordering, duplication, damage, outages.
+"""Faults of a line: loss, delay, reordering, duplication, damage, outages.
 
-Nothing here looks at a clock: whoever calls says what time it is, so that tests need not wait. The
-same seed and the same frames at the same times have the same fate.
+Times are arguments, so that tests need not wait. The same seed and the same frames at the same
+times give the same faults.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _MOST_DAMAGED_BYTES = 8
 _RESIZED = 0.2
 """Part of the damaged frames that are cut or lengthened instead of having bytes changed."""
 _LONGEST_HELD = 0.01
-"""After so long a frame that was to be overtaken goes all the same, in [s]."""
+"""Longest time that a frame waits to be overtaken, in [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +70,14 @@ class Faults:
 
 
 class FaultyChannel:
-    """One direction of a link: what is sent comes out later, or twice, or damaged, or never.
+    """One direction of a line.
 
     Args:
-        faults: What happens.
-        direction: Frames of another direction have a fate of their own.
+        faults: The faults.
+        direction: Name of the direction, which has random numbers of its own.
 
     Attributes:
-        counters: How many frames were sent, delivered, lost, duplicated, overtaken, damaged.
+        counters: Number of frames sent, delivered, lost, duplicated, overtaken, damaged.
     """
 
     def __init__(self, faults: Faults, direction: str = "") -> None:
@@ -120,7 +120,7 @@ class FaultyChannel:
         self._release(arrival)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """The frames that come out until now, with their peers, in the order of arrival.
+        """The frames due until now, with their peers, in the order of arrival.
 
         Args:
             now: In [s].
@@ -136,7 +136,7 @@ class FaultyChannel:
 
     @property
     def next_due(self) -> float:
-        """When the next frame comes out, in [s]; infinite if there is none on the way."""
+        """When the next frame arrives, in [s]; infinite if there is none."""
         held = math.inf if self._held is None else self._held[0] + _LONGEST_HELD
         return min(held, self._waiting[0][0] if self._waiting else math.inf)
 
@@ -144,7 +144,7 @@ class FaultyChannel:
         return any(begin <= time < begin + length for begin, length in self._faults.outages)
 
     def _send_on(self, data: bytes, peer: Hashable, now: float) -> float:
-        """Put a frame on its way; returns when it arrives."""
+        """Schedule a frame; returns when it arrives."""
         arrival = now + self._faults.delay + self._faults.jitter * self._random.random()
         self._arrive(arrival, data, peer)
         return arrival
@@ -154,38 +154,38 @@ class FaultyChannel:
         heapq.heappush(self._waiting, (arrival, self._order, data, peer))
 
     def _release(self, arrival: float) -> None:
-        """The frame that was held back arrives right behind another."""
+        """Let the frame that was held back arrive right behind another."""
         if self._held is not None:
             _, data, peer = self._held
             self._held = None
             self._arrive(arrival, data, peer)
 
     def _damaged(self, data: bytes) -> bytes:
-        """A frame with other bytes, or another length; never the frame itself."""
+        """The frame with other bytes, or another length; never the frame itself."""
         choose = self._random
         if not data or choose.random() < _RESIZED:
             length = choose.choice([k for k in range(len(data) + 9) if k != len(data)])
             return (data + choose.randbytes(8))[:length]
         changed = bytearray(data)
-        places = choose.sample(range(len(data)), min(_MOST_DAMAGED_BYTES, len(data)))
-        for place in places[: choose.randint(1, len(places))]:
-            changed[place] ^= choose.randint(1, 255)
+        indices = choose.sample(range(len(data)), min(_MOST_DAMAGED_BYTES, len(data)))
+        for index in indices[: choose.randint(1, len(indices))]:
+            changed[index] ^= choose.randint(1, 255)
         return bytes(changed)
 
 
 class Receiver(Protocol):
-    """What frames are sent to, such as a `Device`."""
+    """The receiver of frames, such as a `Device`."""
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[bytes]:
-        """Take a frame; returns the answers, for the same peer."""
+        """Process a frame; returns the answers, for the same peer."""
 
 
-class FaultyWay:
-    """The way to a device and back, with faults in both directions.
+class FaultyLine:
+    """A line to a device and back, with faults in both directions.
 
     Args:
-        device: What the frames are sent to.
-        faults: What happens to them.
+        device: The device.
+        faults: The faults.
 
     Attributes:
         inward, outward: The two directions.
@@ -201,13 +201,13 @@ class FaultyWay:
 
         Args:
             data: The frame.
-            peer: Who sends it.
+            peer: Its sender.
             now: In [s].
         """
         self.inward.send(data, peer, now)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """Let frames reach the device until now; returns the answers that come out, with peers.
+        """Deliver the frames due until now to the device; returns the answers due, with peers.
 
         Args:
             now: In [s].
@@ -219,10 +219,10 @@ class FaultyWay:
 
     @property
     def next_due(self) -> float:
-        """When `due` has something to do next, in [s]; infinite if nothing is on the way."""
+        """When the next frame is due in either direction, in [s]; infinite if there is none."""
         return min(self.inward.next_due, self.outward.next_due)
 
     @property
     def counters(self) -> dict[str, dict[str, int]]:
-        """How many frames met with what, in each direction."""
+        """The counters of both directions."""
         return {"inward": dict(self.inward.counters), "outward": dict(self.outward.counters)}

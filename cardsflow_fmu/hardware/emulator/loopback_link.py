@@ -1,4 +1,4 @@
-"""The link to a device in this process: the same frames, without a line."""
+"""The link to a device in this process."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from cardsflow_fmu.hardware.links.framed_link import FramedLink
 
 _PEER = "loopback"
 _LONGEST_LEAP = 0.1
-"""A device that has not been spoken to for longer goes on by this much, in [s]."""
+"""Longest time that a device is advanced by at once, in [s]."""
 
 
 class LoopbackLink(FramedLink):
-    """Hands frames to a device, which goes on by the time that has passed, or in lock step.
+    """A link that advances its device by the time that has passed, or in lock step.
 
     Args:
         make_device: Makes the device; called once, at the first `open`.
@@ -52,7 +52,7 @@ class LoopbackLink(FramedLink):
         if self.device is None or not self._connected:
             return
         now = time.monotonic()
-        self._go_on(self.device, now)
+        self._advance(self.device, now)
         self._answers.extend(self.device.receive(data, _PEER, now))
         self.counters["sent"] += 1
 
@@ -62,8 +62,8 @@ class LoopbackLink(FramedLink):
         time.sleep(max(deadline - time.monotonic(), 0.0))
         return None
 
-    def _go_on(self, device: Device, now: float) -> None:
-        """Let the device have its time, in whole steps of its own."""
+    def _advance(self, device: Device, now: float) -> None:
+        """Advance the device to the present, in whole steps of its own."""
         steps = int(min(now - self._reached, _LONGEST_LEAP) / device.step)
         for _ in range(steps):
             device.advance(device.step)

@@ -1,4 +1,4 @@
-"""A recording as a device's robot: it tells what the hardware told, whatever it is commanded."""
+"""The robot of a recording: its states are the recorded ones, whatever the commands."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _ROUNDING = 0.01
 
 
 class ReplayedRobot:
-    """Goes through the states of a recording by time; in lock step that is one row a step.
+    """The recorded states over time; in lock step one row a step.
 
-    Behind its end there is nothing to tell: that is an error, as of hardware that was switched off.
+    Behind the end of the recording it fails, as hardware that is switched off.
 
     Args:
-        recording: What is replayed.
+        recording: The recording.
 
     Raises:
         InputError: No state has been recorded.
@@ -84,7 +84,7 @@ class ReplayedRobot:
         return (self._start_state if row < 0 else self._states[row]).copy()
 
     def safe(self) -> None:
-        """Stay where it is until the next run."""
+        """Hold the state until the next run."""
         self._stopped = True
 
     def _newest(self, times: FloatArray) -> int:

@@ -1,4 +1,4 @@
-"""What an emulated robot's sensors tell of its state: noise, encoder counts, finite differences."""
+"""The sensors of an emulated robot: noise, encoder counts, finite differences."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Sensors:
     """Sensors of n joints and m muscles, read together.
 
     Args:
-        settings: How good they are.
+        settings: Their errors.
         joints: n.
         muscles: m.
 
@@ -64,7 +64,7 @@ class Sensors:
         self.lengths = np.zeros(muscles)
 
     def reset(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:
-        """The first reading, with noise from its beginning; no difference can be taken yet.
+        """Take the first reading, with the noise from its seed; differences are zero.
 
         Args:
             q: True positions, shape (n,).
@@ -77,7 +77,7 @@ class Sensors:
             self.qd = np.zeros(len(q))
 
     def read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray, dt: float) -> None:
-        """A reading, dt after the one before.
+        """Take a reading, dt after the one before.
 
         Args:
             q: True positions, shape (n,).
@@ -92,9 +92,9 @@ class Sensors:
 
     def _read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:
         settings = self._settings
-        self.q = _counted(self._noisy(q), settings.joint_counts)
+        self.q = _quantised(self._noisy(q), settings.joint_counts)
         self.qd = self._noisy(qd)
-        self.lengths = _counted(self._noisy(lengths), settings.length_counts)
+        self.lengths = _quantised(self._noisy(lengths), settings.length_counts)
 
     def _noisy(self, values: FloatArray) -> FloatArray:
         """Values with noise; a copy in any case."""
@@ -104,9 +104,9 @@ class Sensors:
         return noisy
 
 
-def _counted(values: FloatArray, counts: float) -> FloatArray:
+def _quantised(values: FloatArray, counts: float) -> FloatArray:
     """Values to the nearest count."""
     if math.isinf(counts):
         return values
-    counted: FloatArray = np.round(values * counts) / counts
-    return counted
+    quantised: FloatArray = np.round(values * counts) / counts
+    return quantised

@@ -1,4 +1,4 @@
-"""A link's side of the protocol, whatever carries frames: hello, set points, the newest state."""
+"""The link's side of the protocol, over any carrier of frames."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from cardsflow_fmu.hardware.protocol.handshake import (
     HELLO_VALUES,
     REFUSALS,
     ErrorCode,
-    Hello,
+    Handshake,
     whole,
 )
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -38,32 +38,32 @@ _HELLO_EVERY = 0.05
 _STOP_EVERY = 0.02
 _STOPS = 10
 _REPEAT_EVERY = 0.02
-"""In lock step a set point without answer is sent again after so long, in [s]."""
+"""In lock step a set point without answer is sent again after this time, in [s]."""
 _MOST_FRAMES = 1000
-"""An exchange takes no more frames than so many, so that a flood of them cannot hold it."""
+"""Most frames of an exchange, so that a flood cannot stall it."""
 _LOCKSTEP = int(Flag.LOCKSTEP)
-_SETPOINT, _STATE = Kind.SETPOINT, Kind.STATE  # found sooner, for each exchange
+_SETPOINT, _STATE = Kind.SETPOINT, Kind.STATE
 
 
 class FramedLink(ABC):
-    """What all links have in common; the others send bytes and wait for some.
+    """The base of all links; the derived classes send and receive bytes.
 
     Args:
         uri: The address, for messages.
         key: The pre-shared key; unsigned frames when None.
         timeout: How long `open` waits, in [s].
-        clock: What tells the time at both ends.
+        clock: Clock of both ends.
 
     Raises:
         InputError: The key is too short.
 
     Attributes:
         uri: The address.
-        clock: What tells the time.
+        clock: Clock of both ends.
         run_id: Number of the run; 0 before `open`.
-        agreed: What the device has agreed to; None before `open`.
+        agreed: Parameters of the run; None before `open`.
         start_state: The device's state when it agreed, shape (states,), in SI units.
-        counters: How many frames were sent, received, and dropped for what reason.
+        counters: Number of frames sent, received, and dropped by reason.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class FramedLink(ABC):
         self.uri, self._timeout = uri, timeout
         self.clock = clock
         self.run_id = 0
-        self.agreed: Hello | None = None
+        self.agreed: Handshake | None = None
         self.start_state: FloatArray = np.zeros(0)
         self.counters: Counter[str] = Counter()
         self._pre_shared = Keys(key)
@@ -97,42 +97,42 @@ class FramedLink(ABC):
 
     @abstractmethod
     def _send(self, data: bytes) -> None:
-        """Send a frame; what cannot be sent is lost, and counted."""
+        """Send a frame; one that cannot be sent is lost, and counted."""
 
     @abstractmethod
     def _receive(self, deadline: float) -> bytes | None:
-        """What came, one frame; None if there is nothing until the deadline.
+        """Receive a frame; None if there is none until the deadline.
 
-        What has already come is given out even when the deadline has passed.
+        A frame that is there already is returned even after the deadline.
 
         Args:
             deadline: On the link's clock, in [s].
         """
 
-    def open(self, hello: Hello) -> None:
+    def open(self, handshake: Handshake) -> None:
         """Agree with the device on a run; see `HardwareLink.open`."""
         self.close()
         self._connect()
         try:
-            self._agree(hello)
+            self._agree(handshake)
         except BaseException:
             self._disconnect()
             raise
 
-    def _agree(self, hello: Hello) -> None:
-        """Say hello until the device agrees."""
+    def _agree(self, handshake: Handshake) -> None:
+        """Repeat the HELLO until the device agrees."""
         run_id = secrets.randbelow(0xFFFFFFFF) + 1
         end = self.clock.monotonic() + self._timeout
         busy = False
         while self.clock.monotonic() < end:
-            flags = _LOCKSTEP if hello.lockstep else 0
+            flags = _LOCKSTEP if handshake.lockstep else 0
             sent = self.clock.monotonic_ns()
-            frame = Frame(Kind.HELLO, flags, run_id, 0, 0.0, sent, 0, hello.values())
+            frame = Frame(Kind.HELLO, flags, run_id, 0, 0.0, sent, 0, handshake.values())
             self._send(pack(frame, self._pre_shared.pre_shared))
             until = min(self.clock.monotonic() + _HELLO_EVERY, end)
             while (answer := self._next(self._pre_shared, run_id, until)) is not None:
                 if answer.kind is Kind.HELLO_ACK:
-                    self._begin(hello, answer)
+                    self._begin(handshake, answer)
                     return
                 if answer.kind is Kind.ERROR:
                     busy = self._is_busy(answer) or busy
@@ -143,7 +143,7 @@ class FramedLink(ABC):
             raise HardwareError(f"the device at {self.uri} refuses: {REFUSALS[ErrorCode.BUSY]}")
         remedy = "is it running, and is the address right?"
         if self.counters["signature"] or self.counters["unsigned"]:
-            remedy = "what came has another signature: give both sides the same key file"
+            remedy = "its frames have another signature: give both sides the same key file"
         elif self._pre_shared.pre_shared is not None:
             remedy = "is it running, is the address right, and has it the same key?"
         raise HardwareError(
@@ -152,7 +152,7 @@ class FramedLink(ABC):
         )
 
     def _is_busy(self, answer: Frame) -> bool:
-        """Whether a device refuses for now; raises if it does so for good."""
+        """Whether a refusal is temporary; raises if it is final."""
         code = int(answer.values[0]) if len(answer.values) else 0
         if code == ErrorCode.BUSY:
             return True
@@ -160,24 +160,26 @@ class FramedLink(ABC):
         why = REFUSALS[ErrorCode(code)] if known else f"it gives the unknown reason {code}"
         raise HardwareError(f"the device at {self.uri} refuses: {why}")
 
-    def _begin(self, hello: Hello, answer: Frame) -> None:
-        """Start the run that the device has agreed to."""
+    def _begin(self, handshake: Handshake, answer: Frame) -> None:
+        """Start the agreed run."""
         values = np.asarray(answer.values)
-        agreed = Hello.of_values(values, bool(answer.flags & _LOCKSTEP))
-        if agreed is None or len(values) != ACK_VALUES + hello.states:
-            raise HardwareError(f"the device at {self.uri} answers the hello with nonsense")
-        if agreed.with_watchdog(hello.watchdog) != hello:
+        invalid = f"the device at {self.uri} answers the handshake with invalid values"
+        agreed = Handshake.of_values(values, bool(answer.flags & _LOCKSTEP))
+        if agreed is None or len(values) != ACK_VALUES + handshake.states:
+            raise HardwareError(invalid)
+        if agreed.with_watchdog(handshake.watchdog) != handshake:
             raise HardwareError(
-                f"the device at {self.uri} agrees to {agreed}, which is not what was asked: {hello}"
+                f"the device at {self.uri} agrees to {agreed}, "
+                f"which is not what was asked: {handshake}"
             )
         nonce = whole(*map(float, values[HELLO_VALUES:ACK_VALUES]))
         if nonce is None:
-            raise HardwareError(f"the device at {self.uri} answers the hello with nonsense")
+            raise HardwareError(invalid)
         self.agreed, self.run_id = agreed, answer.run_id
-        self.start_state = values[ACK_VALUES:] * hello.scale
+        self.start_state = values[ACK_VALUES:] * handshake.scale
         self._keys = self._pre_shared.of_run(answer.run_id, nonce)
         self._key = self._keys.of(_SETPOINT)
-        self._writer = FrameWriter(hello.commands)
+        self._writer = FrameWriter(handshake.commands)
         self._seq = self._newest_seq = 0
         self._newest_at = -math.inf
         self._moving = True
@@ -209,15 +211,15 @@ class FramedLink(ABC):
                     break
         return self._outcome(newest, agreed)
 
-    def _set_point(self, t: float, command: FloatArray, agreed: Hello) -> bytes:
+    def _set_point(self, t: float, command: FloatArray, agreed: Handshake) -> bytes:
         writer = self._writer
         writer.values[:] = command if agreed.scale == 1.0 else command / agreed.scale
         flags = _LOCKSTEP if agreed.lockstep else 0
         now = self.clock.monotonic_ns()
         return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, self._key)
 
-    def _is_news(self, frame: Frame, agreed: Hello) -> bool:
-        """Whether a frame is a state newer than all before, of a set point that was sent."""
+    def _is_news(self, frame: Frame, agreed: Handshake) -> bool:
+        """Whether a frame is a newer state than all before, of a set point that was sent."""
         if frame.kind is not _STATE or len(frame.values) != agreed.states:
             self.counters["type" if frame.kind is not _STATE else "count"] += 1
             return False
@@ -227,7 +229,7 @@ class FramedLink(ABC):
         self._newest_seq, self._newest_at = frame.seq, self.clock.monotonic()
         return True
 
-    def _outcome(self, newest: Frame | None, agreed: Hello) -> Exchange:
+    def _outcome(self, newest: Frame | None, agreed: Handshake) -> Exchange:
         age = self.clock.monotonic() - self._newest_at
         if newest is None:
             self.counters["missed"] += 1
@@ -238,7 +240,7 @@ class FramedLink(ABC):
         return Exchange(state, newest.seq, age, round_trip, newest.flags)
 
     def _next(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
-        """The next good frame of a run; what is not one is dropped and counted."""
+        """The next valid frame of a run; others are dropped and counted."""
         for _ in range(_MOST_FRAMES):
             data = self._receive(deadline)
             if data is None:
@@ -255,7 +257,7 @@ class FramedLink(ABC):
         return None
 
     def stop(self) -> bool:
-        """Ask the device to go to its safe state; whether it has confirmed, in 0.2 s."""
+        """Stop the device; returns whether it has confirmed within 0.2 s."""
         if not self._moving:
             return False
         self._moving = False
@@ -271,7 +273,7 @@ class FramedLink(ABC):
         return False
 
     def close(self) -> None:
-        """Stop if need be, and give the line back."""
+        """Stop the device if a run is under way, and close the line."""
         try:
             self.stop()
         finally:

@@ -7,35 +7,34 @@ from typing import Protocol
 
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class HardwareLink(Protocol):
-    """The way to a device and back, for one run at a time.
+    """A link to a device, for one run at a time.
 
     Attributes:
         run_id: Number of the run; 0 before `open`.
-        agreed: What the device has agreed to; None before `open`.
+        agreed: Parameters of the run; None before `open`.
         start_state: The device's state when it agreed, shape (states,), in SI units.
-        counters: How many frames were sent, received, and dropped for what reason.
-        clock: What tells the time.
+        clock: Clock of both ends.
     """
 
     clock: Clock
     run_id: int
-    agreed: Hello | None
+    agreed: Handshake | None
     start_state: FloatArray
 
     @property
     def counters(self) -> Mapping[str, int]:
-        """How many frames were sent, received, and dropped for what reason."""
+        """Number of frames sent, received, and dropped by reason."""
 
-    def open(self, hello: Hello) -> None:
+    def open(self, handshake: Handshake) -> None:
         """Agree with the device on a run; nothing moves before the first set point.
 
         Raises:
-            HardwareError: Nobody answers in time, or the device refuses.
+            HardwareError: There is no answer in time, or the device refuses.
         """
 
     def exchange(self, t: float, command: FloatArray, deadline: float) -> Exchange:
@@ -44,11 +43,11 @@ class HardwareLink(Protocol):
         Args:
             t: Time of the run, in [s].
             command: Shape (commands,), in SI units.
-            deadline: Until when to wait, on the link's clock, in [s].
+            deadline: End of the wait, on the link's clock, in [s].
         """
 
     def stop(self) -> bool:
-        """Ask the device to go to its safe state; whether it has confirmed."""
+        """Stop the device; returns whether it has confirmed."""
 
     def close(self) -> None:
-        """Stop if need be, and give the line back; a second time does nothing."""
+        """Stop the device if a run is under way, and close the line; may be repeated."""

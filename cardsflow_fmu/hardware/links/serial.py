@@ -1,4 +1,4 @@
-"""The link by a serial line: the same frames, stuffed so that zeros end them."""
+"""The link by a serial line: frames in COBS."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class SerialLink(FramedLink):
         except (OSError, ValueError) as error:
             raise HardwareError(f"no link to {self.uri}: {error}") from error
         self._line.reset_input_buffer()
-        self._is_whole = False  # so that the first frame is told from what was sent before
+        self._is_whole = False  # a zero ends what was sent before
         self._unstuffer = Unstuffer(MOST_BYTES)
         self._frames: deque[bytes] = deque()
 
@@ -67,7 +67,7 @@ class SerialLink(FramedLink):
         stuffed = encode(data) if self._is_whole else b"\0" + encode(data)
         try:
             written = os.write(self._line.fileno(), stuffed)
-        except OSError:  # unplugged, or nobody takes the bytes: as good as lost
+        except OSError:  # unplugged, or no buffer: as good as lost
             written = 0
         self._is_whole = written == len(stuffed)
         self.counters["sent" if self._is_whole else "not sent"] += 1
@@ -83,7 +83,7 @@ class SerialLink(FramedLink):
         return self._frames.popleft()
 
     def _read(self, seconds: float) -> bytes:
-        """What there is on the line, waiting for some; empty if nothing comes."""
+        """The bytes received, after a wait for some; empty if none come."""
         line = self._line
         if line is None:
             return b""

@@ -1,4 +1,4 @@
-"""The link by UDP: one socket, connected, so that the system hears nobody but the device."""
+"""The link by UDP: one connected socket, so that the system drops frames of other senders."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class UdpLink(FramedLink):
     Args:
         uri: udp://HOST:PORT
         key: The pre-shared key; unsigned frames when None.
-        bind: Address of this machine to send from. When empty it is the one that leads to the
-            device, so that a device on this machine is spoken to by loopback alone.
+        bind: Address of this machine to send from; when empty, the one of the route to the device:
+            loopback for a device on this machine.
         timeout: How long `open` waits, in [s].
 
     Raises:
@@ -42,7 +42,7 @@ class UdpLink(FramedLink):
         super().__init__(uri, key=key, timeout=timeout)
         self._host, self._port = udp_address(uri)
         if self._port == 0:
-            raise InputError(f"no port 0 to speak to in {uri!r}: {_FORM}")
+            raise InputError(f"port 0 of {uri!r} cannot be sent to: {_FORM}")
         self._bind = bind
         self._socket: socket.socket | None = None
         self._waiter: Waiter[bytes] | None = None
@@ -77,7 +77,7 @@ class UdpLink(FramedLink):
         try:
             self._socket.send(data)
             self.counters["sent"] += 1
-        except OSError:  # nobody listens, no way there, no room: as good as lost
+        except OSError:  # no listener, no route, no buffer: as good as lost
             self.counters["not sent"] += 1
 
     def _receive(self, deadline: float) -> bytes | None:
@@ -85,7 +85,7 @@ class UdpLink(FramedLink):
         while waiter is not None:
             try:
                 return waiter.receive(deadline)
-            except OSError:  # the answer of a machine on which nobody listens to the last frame
+            except OSError:  # an earlier frame found nobody listening
                 self.counters["refused"] += 1
                 if time.monotonic() >= deadline:
                     break
@@ -113,7 +113,7 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
     """Family and address of a host.
 
     Raises:
-        HardwareError: It is not known, or stands for many machines.
+        HardwareError: It is unknown, or an address of many machines.
     """
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
@@ -127,14 +127,6 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
     return family, address
 
 
-def is_loopback(host: str) -> bool:
-    """Whether an address is one that other machines cannot reach."""
-    try:
-        return ipaddress.ip_address(_without_zone(host)).is_loopback
-    except ValueError:
-        return False
-
-
 def _without_zone(host: str) -> str:
-    """An IPv6 address without the network card that it is to be reached by."""
+    """An IPv6 address without its zone."""
     return host.partition("%")[0]

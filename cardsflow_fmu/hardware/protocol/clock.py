@@ -1,4 +1,4 @@
-"""What tells the time: the world's clock, or one of an emulated world that passes as it is used."""
+"""The clock interface of real and of emulated time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """What the module `time` has of it."""
+    """The part of the module `time` that links and sessions use."""
 
     def monotonic(self) -> float:
         """The time, in [s]."""

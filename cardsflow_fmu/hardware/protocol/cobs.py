@@ -1,13 +1,13 @@
-"""Frames on a line that knows bytes only: consistent overhead byte stuffing, ended by a zero.
+"""Consistent overhead byte stuffing (COBS): frames on a byte line, each ended by a zero.
 
 Each zero of a frame is replaced by the distance to the next one, so that a zero on the line is the
-end of a frame and nothing else, and who comes in the middle is in step again after one frame.
+end of a frame and nothing else, and a receiver that starts in the middle loses one frame at most.
 """
 
 from __future__ import annotations
 
 _MOST = 254
-"""Longest stretch without a zero that one distance can tell."""
+"""Longest stretch without a zero that one distance can encode."""
 
 
 def encode(frame: bytes) -> bytes:
@@ -40,7 +40,7 @@ def decode(line: bytes) -> bytes | None:
 
 
 class Unstuffer:
-    """Takes the bytes of a line as they come and gives out frames.
+    """A decoder of the byte stream of a line.
 
     Args:
         most: Longest frame, in bytes; what is longer on the line is dropped.

@@ -1,4 +1,4 @@
-"""What goes wrong with hardware at the other end of a link."""
+"""The error of hardware at the other end of a link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The frame that goes between a simulation and a device: pack, unpack, checksum, authentication.
+"""The frame between a simulation and a device: packing, unpacking, checksum, authentication.
 
 Little-endian; docs/hardware_protocol.md describes it for those who write firmware.
 
@@ -47,7 +47,7 @@ _RUN = struct.Struct("<IQ")
 
 
 class Kind(IntEnum):
-    """What a frame is."""
+    """The kind of a frame."""
 
     HELLO = 1
     HELLO_ACK = 2
@@ -61,7 +61,7 @@ class Kind(IntEnum):
 
 
 class Flag(IntFlag):
-    """The bits of a frame's flags; the others are 0 and are not looked at."""
+    """The bits of a frame's flags; the others are 0 and are ignored."""
 
     SIGNED = 1
     """An HMAC follows the values."""
@@ -82,7 +82,7 @@ _WITH_PRE_SHARED_KEY = frozenset((Kind.HELLO, Kind.HELLO_ACK, Kind.ERROR))
 
 
 class FrameError(HardwareError):
-    """A frame cannot be taken.
+    """A frame is not valid.
 
     Args:
         reason: Why, in a word or two: "length", "magic", "version", "type", "checksum",
@@ -95,17 +95,17 @@ class FrameError(HardwareError):
 
 
 class Frame(NamedTuple):
-    """One frame; a tuple because one is made on each side of each exchange, and quickly.
+    """One frame; a tuple, as one is made on each side of every exchange.
 
     Attributes:
-        kind: What it is.
+        kind: Its kind.
         flags: Bits of `Flag`; that of the signature is set by `pack`.
         run_id: Number of the run, 32 bits.
         seq: Sequence number, 32 bits.
         t_sim: Time of the run, in [s].
         t_send_ns: The sender's monotonic clock, in [ns].
         echo_ns: `t_send_ns` of the frame answered; 0 if none is.
-        values: What it carries.
+        values: Its values.
     """
 
     kind: Kind
@@ -123,7 +123,7 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
 
     Args:
         frame: The frame.
-        key: What to sign it with; unsigned when None.
+        key: Key of the signature; unsigned when None.
 
     Raises:
         FrameError: A number is not finite, or there are too many.
@@ -133,26 +133,17 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
         raise FrameError("length")
     writer = FrameWriter(len(values))
     writer.values[:] = values
-    return writer.pack(
-        frame.kind,
-        frame.flags,
-        frame.run_id,
-        frame.seq,
-        frame.t_sim,
-        frame.t_send_ns,
-        frame.echo_ns,
-        key,
-    )
+    return writer.pack(*frame[:-1], key)
 
 
 class FrameWriter:
-    """Packs frames of one length over and over, into memory of its own.
+    """A reusable buffer for frames of one length.
 
     Args:
         count: Number of values.
 
     Attributes:
-        values: What the next frame carries, shape (count,); to be written into.
+        values: Values of the next frame, shape (count,); to be written into.
     """
 
     def __init__(self, count: int) -> None:
@@ -170,28 +161,18 @@ class FrameWriter:
         t_send_ns: int,
         echo_ns: int,
         key: bytes | None,
+        *,
+        are_finite: bool = False,
     ) -> bytes:
         """The bytes of a frame with the present values; the arguments are those of `Frame`.
+
+        With `are_finite`, time and values are known to be finite and are not checked.
 
         Raises:
             FrameError: A number is not finite.
         """
-        if not (math.isfinite(t_sim) and all_finite(self.values)):
+        if not (are_finite or (math.isfinite(t_sim) and all_finite(self.values))):
             raise FrameError("not finite")
-        return self.pack_finite(kind, flags, run_id, seq, t_sim, t_send_ns, echo_ns, key)
-
-    def pack_finite(
-        self,
-        kind: int,
-        flags: int,
-        run_id: int,
-        seq: int,
-        t_sim: float,
-        t_send_ns: int,
-        echo_ns: int,
-        key: bytes | None,
-    ) -> bytes:
-        """As `pack`, where it is known that all numbers are finite."""
         flags = flags & ~SIGNED if key is None else flags | SIGNED
         data = self._bytes
         count, unused, checksum = self._count, 0, 0
@@ -210,7 +191,7 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
 
     Args:
         data: The bytes, of one whole frame.
-        key: What it must be signed with; it must be unsigned when None.
+        key: Key of its signature; it must be unsigned when None.
 
     Raises:
         FrameError: It is not a frame, damaged, or not signed with this key.
@@ -247,12 +228,12 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """What the frames of a run are signed with: nothing at all, or one of two keys.
+    """The keys that frames of a run are signed with.
 
-    The pre-shared key signs what is said before both sides know the run's key, and refusals.
+    The pre-shared key signs the handshake and refusals, the run's key everything else.
 
     Attributes:
-        pre_shared: The key that both sides were given; None for unsigned frames.
+        pre_shared: The key of both sides; None for unsigned frames.
         run: The run's own key; None before there is a run.
 
     Raises:
@@ -280,7 +261,7 @@ class Keys:
         return Keys(self.pre_shared, key)
 
     def of(self, kind: int) -> bytes | None:
-        """What a frame of a kind is signed with; None for nothing.
+        """The key for frames of a kind; None for unsigned ones.
 
         Raises:
             FrameError: It belongs to a run, and there is none.
@@ -292,17 +273,17 @@ class Keys:
         return self.run
 
     def unpack(self, data: bytes) -> Frame:
-        """As `unpack`, with the key that the frame's kind asks for."""
+        """As `unpack`, with the key for the frame's kind."""
         if self.pre_shared is None:
             return unpack(data)
         return unpack(data, self.of(data[_KIND_AT]) if len(data) > _KIND_AT else self.pre_shared)
 
 
 def all_finite(values: FloatArray) -> bool:
-    """Whether no value is infinite or NaN; a few times as quick as to look at each."""
+    """Whether no value is infinite or NaN; a few times as fast as a check of each."""
     return math.isfinite(sum(values.tolist())) or bool(np.isfinite(values).all())
 
 
 def is_newer(seq: int, than: int) -> bool:
-    """Whether one sequence number comes after another, the way round 2^32 being short."""
+    """Whether one sequence number comes after another, modulo 2^32."""
     return 0 < (seq - than) & 0xFFFFFFFF < 0x80000000

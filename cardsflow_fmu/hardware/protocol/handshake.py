@@ -1,4 +1,4 @@
-"""What both sides agree on before a run, and why a device may refuse."""
+"""The handshake before a run: what both sides agree on, and the reasons of a refusal."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from enum import IntEnum
 
 HELLO_VALUES = 7
 ACK_VALUES = HELLO_VALUES + 2
-"""The hello as agreed and the device's nonce; the device's state follows."""
+"""The 7 values as agreed and the device's nonce; the device's state follows."""
 
 _HALF = 0x1_0000_0000
 
 
 class ErrorCode(IntEnum):
-    """Why a device refuses a hello: the first value of an ERROR."""
+    """The reason of a refusal: the first value of an ERROR."""
 
     BUSY = 1
     PORTS = 2
@@ -28,7 +28,7 @@ class ErrorCode(IntEnum):
 
 REFUSALS = {
     ErrorCode.BUSY: "it is in use by another; end that run first",
-    ErrorCode.PORTS: "its signals are others: names, units, their order, or the kind of command; "
+    ErrorCode.PORTS: "its signals differ: names, units, their order, or the kind of command; "
     "give both sides the same robot and the same [hardware.motors]",
     ErrorCode.SCALE: "it uses another scale; give both sides the same",
     ErrorCode.STEP: "it cannot take this step; in lock step it must be its own, or up to "
@@ -41,8 +41,8 @@ REFUSALS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Hello:
-    """What a run is to be like.
+class Handshake:
+    """The parameters of a run.
 
     Attributes:
         signature: Hash of the signals, 64 bits; see `signature.port_signature`.
@@ -63,7 +63,7 @@ class Hello:
     lockstep: bool
 
     def values(self) -> list[float]:
-        """What a HELLO carries; the mode is a flag of the frame."""
+        """The values of a HELLO; the mode is a flag of the frame."""
         return [
             *halves(self.signature),
             self.step,
@@ -74,8 +74,8 @@ class Hello:
         ]
 
     @classmethod
-    def of_values(cls, values: Iterable[float], lockstep: bool) -> Hello | None:
-        """What a HELLO or the beginning of a HELLO_ACK says; None if it makes no sense.
+    def of_values(cls, values: Iterable[float], lockstep: bool) -> Handshake | None:
+        """The handshake in a HELLO, or at the beginning of a HELLO_ACK; None if it is invalid.
 
         Args:
             values: At least 7 finite numbers.
@@ -93,7 +93,7 @@ class Hello:
             return None
         return cls(signature, step, scale, watchdog, int(commands), int(states), lockstep)
 
-    def with_watchdog(self, watchdog: float) -> Hello:
+    def with_watchdog(self, watchdog: float) -> Handshake:
         """The same with another watchdog, in [s]."""
         return replace(self, watchdog=watchdog)
 

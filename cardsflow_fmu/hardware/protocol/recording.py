@@ -1,4 +1,4 @@
-"""Every exchange with hardware, streamed to a file that can be read when the run was killed.
+"""Recordings of all exchanges with hardware, streamed, and readable after a run was killed.
 
 Little-endian:
 
@@ -27,7 +27,6 @@ import struct
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -55,20 +54,20 @@ _MAX_BYTES = 2**31
 
 
 class Recorder:
-    """Writes a recording, record by record; also a context that closes it.
+    """The writer of a recording, record by record; also a context that closes it.
 
     A record goes to the system at once, so that nothing is lost when the process is killed. A disk
     that is full ends the recording and not the run: `failure` says why.
 
     Args:
-        file: Where to; an earlier recording is replaced.
-        header: What it is of.
+        file: The file; an earlier recording is replaced.
+        header: Its header.
 
     Raises:
         InputError: The file cannot be written, or is there and no recording.
 
     Attributes:
-        file: Where to.
+        file: The file.
         records: Number of records written.
         failure: Why nothing more is written; None while all is well.
     """
@@ -82,7 +81,7 @@ class Recorder:
         content = json.dumps(header_data(header), indent=1).encode()
         preamble = _PREAMBLE.pack(_MAGIC, _VERSION, len(content), zlib.crc32(content))
         try:
-            _refuse_others(self.file)
+            _require_recording(self.file)
             self._stream = self.file.open("wb", buffering=0)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
@@ -96,8 +95,8 @@ class Recorder:
 
         Args:
             t: Time of the step's beginning, in [s].
-            command: What was sent, shape (commands,), in SI units.
-            exchange: What came of it.
+            command: Set point that was sent, shape (commands,), in SI units.
+            exchange: Its outcome.
         """
         missed = exchange.state is None
         state = self._no_state if exchange.state is None else exchange.state
@@ -118,7 +117,7 @@ class Recorder:
         self._stream.close()
 
     def _append(self, data: bytes) -> bool:
-        """Write some bytes, all at once; whether they are there."""
+        """Write some bytes at once; returns whether all are written."""
         if self.failure is None and not self._stream.closed:
             try:
                 if self._stream.write(data) == len(data):
@@ -131,12 +130,7 @@ class Recorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
 
@@ -145,10 +139,10 @@ class HardwareRecording:
     """A recording as read, one row an exchange.
 
     Attributes:
-        header: What it is of.
+        header: Its header.
         t: Time of the step's beginning, shape (rows,), in [s].
-        commands: What was sent, shape (rows, commands), in SI units.
-        states: What came, shape (rows, states), in SI units; NaN where nothing did.
+        commands: Set points, shape (rows, commands), in SI units.
+        states: Shape (rows, states), in SI units; NaN where none came.
         seq: Sequence numbers, shape (rows,).
         age: Age of the newest state, shape (rows,), in [s].
         round_trip: Shape (rows,), in [s]; NaN where no answer came.
@@ -235,7 +229,7 @@ def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
         raise InputError(what, file=file) from None
 
 
-def _refuse_others(file: Path) -> None:
+def _require_recording(file: Path) -> None:
     """Refuse to replace a file that is no recording.
 
     Raises:

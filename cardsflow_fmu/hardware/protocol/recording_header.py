@@ -1,4 +1,4 @@
-"""What a recording of hardware says of itself, as plain data that reads back as the same."""
+"""The header of a recording, and its plain data."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _versions() -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class RecordingHeader:
-    """What a recording is of.
+    """The header of a recording.
 
     Attributes:
         command_names: Names of the commands, such as `f.biceps`.

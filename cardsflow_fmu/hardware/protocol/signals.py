@@ -1,4 +1,4 @@
-"""The signals between a robot's hardware and those who drive it: names and units, in order."""
+"""The signals between a robot's hardware and its controller: names and units, in order."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Signals = list[tuple[str, str]]
 
 
 class HardwareSignals(NamedTuple):
-    """What goes to the hardware, and what comes back.
+    """The signals to the hardware and back.
 
     Attributes:
         commands: Name and unit of each value of a set point.
@@ -32,7 +32,7 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
 
     Args:
         robot: The robot.
-        settings: What its motors take, and what it measures.
+        settings: Command of its motors, and what it measures.
 
     Raises:
         InputError: A muscle takes something else than its force.
@@ -54,11 +54,11 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
 
 
 def require_forces(robot: Robot, file: Path | None = None) -> None:
-    """Refuse a robot with muscles that have laws of their own.
+    """Refuse a robot with muscle models.
 
     Args:
         robot: The robot.
-        file: Where it is told of, for the message.
+        file: File of the robot's settings, for the message.
 
     Raises:
         InputError: It has one.
@@ -74,11 +74,11 @@ def require_forces(robot: Robot, file: Path | None = None) -> None:
 
 
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
-    """The number that a device of this robot answers to.
+    """The signature of a robot's signals.
 
     Args:
         robot: The robot.
-        settings: What its motors take, what it measures, and the scale.
+        settings: Command of its motors, what it measures, and the scale.
     """
     commands, states = hardware_signals(robot, settings)
     kind = settings.motors.command

@@ -1,4 +1,4 @@
-"""A number that two sides share if, and only if, they mean the same signals."""
+"""The signature of a list of signals, equal on both sides of a link."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def port_signature(
     Args:
         commands: Name and unit of each value of a set point, in order, such as ("f.biceps", "N").
         states: Name and unit of each value of a state, in order, such as ("q.elbow", "rad").
-        command_kind: What the motors are told: "force", "length" or "velocity".
+        command_kind: Quantity that the motors take: "force", "length" or "velocity".
         scale: A value in a frame is the SI value divided by this.
     """
     ports = [

@@ -13,7 +13,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.links.link import HardwareLink
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
 from cardsflow_fmu.hardware.protocol.signals import (
     hardware_signals,
@@ -101,7 +101,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     robot = experiment.robot
     require_forces(robot, experiment.file)
     n, m = len(robot.coordinates), len(robot.muscles)
-    hello = Hello(
+    handshake = Handshake(
         signature=hardware_signature(robot, settings),
         step=experiment.run.step,
         scale=settings.scale,
@@ -121,7 +121,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     )
     file = connection.recording
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
-    return HardwareSession(robot, settings, link, hello, make_recorder, link.clock)
+    return HardwareSession(robot, settings, link, handshake, make_recorder, link.clock)
 
 
 def measured_positions(experiment: Experiment) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""What motors are told so that their cables pull with given forces.
+"""Motor commands for given muscle forces.
 
     force      u = f
     length     u = k (l0 - l_0)     or, of a spindle's angle,  u = k (l_0 - l0)/r
@@ -19,17 +19,17 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
 
 _CORRECTION = 0.05
-"""Part of the error of a reckoned l0 that a step makes good: what is measured may be a step old,
-and to make good all of it would swing."""
+"""Part of the error of an integrated l0 that is corrected in a step: the measurement may be a step
+old, and a full correction would oscillate."""
 _STEPS_APART = 2.0
-"""So many steps may lie between the measurements of a tension and of a length."""
+"""Largest number of steps between the measurements of a tension and of a length."""
 
 
 class MotorMap:
     """The motors of m muscles.
 
     Args:
-        settings: What they take.
+        settings: Their command and constants.
         muscle_names: m names.
 
     Raises:
@@ -54,12 +54,12 @@ class MotorMap:
         )
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Take the state at the start for what the motors hold, and count from there if asked to.
+        """Initialise the set points, and the origin of the encoders if it is not given.
 
         Args:
             lengths: l, shape (m,), in [m].
             rates: l', shape (m,), in [m/s].
-            forces: f that they hold, shape (m,), in [N].
+            forces: Held forces f, shape (m,), in [N].
         """
         if self._command == "force":
             return
@@ -75,10 +75,10 @@ class MotorMap:
         tensions: FloatArray,
         h: float,
     ) -> FloatArray:
-        """What to tell the motors for the next step, shape (m,).
+        """The commands for the next step, shape (m,).
 
         Args:
-            forces: f wanted, shape (m,), in [N].
+            forces: Desired f, shape (m,), in [N].
             lengths: l, shape (m,), in [m].
             rates: l', shape (m,), in [m/s].
             tensions: As measured, shape (m,), in [N]; shape (0,) where they are not.
@@ -86,13 +86,13 @@ class MotorMap:
         """
         if self._command == "force":
             return forces
-        wanted = self._springs.set_points(lengths, rates, forces)
+        desired = self._springs.set_points(lengths, rates, forces)
         if self._command == "length":
-            self._set_points = wanted
-            return self._scale * self._positions(wanted)
+            self._set_points = desired
+            return self._scale * self._positions(desired)
         self._correct(lengths, rates, tensions, h)
-        speeds = (wanted - self._set_points) / h
-        self._set_points = wanted
+        speeds = (desired - self._set_points) / h
+        self._set_points = desired
         return self._scale * (self._springs.speeds(speeds) if self._takes_angles else speeds)
 
     def _positions(self, set_points: FloatArray) -> FloatArray:
@@ -103,9 +103,9 @@ class MotorMap:
     def _correct(
         self, lengths: FloatArray, rates: FloatArray, tensions: FloatArray, h: float
     ) -> None:
-        """Bring reckoned set points nearer to what taut cables tell: reckoning drifts.
+        """Correct the drift of integrated set points by the measurements at taut cables.
 
-        What a cable's motion between two measurements explains is no error.
+        The part that a cable's motion between two measurements explains is left out.
         """
         if not tensions.size:
             return

@@ -1,10 +1,9 @@
-"""What runs by the clock need: where hardware begins, how steps are paced, what to report."""
+"""Runs by the clock: the approach of hardware, the pace of steps, the report."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import replace
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -21,16 +20,15 @@ from .connect import measured_positions
 
 
 def with_approach(experiment: Experiment) -> Experiment:
-    """The experiment, beginning where its hardware is if it is to approach from there.
+    """The experiment with an approach from the measured positions, if it asks for one.
 
-    The run is longer by the time that the approach takes; a way that the reference has of its own
-    is replaced.
+    The run is longer by the duration of the approach; an approach of the reference is replaced.
 
     Args:
         experiment: The experiment.
 
     Raises:
-        HardwareError: The hardware does not tell where it is.
+        HardwareError: The hardware does not answer.
         InputError: The reference is an external FMU, which begins where it begins.
     """
     seconds = experiment.hardware.approach
@@ -62,11 +60,11 @@ class Pace:
 
     Args:
         step: Communication step, in [s].
-        realtime: Whether steps are to be paced; those with hardware pace themselves.
-        hardware: The hardware that takes part; None where there is none.
+        realtime: Whether to pace steps; those with hardware pace themselves.
+        hardware: Settings of the hardware; None without.
 
     Attributes:
-        pacer: What the master is to wait for; None where it need not.
+        pacer: Pacer of the master; None where it does not wait.
     """
 
     def __init__(
@@ -85,21 +83,16 @@ class Pace:
             self._scheduling = self._conditions.enter_context(real_time_priority())
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._conditions.close()
 
     def judged(self, recording: Recording) -> Recording:
-        """The recording; of a run that was over before its hardware was missed, with that failure.
+        """The recording, with a failure if the hardware was lost at the end.
 
-        Who has had no state for longer than the device's watchdog cannot know whether it was heard.
+        Without a state for longer than the device's watchdog, the last commands may be lost.
 
         Args:
-            recording: What the master recorded.
+            recording: Recording of the master.
         """
         hardware = self._hardware
         if recording.failure is not None or hardware is None or not hardware.is_paced:
@@ -111,10 +104,10 @@ class Pace:
         return replace(recording, failure=HardwareError(what))
 
     def report(self, recording: Recording) -> dict[str, Any]:
-        """What the summary says of it: nothing where neither clock nor hardware took part.
+        """The part of the summary: empty without clock and hardware.
 
         Args:
-            recording: What the master recorded.
+            recording: Recording of the master.
         """
         columns = recording.columns
         report: dict[str, Any] = {}
@@ -136,7 +129,7 @@ class Pace:
 
 
 def _exchanges(columns: dict[str, FloatArray]) -> dict[str, Any]:
-    """What the diagnostics of the hardware's FMU tell, where they are recorded."""
+    """Statistics of the hardware's diagnostics, where they are recorded."""
     missed, trips = columns.get("missed", np.empty(0))[1:], columns.get("round_trip_time")
     if trips is None or not missed.size:
         return {"missed": None, "round_trip": None, "oldest_state": None, "unit": "s"}

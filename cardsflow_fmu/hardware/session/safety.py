@@ -1,4 +1,4 @@
-"""What stands between a controller and hardware: bounds, ramps, and limits that end a run."""
+"""Safety between controller and hardware: bounds, ramps, and limits that end a run."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class TripError(HardwareError):
-    """A limit that may not be passed has been: the hardware has been stopped."""
+    """A safety limit was exceeded: the hardware has been stopped."""
 
 
 class Guard:
-    """Forces that a robot can be given, and states that it may be in.
+    """The limits of forces and states.
 
-        s = min(1, (t - t_0)/T),   f = f_0 + s (clip(wanted, f_min, f_max) - f_0)
+        s = min(1, (t - t_0)/T),   f = f_0 + s (clip(f_d, f_min, f_max) - f_0)
 
-    where f_0 holds the robot at its start; and then no further from the force before than the
-    rate allows.
+    with the desired force f_d, and f_0 that holds the robot at its start; then limited in rate.
 
     Args:
         robot: The robot, with the bounds of its forces and the limits of its joints.
@@ -33,7 +32,7 @@ class Guard:
 
     Attributes:
         f_min, f_max: Bounds, shape (m,), in [N].
-        forces: What was given last, shape (m,), in [N].
+        forces: Forces of the last step, shape (m,), in [N].
     """
 
     def __init__(self, robot: Robot, settings: SafetySettings) -> None:
@@ -46,17 +45,17 @@ class Guard:
             what = "hardware needs the largest force that a muscle may be given"
             raise InputError(what, key=f"muscles.{name}.f_max")
         n, m = len(robot.coordinates), len(robot.muscles)
-        self._rates = _all(settings.force_rate, m, np.inf)
-        self._tension_max = _all(settings.tension_max, m, np.inf)
-        self._tolerance = _all(settings.start_tolerance, n, np.inf)
-        margin = _all(settings.position_margin, n, 0.0)
+        self._rates = _array(settings.force_rate, m, np.inf)
+        self._tension_max = _array(settings.tension_max, m, np.inf)
+        self._tolerance = _array(settings.start_tolerance, n, np.inf)
+        margin = _array(settings.position_margin, n, 0.0)
         self._lower = np.array([c.lower for c in robot.coordinates]) - margin
         self._upper = np.array([c.upper for c in robot.coordinates]) + margin
         self._start = 0.0
         self._rest = self.forces = self.f_min.copy()
 
     def start(self, t: float, rest: FloatArray) -> None:
-        """Begin the ramp; until now, every muscle was at its f_min.
+        """Begin the ramp, with every muscle at its f_min.
 
         Args:
             t: In [s].
@@ -67,11 +66,11 @@ class Guard:
         self.forces = self.f_min.copy()
 
     def require_near(self, q: FloatArray, start: FloatArray) -> None:
-        """Refuse a robot that is not where it is to start.
+        """Refuse a robot that is far from its start.
 
         Args:
-            q: Where it is, shape (n,), in [rad] or [m].
-            start: Where it is to start, shape (n,).
+            q: Measured positions, shape (n,), in [rad] or [m].
+            start: Positions at the start, shape (n,).
 
         Raises:
             HardwareError: It is too far; the message names the joint that is farthest.
@@ -87,30 +86,30 @@ class Guard:
             "move the robot there, or set hardware.approach"
         )
 
-    def admit(self, t: float, h: float, wanted: FloatArray) -> FloatArray:
-        """The forces to be given over the step from t to t + h.
+    def limit(self, t: float, h: float, desired: FloatArray) -> FloatArray:
+        """The forces over the step from t to t + h.
 
         Args:
             t: In [s].
             h: In [s].
-            wanted: What the controller asks for, shape (m,), in [N].
+            desired: Forces of the controller, shape (m,), in [N].
 
         Raises:
             TripError: A force is not finite.
         """
-        finite = np.isfinite(wanted)
+        finite = np.isfinite(desired)
         if not finite.all():
             k = int(np.argmin(finite))
-            raise TripError(f"the force wanted of muscle {self._muscles[k]!r} is {wanted[k]} N")
-        share = self._share(t)
-        bounded = np.clip(wanted, self.f_min, self.f_max)
-        ramped = bounded if share == 1.0 else self._rest + share * (bounded - self._rest)
+            raise TripError(f"the desired force of muscle {self._muscles[k]!r} is {desired[k]} N")
+        ramp = self._ramp(t)
+        bounded = np.clip(desired, self.f_min, self.f_max)
+        ramped = bounded if ramp == 1.0 else self._rest + ramp * (bounded - self._rest)
         most = self._rates * h
         self.forces = np.clip(ramped, self.forces - most, self.forces + most)
         return self.forces
 
     def ramp_down(self, h: float) -> Iterator[FloatArray]:
-        """Forces, step by step, from what was given last to f_min.
+        """Forces, step by step, from the last ones to f_min.
 
         Args:
             h: Length of a step, in [s].
@@ -122,7 +121,7 @@ class Guard:
             yield self.forces
 
     def check(self, q: FloatArray, tensions: FloatArray) -> None:
-        """End a run whose robot is where it may not be, or whose cables pull too much.
+        """End a run at a joint's or a tension's limit.
 
         Args:
             q: Positions, shape (n,), in [rad] or [m].
@@ -150,12 +149,12 @@ class Guard:
             f"by more than the margin of {margin:.4g} {c.unit}"
         )
 
-    def _share(self, t: float) -> float:
-        """The part s of what is wanted, at time t."""
-        ramp = self._settings.ramp_in
-        return 1.0 if t - self._start >= ramp else (t - self._start) / ramp
+    def _ramp(self, t: float) -> float:
+        """The factor s at time t."""
+        duration = self._settings.ramp_in
+        return 1.0 if t - self._start >= duration else (t - self._start) / duration
 
 
-def _all(values: tuple[float, ...], count: int, default: float) -> FloatArray:
-    """The values; the default for each where there are none."""
+def _array(values: tuple[float, ...], count: int, default: float) -> FloatArray:
+    """The values; the default everywhere where there are none."""
     return np.array(values) if values else np.full(count, default)

@@ -1,4 +1,4 @@
-"""A run with hardware: what is wanted passes the guard, becomes commands, and states come back."""
+"""A session with hardware: desired forces pass the guard, become commands, and states come back."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
-from sim_dart import MusclePaths
+from controllers.force_distribution.gravity_compensation import gravity_compensation
+from sim_dart import DartDynamics, MusclePaths
 
-from .gravity_compensation import holding_forces
 from .motors import MotorMap
 from .safety import Guard
 
 STARTING, RUNNING, HOLDING, STOPPED = range(4)
 
 _ANSWER = 0.6
-"""Part of a step in which an answer is waited for; the rest is the controller's."""
+"""Part of a step that the wait for an answer may take; the rest is the controller's."""
 _SPARE = 0.5
-"""How much longer than planned a ramp down may take, in [s]."""
+"""Longest delay of a ramp down, in [s]."""
 
 
 class HardwareSession:
-    """Hardware that is driven step by step, and led to its safe state in the end.
+    """A run with hardware, step by step, that ends in the safe state.
 
     Args:
         robot: The robot.
-        settings: How it is driven.
-        link: The way to it; not open yet.
-        hello: What is to be agreed with it.
-        make_recorder: Makes what takes every exchange, once the link is open; nothing when None.
-        clock: What tells the time at both ends of the link.
+        settings: Settings of the hardware.
+        link: The link to it; not open yet.
+        handshake: Parameters of the run.
+        make_recorder: Makes the recorder, once the link is open; nothing is recorded when None.
+        clock: Clock of both ends of the link.
 
     Attributes:
         state: The newest state, shape (states,); q, qd, lengths and tensions are parts of it.
@@ -62,22 +62,22 @@ class HardwareSession:
         robot: Robot,
         settings: HardwareSettings,
         link: HardwareLink,
-        hello: Hello,
+        handshake: Handshake,
         make_recorder: Callable[[], Recorder] | None = None,
         clock: Clock = time,
     ) -> None:
         n, m = len(robot.coordinates), len(robot.muscles)
         self._robot = robot
-        self._settings, self._link, self._hello = settings, link, hello
+        self._settings, self._link, self._handshake = settings, link, handshake
         self._make_recorder = make_recorder
         self._recorder: Recorder | None = None
         self._guard = Guard(robot, settings.safety)
         self._motors = MotorMap(settings.motors, [muscle.name for muscle in robot.muscles])
         self._paths = MusclePaths(robot)
         self._clock = clock
-        self._pacer = Pacer(hello.step, clock=clock.monotonic, sleep=clock.sleep)
+        self._pacer = Pacer(handshake.step, clock=clock.monotonic, sleep=clock.sleep)
         self._priority = ExitStack()
-        self.state: FloatArray = np.zeros(hello.states)
+        self.state: FloatArray = np.zeros(handshake.states)
         lengths = m if settings.has_lengths else 0
         self.q, self.qd, measured, self.tensions = np.split(self.state, [n, 2 * n, 2 * n + lengths])
         self.lengths: FloatArray = measured if settings.has_lengths else np.zeros(m)
@@ -91,19 +91,19 @@ class HardwareSession:
     @property
     def step(self) -> float:
         """Time between two exchanges, in [s]."""
-        return self._hello.step
+        return self._handshake.step
 
     def open(self) -> None:
-        """Agree with the hardware, and learn where it is.
+        """Connect to the hardware, and read its state.
 
         Raises:
             HardwareError: It does not answer, or refuses.
             InputError: The recording cannot be written.
         """
-        self._link.open(self._hello)
+        self._link.open(self._handshake)
         self._opened = self._clock.monotonic()
-        self._take(self._link.start_state)
-        self._rest = holding_forces(self._robot, self.q)
+        self._store(self._link.start_state)
+        self._rest = gravity_compensation(DartDynamics(self._robot), self.q)
         if self._make_recorder is not None:
             self._recorder = self._make_recorder()
 
@@ -112,18 +112,18 @@ class HardwareSession:
         self._guard.require_near(self.q, q)
         self._guard.check(self.q, self.tensions)
 
-    def exchange(self, t: float, wanted: FloatArray) -> None:
-        """Wait for time t, give the forces wanted as far as is safe, take the newest state.
+    def exchange(self, t: float, desired: FloatArray) -> None:
+        """Wait for time t, send the desired forces within the safety limits, read the newest state.
 
         Args:
             t: In [s].
-            wanted: Shape (m,), in [N].
+            desired: Shape (m,), in [N].
 
         Raises:
             HardwareError: The run cannot go on; the hardware has been stopped.
         """
         try:
-            self._exchange(t, wanted)
+            self._exchange(t, desired)
         except HardwareError:
             self.end(ramp=False)
             raise
@@ -132,10 +132,10 @@ class HardwareSession:
             raise
 
     def end(self, *, ramp: bool = True) -> None:
-        """Lead the hardware to its safe state; once, and within a bounded time.
+        """Bring the hardware to its safe state; once, and within a bounded time.
 
         Args:
-            ramp: Whether forces fall slowly before.
+            ramp: Whether forces are ramped down before.
         """
         if self._ended:
             return
@@ -148,7 +148,7 @@ class HardwareSession:
                 self.mode = STOPPED
                 self._close()
 
-    def _exchange(self, t: float, wanted: FloatArray) -> None:
+    def _exchange(self, t: float, desired: FloatArray) -> None:
         if self._ended:
             raise HardwareError("the hardware has been stopped: a reset connects to it again")
         if self.mode == STARTING:
@@ -156,8 +156,8 @@ class HardwareSession:
         self._time = t
         if self._settings.is_paced:
             self.lateness = self._pacer.wait(t)
-        came = self._send(t, self._guard.admit(t, self.step, wanted), self._deadline())
-        self._judge(came)
+        exchange = self._send(t, self._guard.limit(t, self.step, desired), self._deadline())
+        self._check(exchange)
         self._guard.check(self.q, self.tensions)
 
     def _start(self, t: float) -> None:
@@ -168,9 +168,9 @@ class HardwareSession:
         self.mode = RUNNING
 
     def _deadline(self) -> float:
-        """Until when an answer is waited for, on the monotonic clock."""
-        patience = _ANSWER * self.step if self._settings.is_paced else self._settings.timeout
-        return self._clock.monotonic() + patience
+        """End of the wait for an answer, on the monotonic clock."""
+        allowed = _ANSWER * self.step if self._settings.is_paced else self._settings.timeout
+        return self._clock.monotonic() + allowed
 
     def _send(self, t: float, forces: FloatArray, deadline: float) -> Exchange:
         command = forces
@@ -178,28 +178,28 @@ class HardwareSession:
             command = self._motors.commands(
                 forces, self.lengths, self._rates(), self.tensions, self.step
             )
-        came = self._link.exchange(t, command, deadline)
+        exchange = self._link.exchange(t, command, deadline)
         if self._recorder is not None:
-            self._recorder.write(t, command, came)
-        if came.state is not None:
-            self._take(came.state)
-        return came
+            self._recorder.write(t, command, exchange)
+        if exchange.state is not None:
+            self._store(exchange.state)
+        return exchange
 
-    def _judge(self, came: Exchange) -> None:
-        """Whether the run can go on after an exchange.
+    def _check(self, exchange: Exchange) -> None:
+        """Update the diagnostics after an exchange.
 
         Raises:
-            HardwareError: It cannot.
+            HardwareError: The run cannot go on.
         """
-        self.age = min(came.age, self._clock.monotonic() - self._opened)
-        if not np.isnan(came.round_trip):
-            self.round_trip = came.round_trip
-        if came.state is not None and came.device_flags & Flag.FAULT:
+        self.age = min(exchange.age, self._clock.monotonic() - self._opened)
+        if not np.isnan(exchange.round_trip):
+            self.round_trip = exchange.round_trip
+        if exchange.state is not None and exchange.device_flags & Flag.FAULT:
             raise HardwareError("the robot behind the device has failed; see the device's messages")
-        if came.state is not None and came.device_flags & Flag.SAFE:
-            what = f"no command came for {self._hello.watchdog:g} s, or someone stopped it"
+        if exchange.state is not None and exchange.device_flags & Flag.SAFE:
+            what = f"no command came for {self._handshake.watchdog:g} s, or someone stopped it"
             raise HardwareError(f"the device has gone to its safe state: {what}")
-        if came.state is not None:
+        if exchange.state is not None:
             self._missed_in_a_row, self.mode = 0, RUNNING
             return
         self.missed += 1
@@ -209,15 +209,15 @@ class HardwareSession:
             what = f"no answer within {self._settings.timeout:g} s, in lock step"
             raise HardwareError(f"the hardware is lost: {what}")
         if self._missed_in_a_row > self._settings.max_missed:
-            newest = f"the newest is {came.age:.3g} s old" if came.seq else "none came at all"
+            age = f"the newest is {exchange.age:.3g} s old" if exchange.seq else "none came"
             raise HardwareError(
-                f"the hardware is lost: no state in {self._missed_in_a_row} exchanges, {newest}; "
+                f"the hardware is lost: no state in {self._missed_in_a_row} exchanges, {age}; "
                 f"hardware.max_missed is {self._settings.max_missed}"
             )
 
     def _ramp_down(self) -> None:
-        """Give forces that fall to f_min, for as long as a run would go on, too."""
-        patience = self._settings.max_missed if self._settings.is_paced else 0
+        """Send forces that fall to f_min, as long as exchanges succeed as in a run."""
+        allowed = self._settings.max_missed if self._settings.is_paced else 0
         end = self._clock.monotonic() + self._settings.safety.ramp_down + _SPARE
         t, lost = self._time, 0
         with suppress(CardsflowError, OSError):
@@ -225,9 +225,9 @@ class HardwareSession:
                 t += self.step
                 if self._settings.is_paced:
                     self._pacer.wait(t)
-                came = self._send(t, forces, min(self._deadline(), end))
-                lost = 0 if came.state is not None else lost + 1
-                if lost > patience or self._clock.monotonic() > end:
+                exchange = self._send(t, forces, min(self._deadline(), end))
+                lost = 0 if exchange.state is not None else lost + 1
+                if lost > allowed or self._clock.monotonic() > end:
                     return
 
     def _close(self) -> None:
@@ -238,7 +238,7 @@ class HardwareSession:
             closing.callback(self._link.close)
             self._link.stop()
 
-    def _take(self, state: FloatArray) -> None:
+    def _store(self, state: FloatArray) -> None:
         self.state[:] = state
         if not self._settings.has_lengths:
             self.lengths[:] = self._paths.evaluate(self.q).lengths

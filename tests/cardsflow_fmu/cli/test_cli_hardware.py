@@ -23,11 +23,11 @@ from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.hardware.device.device import Device
-from cardsflow_fmu.hardware.device.status import Event, Status
+from cardsflow_fmu.hardware.device.status import Event, StatusReporter
 from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.frame import Flag
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader, read_recording
 from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.run import RunError, run, simulate
@@ -154,12 +154,12 @@ class Line:
     ) -> None:
         header = read_recording(recorded).header
         self._link = UdpLink(uri, key=key, timeout=timeout)
-        self._hello = Hello(
+        self._handshake = Handshake(
             header.signature, 2e-3, 1.0, 10.0, header.commands, header.states, lockstep=False
         )
 
     def __enter__(self) -> Line:
-        self._link.open(self._hello)
+        self._link.open(self._handshake)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -348,13 +348,13 @@ class StillRobot:
 def test_a_change_is_told_once() -> None:
     device = Device(StillRobot(), 1, 1e-3, f_min=0.0, f_max=1.0)
     told: list[Event] = []
-    status = Status(device, told.append)
+    status = StatusReporter(device, told.append)
     device.go_safe()
     for _ in range(3):
-        status.look()
+        status.update()
     assert told == []
     for _ in range(3):
         device.counters["busy"] += 1
-        status.look()
+        status.update()
     assert [event.state for event in told] == ["refused"]
     assert str(told[0]) == "run 00000000 refused: it is in use by another; end that run first"

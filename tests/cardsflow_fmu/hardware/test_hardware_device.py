@@ -17,16 +17,16 @@ from hardware_devices import (
     STATES,
     STEP,
     Integrator,
-    hello,
+    handshake,
     make_device,
     robot_of,
 )
 from hardware_fuzz import FRAMES, bad_frames, with_checksum
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.hardware.device.device import PATIENCE, Device
+from cardsflow_fmu.hardware.device.device import PEER_TIMEOUT, Device
 from cardsflow_fmu.hardware.protocol.frame import Flag, Frame, Keys, Kind, pack, unpack
-from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello, whole
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake, whole
 
 PEER, OTHER = ("127.0.0.1", 4000), ("127.0.0.1", 4001)
 PULL = np.array([3.0, 20.0, 50.0])
@@ -57,10 +57,10 @@ class Talk:
         answers = self.device.receive(data, self.peer, self.now)
         return [self.keys.unpack(answer) for answer in answers]
 
-    def hello(self, wish: Hello | None = None) -> Frame:
-        wish = wish or hello()
-        flags = int(Flag.LOCKSTEP) if wish.lockstep else 0
-        (answer,) = self.send(self.frame(Kind.HELLO, wish.values(), flags=flags))
+    def handshake(self, request: Handshake | None = None) -> Frame:
+        request = request or handshake()
+        flags = int(Flag.LOCKSTEP) if request.lockstep else 0
+        (answer,) = self.send(self.frame(Kind.HELLO, request.values(), flags=flags))
         if answer.kind is Kind.HELLO_ACK:
             nonce = whole(*map(float, answer.values[7:9]))
             assert nonce is not None
@@ -74,7 +74,7 @@ class Talk:
 
 def talking(key: bytes | None = None, *, lockstep: bool = False, watchdog: float = 0.02) -> Talk:
     talk = Talk(make_device(key, watchdog=watchdog), key=key)
-    assert talk.hello(hello(lockstep=lockstep, watchdog=watchdog)).kind is Kind.HELLO_ACK
+    assert talk.handshake(handshake(lockstep=lockstep, watchdog=watchdog)).kind is Kind.HELLO_ACK
     return talk
 
 
@@ -84,10 +84,10 @@ def test_a_run_from_hello_to_stop(key: bytes | None) -> None:
     robot = robot_of(device)
     talk = Talk(device, key=key)
     assert (device.state, robot.safes) == ("idle", 1)
-    answer = talk.hello()
+    answer = talk.handshake()
     assert device.state == "ready"
     assert not robot.given
-    assert Hello.of_values(answer.values[:7], False) == hello()
+    assert Handshake.of_values(answer.values[:7], False) == handshake()
     np.testing.assert_array_equal(answer.values[9:], robot.state())
     (state,) = talk.pull()
     assert device.state == "running"
@@ -106,7 +106,7 @@ def test_nothing_moves_before_a_set_point_nor_in_idle() -> None:
         assert talk.device.state == expected
         talk.device.advance(0.1)
         assert robot_of(talk.device).time == 0.0
-        talk.hello()
+        talk.handshake()
     talk.pull()
     talk.device.advance(0.1)
     np.testing.assert_allclose(robot_of(talk.device).x, 0.1 * PULL, rtol=1e-15)
@@ -127,7 +127,7 @@ def test_the_watchdog_bites_after_silence_and_only_a_new_run_wakes() -> None:
     (state,) = talk.pull()
     assert state.flags & Flag.SAFE
     assert len(robot.given) == given
-    assert Talk(talk.device, run=78).hello().kind is Kind.HELLO_ACK
+    assert Talk(talk.device, run=78).handshake().kind is Kind.HELLO_ACK
     assert talk.device.state == "ready"
     assert talk.device.counters["watchdog"] == 1
 
@@ -197,7 +197,7 @@ def test_in_lock_step_each_set_point_is_one_step_and_a_copy_none() -> None:
 def test_values_are_scaled_both_ways() -> None:
     device = make_device(scale=4.0)
     talk = Talk(device)
-    talk.hello(Hello(SIGNATURE, STEP, 4.0, 0.02, COMMANDS, STATES, True))
+    talk.handshake(Handshake(SIGNATURE, STEP, 4.0, 0.02, COMMANDS, STATES, True))
     (state,) = talk.pull([1.0, 2.0, 3.0])
     np.testing.assert_array_equal(robot_of(device).given[-1], [4.0, 8.0, 12.0])
     np.testing.assert_allclose(4 * state.values, robot_of(device).state(), rtol=1e-15)
@@ -205,30 +205,30 @@ def test_values_are_scaled_both_ways() -> None:
     assert device.counters["not finite"] == 1
 
 
-WISHES = [
-    (hello(), None),
-    (Hello(SIGNATURE ^ 1, STEP, 1.0, 0.02, COMMANDS, STATES, False), ErrorCode.PORTS),
-    (Hello(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), ErrorCode.PORTS),
-    (Hello(SIGNATURE, STEP, 1.0, 0.02, COMMANDS, STATES - 1, False), ErrorCode.PORTS),
-    (Hello(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), ErrorCode.SCALE),
-    (hello(step=0.5 * STEP, lockstep=True), ErrorCode.STEP),
-    (hello(step=1.5 * STEP, lockstep=True), ErrorCode.STEP),
-    (hello(step=5 * STEP, lockstep=True), None),
-    (hello(step=1000 * STEP, lockstep=True), None),
-    (hello(step=1001 * STEP, lockstep=True), ErrorCode.STEP),
-    (hello(step=1e308, lockstep=True), ErrorCode.STEP),
-    (hello(step=1e308), ErrorCode.WATCHDOG),
-    (hello(step=0.5 * STEP), None),
-    (hello(step=0.011), ErrorCode.WATCHDOG),
-    (hello(watchdog=0.0015), ErrorCode.WATCHDOG),
-    (hello(watchdog=0.0), None),
+REQUESTS = [
+    (handshake(), None),
+    (Handshake(SIGNATURE ^ 1, STEP, 1.0, 0.02, COMMANDS, STATES, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS, STATES - 1, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), ErrorCode.SCALE),
+    (handshake(step=0.5 * STEP, lockstep=True), ErrorCode.STEP),
+    (handshake(step=1.5 * STEP, lockstep=True), ErrorCode.STEP),
+    (handshake(step=5 * STEP, lockstep=True), None),
+    (handshake(step=1000 * STEP, lockstep=True), None),
+    (handshake(step=1001 * STEP, lockstep=True), ErrorCode.STEP),
+    (handshake(step=1e308, lockstep=True), ErrorCode.STEP),
+    (handshake(step=1e308), ErrorCode.WATCHDOG),
+    (handshake(step=0.5 * STEP), None),
+    (handshake(step=0.011), ErrorCode.WATCHDOG),
+    (handshake(watchdog=0.0015), ErrorCode.WATCHDOG),
+    (handshake(watchdog=0.0), None),
 ]
 
 
-@pytest.mark.parametrize(("wish", "refusal"), WISHES)
-def test_what_a_device_agrees_to(wish: Hello, refusal: ErrorCode | None) -> None:
+@pytest.mark.parametrize(("asked", "refusal"), REQUESTS)
+def test_what_a_device_agrees_to(asked: Handshake, refusal: ErrorCode | None) -> None:
     talk = Talk(make_device())
-    answer = talk.hello(wish)
+    answer = talk.handshake(asked)
     if refusal is None:
         assert answer.kind is Kind.HELLO_ACK
     else:
@@ -241,7 +241,7 @@ def test_what_a_device_agrees_to(wish: Hello, refusal: ErrorCode | None) -> None
 )
 def test_the_shorter_watchdog_holds(wished: float, agreed: float) -> None:
     talk = Talk(make_device())
-    assert talk.hello(hello(watchdog=wished)).values[4] == agreed
+    assert talk.handshake(handshake(watchdog=wished)).values[4] == agreed
     talk.pull()
     assert talk.device.next_deadline == pytest.approx(talk.now + agreed)
 
@@ -249,11 +249,11 @@ def test_the_shorter_watchdog_holds(wished: float, agreed: float) -> None:
 def test_a_hello_that_was_answered_is_answered_alike_until_the_first_set_point() -> None:
     """The answer may have been lost; the nonce stays, and so does the robot."""
     talk = Talk(make_device())
-    first, again = talk.hello(), talk.hello()
+    first, again = talk.handshake(), talk.handshake()
     assert first.values.tobytes() == again.values.tobytes()
     assert robot_of(talk.device).resets == 2  # at the constructor and once for the run
     talk.pull()
-    assert talk.send(talk.frame(Kind.HELLO, hello().values())) == []
+    assert talk.send(talk.frame(Kind.HELLO, handshake().values())) == []
     assert talk.device.state == "running"
 
 
@@ -262,8 +262,8 @@ def test_nobody_takes_over_a_running_device(peer: Hashable) -> None:
     talk = talking(watchdog=60.0)
     talk.pull()
     thief = Talk(talk.device, run=78, peer=peer)
-    for thief.now in (10.0, 10.0 + 3 * PATIENCE):
-        answer = thief.hello()
+    for thief.now in (10.0, 10.0 + 3 * PEER_TIMEOUT):
+        answer = thief.handshake()
         assert (answer.kind, answer.values[0]) == (Kind.ERROR, ErrorCode.BUSY)
     assert talk.device.run_id == 77
     assert len(talk.pull()) == 1
@@ -275,9 +275,9 @@ def test_a_run_at_rest_is_given_up_after_silence(lockstep: bool) -> None:
     if lockstep:
         talk.pull()
     other = Talk(talk.device, run=78, peer=OTHER)
-    assert other.hello().kind is Kind.ERROR
-    other.now += 1.01 * PATIENCE
-    assert other.hello().kind is Kind.HELLO_ACK
+    assert other.handshake().kind is Kind.ERROR
+    other.now += 1.01 * PEER_TIMEOUT
+    assert other.handshake().kind is Kind.HELLO_ACK
     assert talk.pull() == []
     assert talk.device.counters["run"] == 1
 
@@ -297,7 +297,7 @@ def test_before_a_run_only_a_hello_is_heard() -> None:
     talk = Talk(make_device(), run=0, peer=None)
     for kind in (Kind.SETPOINT, Kind.STOP, Kind.PING, Kind.STATE, Kind.ERROR):
         assert talk.send(talk.frame(kind, PULL, seq=1)) == []
-    assert talk.send(talk.frame(Kind.HELLO, hello().values())) == []  # a run has a number
+    assert talk.send(talk.frame(Kind.HELLO, handshake().values())) == []  # a run has a number
     assert talk.device.state == "idle"
 
 
@@ -340,18 +340,18 @@ def test_a_robot_that_fails_is_made_safe_and_that_is_told(how: str, lockstep: bo
     assert state.flags & Flag.FAULT
     assert np.isfinite(state.values).all()
     assert talk.device.failure
-    answer = Talk(talk.device, run=78).hello()
+    answer = Talk(talk.device, run=78).handshake()
     assert answer.kind is (Kind.ERROR if how == "broken" else Kind.HELLO_ACK)
 
 
 def test_frames_of_an_earlier_run_are_of_no_use_with_a_key() -> None:
-    """Even if the attacker begins a run with the recorded hello."""
+    """Even if the attacker begins a run with the recorded handshake."""
     talk = talking(KEY)
     recorded = [talk.frame(Kind.SETPOINT, PULL, seq=k) for k in range(1, 20)]
-    first_hello = talk.frame(Kind.HELLO, hello().values())
+    first_hello = talk.frame(Kind.HELLO, handshake().values())
     talk.pull()
     talk.send(talk.frame(Kind.STOP))
-    assert Talk(talk.device, key=KEY, run=80).hello().kind is Kind.HELLO_ACK
+    assert Talk(talk.device, key=KEY, run=80).handshake().kind is Kind.HELLO_ACK
     given = len(robot_of(talk.device).given)
     assert len(talk.device.receive(first_hello, PEER, talk.now)) == 1
     assert talk.device.run_id == 77
@@ -395,9 +395,9 @@ def test_bad_frames_do_no_harm(key: bytes | None, lockstep: bool) -> None:
     """No crash, forces within bounds, and nothing accepted of another run, peer or signature."""
     talk = talking(key, lockstep=lockstep, watchdog=60.0)
     old = Talk(make_device(key), key=key, run=5)
-    old.hello()
+    old.handshake()
     samples = [
-        talk.frame(Kind.HELLO, hello().values()),
+        talk.frame(Kind.HELLO, handshake().values()),
         *(talk.frame(Kind.SETPOINT, PULL, seq=seq) for seq in (1, 2, 50, 2**31)),
         talk.frame(Kind.STOP),
         talk.frame(Kind.PING, [1.0]),
@@ -422,7 +422,7 @@ def test_bad_frames_do_no_harm(key: bytes | None, lockstep: bool) -> None:
             owner = peer if answer.kind is Kind.HELLO_ACK else owner
         if key is None and device.state == "safe":
             talk, owner = Talk(device, run=k + 100, now=now), PEER
-            assert talk.hello(hello(lockstep=lockstep)).kind is Kind.HELLO_ACK
+            assert talk.handshake(handshake(lockstep=lockstep)).kind is Kind.HELLO_ACK
         if len(robot.given) > 100:
             check_bounds(robot)
     check_bounds(robot)

@@ -17,7 +17,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyChannel
 from cardsflow_fmu.hardware.protocol.frame import Frame, Kind, pack, unpack
-from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.run import RunError, simulate
 
@@ -339,17 +339,17 @@ def test_a_device_that_has_restarted_needs_a_new_run(
 def test_a_second_sender_is_told_and_changes_nothing(
     monkeypatch: pytest.MonkeyPatch, key_file: dict[str, str]
 ) -> None:
-    """It says hello, sends set points of the run that it has overheard, and asks to stop."""
+    """It says handshake, sends set points of the run that it has overheard, and asks to stop."""
 
     def intrude(world: World) -> None:
         device = world.device
-        hello = pack(Frame(Kind.HELLO, 0, 99, 0, 0.0, 1, 0, device.agreed.values()), world.key)
+        handshake = pack(Frame(Kind.HELLO, 0, 99, 0, 0.0, 1, 0, device.agreed.values()), world.key)
         for kind, run in ((Kind.SETPOINT, 99), (Kind.SETPOINT, device.run_id), (Kind.STOP, 99)):
             frame = Frame(kind, 0, run, 10_000, 0.0, 1, 0, [100.0] * 4)
             world.way.send(pack(frame, world.key), "theirs", world.now)
         stop = Frame(Kind.STOP, 0, device.run_id, 0, 0.0, 1, 0, ())
         world.way.send(pack(stop), "theirs", world.now)
-        world.way.send(hello, "theirs", world.now)
+        world.way.send(handshake, "theirs", world.now)
 
     experiment = load(**key_file)
     events = {0.05 + k * 0.01: intrude for k in range(10)}
@@ -366,9 +366,11 @@ def test_a_second_sender_is_told_and_changes_nothing(
 def test_no_frame_of_many_that_are_damaged_or_made_up_is_taken() -> None:
     """10,000 of them, at a device that is running; the rest of the test is in `World`."""
     world = World(load(), Faults(corrupt=1.0, seed=1))
-    hello = Hello(world.device.signature, STEP, 1.0, 0.02, 4, 12, False)
+    handshake = Handshake(world.device.signature, STEP, 1.0, 0.02, 4, 12, False)
     device, answers = world.device, []
-    answers += device.receive(pack(Frame(Kind.HELLO, 0, 7, 0, 0.0, 1, 0, hello.values())), "us", 0)
+    answers += device.receive(
+        pack(Frame(Kind.HELLO, 0, 7, 0, 0.0, 1, 0, handshake.values())), "us", 0
+    )
     good = pack(Frame(Kind.SETPOINT, 0, 7, 1, 0.0, 1, 0, [50.0] * 4))
     answers += device.receive(good, "us", 0.0)
     assert len(answers) == 2

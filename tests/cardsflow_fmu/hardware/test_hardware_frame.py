@@ -31,7 +31,7 @@ from cardsflow_fmu.hardware.protocol.frame import (
     pack,
     unpack,
 )
-from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Hello
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.hardware.protocol.signature import port_signature
 
 PROTOCOL = Path(__file__).parents[3] / "docs/hardware_protocol.md"
@@ -267,8 +267,8 @@ def test_a_signature_stands_for_names_units_order_kind_and_scale() -> None:
 
 @given(st.integers(0, 2**64 - 1), st.booleans())
 def test_a_hello_reads_back(signature: int, lockstep: bool) -> None:
-    hello = Hello(signature, 1e-3, 2.0, 0.02, 4, 12, lockstep)
-    assert Hello.of_values(hello.values(), lockstep) == hello
+    handshake = Handshake(signature, 1e-3, 2.0, 0.02, 4, 12, lockstep)
+    assert Handshake.of_values(handshake.values(), lockstep) == handshake
 
 
 @pytest.mark.parametrize(
@@ -287,11 +287,11 @@ def test_a_hello_reads_back(signature: int, lockstep: bool) -> None:
     ],
 )
 def test_nonsense_is_no_hello(change: dict[int, float]) -> None:
-    values = Hello(5, 1e-3, 1.0, 0.02, 4, 12, False).values()
+    values = Handshake(5, 1e-3, 1.0, 0.02, 4, 12, False).values()
     for k, value in change.items():
         values[k] = value
-    assert Hello.of_values(values, False) is None
-    assert Hello.of_values(values[:6], False) is None
+    assert Handshake.of_values(values, False) is None
+    assert Handshake.of_values(values[:6], False) is None
 
 
 def rows(after: str) -> list[list[str]]:

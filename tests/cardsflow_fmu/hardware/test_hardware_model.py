@@ -24,7 +24,7 @@ from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.session import connect as opening
 from cardsflow_fmu.hardware.session.safety import TripError
 from cardsflow_fmu.hardware.session.session import (
@@ -325,7 +325,7 @@ class SilentLink:
         self.stops = 0
         self._answers, self._flags = iter(answers), flags
 
-    def open(self, hello: Hello) -> None:
+    def open(self, handshake: Handshake) -> None:
         self.is_open = True
 
     def exchange(self, t: float, command: np.ndarray, deadline: float) -> Exchange:
@@ -345,8 +345,8 @@ class SilentLink:
 
 def session(link: SilentLink, settings: dict[str, Any] | None = None) -> HardwareSession:
     made = experiment({"hardware.mode": "realtime", "hardware.max_missed": 3} | (settings or {}))
-    hello = Hello(1, 1e-3, 1.0, 0.02, 4, 12, lockstep=not made.hardware.is_paced)
-    one = HardwareSession(made.robot, made.hardware, link, hello)
+    handshake = Handshake(1, 1e-3, 1.0, 0.02, 4, 12, lockstep=not made.hardware.is_paced)
+    one = HardwareSession(made.robot, made.hardware, link, handshake)
     one.open()
     return one
 

@@ -15,10 +15,10 @@ from robots import planar_2r, random_robot
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.hardware_settings import MotorSettings, SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-from cardsflow_fmu.hardware.session.gravity_compensation import holding_forces
 from cardsflow_fmu.hardware.session.motors import MotorMap
 from cardsflow_fmu.hardware.session.safety import Guard, TripError
 from controllers import SpringMotors
+from controllers.force_distribution.gravity_compensation import gravity_compensation
 from sim_dart import DartDynamics
 
 ROBOT = planar_2r()
@@ -41,7 +41,7 @@ def test_forces_are_always_within_bounds_and_rates(
     before = one.forces
     np.testing.assert_array_equal(before, one.f_min)
     for k, f in enumerate(wanted):
-        given_ = one.admit(1.0 + 0.005 * k, 0.005, f)
+        given_ = one.limit(1.0 + 0.005 * k, 0.005, f)
         assert (given_ >= one.f_min).all()
         assert (given_ <= one.f_max).all()
         assert (np.abs(given_ - before) <= rate * 0.005 * (1 + 1e-12)).all()
@@ -52,17 +52,17 @@ def test_the_ramp_leads_from_rest_to_what_is_wanted() -> None:
     one, wanted = guard(ramp_in=0.4), np.array([50.0, 60.0, 10.0, 200.0])
     bounded = np.array([50.0, 60.0, 10.0, 100.0])
     for t, s in ((1.0, 0.0), (1.1, 0.25), (1.3, 0.75), (1.4, 1.0), (9.0, 1.0)):
-        np.testing.assert_allclose(one.admit(t, 0.1, wanted), REST + s * (bounded - REST))
+        np.testing.assert_allclose(one.limit(t, 0.1, wanted), REST + s * (bounded - REST))
 
 
 def test_without_a_ramp_what_is_wanted_goes_out_unchanged() -> None:
     wanted = np.array([11.1, 22.2, 33.3, 44.4])
-    np.testing.assert_array_equal(guard(ramp_in=0.0).admit(1.0, 1e-3, wanted), wanted)
+    np.testing.assert_array_equal(guard(ramp_in=0.0).limit(1.0, 1e-3, wanted), wanted)
 
 
 def test_the_ramp_down_falls_evenly_to_f_min() -> None:
     one = guard(ramp_in=0.0, ramp_down=0.05)
-    top = one.admit(1.0, 0.01, np.array([50.0, 60.0, 10.0, 90.0]))
+    top = one.limit(1.0, 0.01, np.array([50.0, 60.0, 10.0, 90.0]))
     falling = list(one.ramp_down(0.01))
     assert len(falling) == 5
     np.testing.assert_allclose(falling[0], one.f_min + 0.8 * (top - one.f_min))
@@ -73,7 +73,7 @@ def test_the_ramp_down_falls_evenly_to_f_min() -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_force_that_is_no_number_trips(value: float) -> None:
     with pytest.raises(TripError, match=f"force wanted of muscle 'cable_3' is {value} N"):
-        guard().admit(1.0, 1e-3, np.array([10.0, 10.0, value, 10.0]))
+        guard().limit(1.0, 1e-3, np.array([10.0, 10.0, value, 10.0]))
 
 
 def test_positions_beyond_limit_and_margin_trip() -> None:
@@ -110,7 +110,8 @@ def test_hardware_needs_a_largest_force() -> None:
 
 def test_the_forces_at_rest_balance_gravity() -> None:
     q = np.array([-0.5, 0.5])
-    dynamics, f = DartDynamics(ROBOT), holding_forces(ROBOT, q)
+    dynamics = DartDynamics(ROBOT)
+    f = gravity_compensation(dynamics, q)
     np.testing.assert_allclose(
         -dynamics.muscle_jacobian(q).T @ f, dynamics.gravity(q), rtol=0, atol=1e-8
     )
@@ -119,7 +120,7 @@ def test_the_forces_at_rest_balance_gravity() -> None:
 
 def test_forces_at_rest_are_within_bounds_where_none_balance() -> None:
     robot = random_robot(3)
-    f = holding_forces(robot, np.zeros(len(robot.coordinates)))
+    f = gravity_compensation(DartDynamics(robot), np.zeros(len(robot.coordinates)))
     assert ((f >= 5.0) & (f <= 200.0)).all()
 
 

@@ -111,7 +111,7 @@ def served(
     """The experiment's robot at a port of this machine, in a thread of this process."""
     device, over = emulated_device(experiment, experiment.hardware, key), threading.Event()
     way = NoisyWay(device) if noisy else None
-    with DeviceServer(device, "udp://127.0.0.1:0", way=way) as server:
+    with DeviceServer(device, "udp://127.0.0.1:0", line=way) as server:
         thread = threading.Thread(target=server.run, args=(over.is_set,))
         thread.start()
         try:

@@ -19,7 +19,7 @@ from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES, Flag, Frame, Kind, pack, unpack
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 
 SOURCE = Path(__file__).parents[3] / "examples/hardware_in_the_loop/device.c"
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]
@@ -72,8 +72,8 @@ def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[s
     assert (device.returncode, complaints) == (0, "")
 
 
-def hello(*, lockstep: bool = False, step: float = STEP) -> Hello:
-    return Hello(SIGNATURE, step, 1.0, 0.02, COMMANDS, STATES, lockstep)
+def handshake(*, lockstep: bool = False, step: float = STEP) -> Handshake:
+    return Handshake(SIGNATURE, step, 1.0, 0.02, COMMANDS, STATES, lockstep)
 
 
 def pull(link: UdpLink, command=PULL, *, within: float = SOON) -> Exchange:
@@ -105,7 +105,7 @@ def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) 
     commands = np.random.default_rng(0).uniform(F_MIN, F_MAX, (100, COMMANDS))
     expected = followed(commands, step)
     with running(built, tmp_path, key) as uri, UdpLink(uri, key=key) as link:
-        link.open(hello(lockstep=True, step=step))
+        link.open(handshake(lockstep=True, step=step))
         np.testing.assert_array_equal(link.start_state, [0] * 4 + [0.3] * 4 + [F_MIN] * 4)
         for command, state in zip(commands, expected, strict=True):
             came = pull(link, command)
@@ -119,7 +119,7 @@ def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
 ) -> None:
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
         for _ in range(100):  # a machine that is busy may be silent for too long
-            link.open(hello())
+            link.open(handshake())
             begin, came = time.monotonic(), pull(link)
             while time.monotonic() < begin + 0.1 and not came.device_flags & Flag.SAFE:
                 time.sleep(1e-3)
@@ -133,13 +133,13 @@ def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
         assert came.device_flags & Flag.SAFE
         assert came.state is not None
         np.testing.assert_allclose(came.state[-4:], F_MIN, rtol=1e-4)
-        link.open(hello())
+        link.open(handshake())
         assert not pull(link).device_flags & Flag.SAFE
 
 
 def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
-        link.open(hello(lockstep=True))
+        link.open(handshake(lockstep=True))
         wild = np.array([-1e308, 1e308, 0.0, 501.0])
         came = [pull(link, wild) for _ in range(200)][-1]
         assert came.device_flags & Flag.CLAMPED
@@ -150,21 +150,21 @@ def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
 
 def test_refusals(built: Path, tmp_path: Path) -> None:
     wishes = [
-        (Hello(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
-        (Hello(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
-        (Hello(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
-        (hello(step=1.5 * STEP, lockstep=True), "whole"),
-        (hello(step=1e300, lockstep=True), "whole"),
-        (hello(step=0.011), "watchdog"),
+        (Handshake(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
+        (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
+        (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
+        (handshake(step=1.5 * STEP, lockstep=True), "whole"),
+        (handshake(step=1e300, lockstep=True), "whole"),
+        (handshake(step=0.011), "watchdog"),
     ]
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
-        for wish, word in wishes:
+        for request, word in wishes:
             with pytest.raises(HardwareError, match=f"refuses: .*{word}"):
-                link.open(wish)
-        link.open(hello(lockstep=True))
+                link.open(request)
+        link.open(handshake(lockstep=True))
         pull(link)
         with pytest.raises(HardwareError, match="in use by another"):
-            UdpLink(uri, timeout=0.15).open(hello())
+            UdpLink(uri, timeout=0.15).open(handshake())
         assert pull(link).seq == 2
 
 
@@ -174,7 +174,7 @@ def test_with_a_key_only_signed_frames_are_heard(built: Path, tmp_path: Path) ->
     with running(built, tmp_path, key) as uri:
         for wrong in (None, key[::-1], key[:-1]):
             with pytest.raises(HardwareError, match="nobody answers"):
-                UdpLink(uri, key=wrong, timeout=0.1).open(hello())
+                UdpLink(uri, key=wrong, timeout=0.1).open(handshake())
     (tmp_path / "short").write_bytes(b"short")
     arguments = [str(built), "127.0.0.1", "0", "1", str(tmp_path / "short")]
     done = subprocess.run(arguments, capture_output=True, text=True, check=False)
@@ -187,9 +187,9 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
 ) -> None:
     for lockstep in (True, False):
         with running(built, tmp_path) as uri, conversation(uri) as say:
-            wish = hello(lockstep=lockstep)
+            request = handshake(lockstep=lockstep)
             flags = int(Flag.LOCKSTEP) if lockstep else 0
-            answer = say(Frame(Kind.HELLO, flags, 5, 0, 0.0, 1, 0, wish.values()))
+            answer = say(Frame(Kind.HELLO, flags, 5, 0, 0.0, 1, 0, request.values()))
             assert answer is not None
             assert answer.kind is Kind.HELLO_ACK
             first = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 22, 0, PULL))
@@ -237,7 +237,7 @@ def test_bad_frames_do_no_harm_under_the_sanitizers(
     program = tmp_path / "sanitized"
     compile_device(compiler, program, SANITIZED)
     with running(program, tmp_path, key) as uri, UdpLink(uri, key=key, timeout=5.0) as link:
-        link.open(hello(lockstep=True))
+        link.open(handshake(lockstep=True))
         samples: list[bytes] = []
         send, line = link._send, link._socket
         assert line is not None
@@ -245,7 +245,7 @@ def test_bad_frames_do_no_harm_under_the_sanitizers(
         for _ in range(3):
             pull(link)
         link._send = send  # type: ignore[method-assign]
-        others = [(Kind.HELLO, hello().values()), (Kind.STOP, ()), (Kind.PING, [1.0])]
+        others = [(Kind.HELLO, handshake().values()), (Kind.STOP, ()), (Kind.PING, [1.0])]
         for kind, values in others:
             samples.append(pack(Frame(kind, 2, link.run_id, 9, 0.0, 1, 0, values), key))
         answered = 0
@@ -255,7 +255,7 @@ def test_bad_frames_do_no_harm_under_the_sanitizers(
                 came = pull(link, within=SOON if key else 0.1)
                 if came.state is None or came.device_flags & Flag.SAFE:
                     assert key is None  # it took a frame with a right checksum for a stop
-                    link.open(hello(lockstep=True))
+                    link.open(handshake(lockstep=True))
                     line = link._socket
                     assert line is not None
                     continue

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.hardware.device.device import Device
-from cardsflow_fmu.hardware.device.server import DeviceServer, Way
-from cardsflow_fmu.hardware.protocol.handshake import Hello
+from cardsflow_fmu.hardware.device.server import DeviceServer, Line
+from cardsflow_fmu.hardware.protocol.handshake import Handshake
 
 FloatArray = NDArray[np.float64]
 
@@ -64,8 +64,8 @@ class Integrator:
         self.resets += 1
 
 
-def hello(*, lockstep: bool = False, step: float = STEP, watchdog: float = 0.02) -> Hello:
-    return Hello(SIGNATURE, step, 1.0, watchdog, COMMANDS, STATES, lockstep)
+def handshake(*, lockstep: bool = False, step: float = STEP, watchdog: float = 0.02) -> Handshake:
+    return Handshake(SIGNATURE, step, 1.0, watchdog, COMMANDS, STATES, lockstep)
 
 
 def make_device(
@@ -89,10 +89,12 @@ def robot_of(device: Device) -> Integrator:
 
 
 @contextmanager
-def served(device: Device, uri: str = "udp://127.0.0.1:0", way: Way | None = None) -> Iterator[str]:
+def served(
+    device: Device, uri: str = "udp://127.0.0.1:0", line: Line | None = None
+) -> Iterator[str]:
     """The address of a device that is served meanwhile."""
     ended = threading.Event()
-    with DeviceServer(device, uri, way=way) as server:
+    with DeviceServer(device, uri, line=line) as server:
         thread = threading.Thread(target=server.run, args=(ended.is_set,))
         thread.start()
         try:

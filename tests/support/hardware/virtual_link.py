@@ -16,7 +16,7 @@ from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulated_device import device_of
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyWay
+from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyLine
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 from cardsflow_fmu.hardware.session import connect as opening
 
@@ -80,7 +80,7 @@ class World:
         robot.now = lambda: self.now
         self.robot = robot
         self.device: Device = device_of(robot, self.experiment.hardware, self.key)
-        self.way = FaultyWay(self.device, self.faults)
+        self.way = FaultyLine(self.device, self.faults)
         self._reached = self.now
 
     def monotonic(self) -> float:
