@@ -32,11 +32,7 @@ def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def condensed(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings with many of a kind in one: 200 links are no reason for 200 lines about a format.
-
-    Args:
-        findings: What one format cannot hold.
-    """
+    """Findings with many of a kind in one: 200 links are no reason for 200 lines about a format."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)

@@ -267,10 +267,6 @@ def snapshot_text(snapshot: DesignSnapshot) -> str:
 def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
     """Write a snapshot as JSON.
 
-    Args:
-        snapshot: What to write.
-        file: Where to; its folder is made if it does not exist.
-
     Raises:
         InputError: The file cannot be written.
     """
@@ -280,9 +276,6 @@ def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
 
 def read_snapshot(file: str | Path) -> DesignSnapshot:
     """Read a snapshot from JSON.
-
-    Args:
-        file: What to read.
 
     Raises:
         InputError: It cannot be read or is no snapshot; the message names the key.

@@ -62,9 +62,6 @@ def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
     """Build a robot from a design.
 
     The result does not depend on the order in which anything stands in the snapshot.
-
-    Args:
-        snapshot: The design, with the settings of the export.
     """
     wrong = snapshot_findings(snapshot)
     if not wrong:
@@ -76,11 +73,7 @@ def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
 
 
 def check_design(snapshot: DesignSnapshot) -> list[Finding]:
-    """Everything that is wrong with a design and the robot in it, errors first.
-
-    Args:
-        snapshot: The design, with the settings of the export.
-    """
+    """Everything that is wrong with a design and the robot in it, errors first."""
     return list(build_robot(snapshot).findings)
 
 
@@ -94,11 +87,7 @@ def link_of(snapshot: DesignSnapshot) -> Mapping[str, str]:
 
 
 class _Building:
-    """The work on one robot.
-
-    Args:
-        snapshot: The design, with z up.
-    """
+    """The work on one robot, from a design with z up."""
 
     def __init__(self, snapshot: DesignSnapshot) -> None:
         self._snapshot = snapshot

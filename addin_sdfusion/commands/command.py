@@ -59,12 +59,7 @@ class Command:
     """A command of the add-in, from `start` to `stop`."""
 
     def __init__(self, dialog: Dialog, open_window: Callable[[Inputs, Any], Window]) -> None:
-        """A command that is not there yet.
-
-        Args:
-            dialog: Its dialog.
-            open_window: Makes the window of a dialog, from its inputs and the design.
-        """
+        """A command without a button; `open_window` makes its window from inputs and design."""
         self.dialog = dialog
         self._open_window = open_window
         self._kept: list[Any] = []  # Fusion does not keep handlers alive

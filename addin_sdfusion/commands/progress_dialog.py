@@ -11,11 +11,7 @@ from .guard import application
 
 
 class ProgressDialog:
-    """A dialog that is a `Progress`; on the screen from its first call on.
-
-    Args:
-        title: What is going on.
-    """
+    """A dialog that is a `Progress`; on the screen from its first call on."""
 
     def __init__(self, title: str) -> None:
         self._title = title

@@ -41,12 +41,7 @@ class Reading:
 
 
 def read(design: Any, *, masses: bool = True) -> Reading:
-    """Read a design.
-
-    Args:
-        design: The design.
-        masses: Whether to read masses, which takes a while.
-    """
+    """Read a design."""
     snapshot = read_design(design, meshes=False, masses=masses)
     links = link_of(snapshot)
     table, findings = read_table(snapshot, links)

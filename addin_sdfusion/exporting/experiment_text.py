@@ -28,9 +28,6 @@ def gentle_motion(robot: Robot) -> Trajectory:
 
     A coordinate uses at most half of the room that its limits leave on the wider side; without
     room it stays. An initial value outside its limits is moved to the nearer one.
-
-    Args:
-        robot: A robot without errors.
     """
     starts = [_inside(c) for c in robot.coordinates]
     ends = [_nearby(c, q) for c, q in zip(robot.coordinates, starts, strict=True)]
@@ -48,11 +45,7 @@ def can_run(robot: Robot) -> bool:
 
 
 def experiment_findings(robot: Robot) -> Iterator[Finding]:
-    """Why there is no experiment, or why a run will refuse it.
-
-    Args:
-        robot: A robot without errors.
-    """
+    """Why there is no experiment, or why a run will refuse it."""
     subject = Subject("robot", robot.name)
     if not can_run(robot):
         lack = "no muscles" if robot.coordinates else "no joints that move"
@@ -73,12 +66,7 @@ def experiment_findings(robot: Robot) -> Iterator[Finding]:
 
 
 def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
-    """The text of an experiment.toml that stands beside model.sdf.
-
-    Args:
-        robot: The robot, with a muscle at least.
-        trajectory: The reference.
-    """
+    """The text of an experiment.toml beside model.sdf, for a robot with a muscle at least."""
     muscle = robot.muscles[0]
     lines = [
         "# `cardsflow run .` in this folder simulates the robot. Change it as you like: a later",
@@ -119,12 +107,7 @@ def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
 def point_lines(
     coordinates: Sequence[Coordinate], points: Iterable[TrajectoryPoint]
 ) -> Iterator[str]:
-    """The points of a reference, a table each, with units and limits behind the first.
-
-    Args:
-        coordinates: Of the robot, in order.
-        points: With a position of each.
-    """
+    """The points of a reference, a table each, with units and limits behind the first."""
     keys = [toml_key(c.name) for c in coordinates]
     for i, point in enumerate(points):
         yield ""

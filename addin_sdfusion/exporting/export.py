@@ -111,14 +111,7 @@ def export_built(
 
 
 class _Export:
-    """The work on one export.
-
-    Args:
-        built: The robot, without meshes, and its bodies.
-        settings: What to write.
-        replacement: Where to.
-        progress: Told before every step.
-    """
+    """The work on one export."""
 
     def __init__(
         self, built: Built, settings: ExportSettings, replacement: Replacement, progress: Progress

@@ -64,9 +64,6 @@ def replacing(folder: str | Path) -> Iterator[Replacement]:
 
     Whatever happens without it, the folder is as it was.
 
-    Args:
-        folder: Where to; made if it does not exist.
-
     Raises:
         InputError: The folder cannot be written, or holds files that would be overwritten.
     """

@@ -15,11 +15,7 @@ _WINDOWS_REFUSES = frozenset('<>:"/\\|?*')
 
 
 def safe_name(name: str) -> str:
-    """A name as part of a file's name: letters, digits, `_` and `-`; other signs become `_`.
-
-    Args:
-        name: Any text.
-    """
+    """A name as part of a file's name: letters, digits, `_` and `-`; other signs become `_`."""
     kept = (sign if sign.isalnum() or sign in "_-" else "_" for sign in _plain(name))
     safe = "".join(kept)[:LONGEST]
     if not safe or _DEVICES.fullmatch(safe):

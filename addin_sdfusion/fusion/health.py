@@ -11,13 +11,7 @@ from .notes import Notes, optional
 
 
 def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
-    """What makes an entity unusable; empty if nothing. What is doubtful becomes a finding.
-
-    Args:
-        entity: A joint or a point; as-built joints have no health.
-        subject: The same, for findings.
-        notes: Takes the findings.
-    """
+    """What makes an entity unusable; empty if nothing. What is doubtful becomes a finding."""
     state = optional(lambda: entity.healthState)
     states = adsk.fusion.FeatureHealthStates
     if state == states.RolledBackFeatureHealthState:

@@ -29,13 +29,7 @@ class Keys:
                 self._components[component] = name if taken[name] == 1 else f"{name}#{taken[name]}"
 
     def key(self, occurrence: Occurrence, name: str, number: int = 0) -> str:
-        """The name of an entity of the occurrence's component.
-
-        Args:
-            occurrence: Any occurrence of the component.
-            name: The entity's name.
-            number: Counts those of the same name in the same component.
-        """
+        """The name of an entity of the occurrence's component."""
         suffix = f"#{number + 1}" if number else ""
         return f"{self._components[_identity(occurrence)]}/{name}{suffix}"
 

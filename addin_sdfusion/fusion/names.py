@@ -15,13 +15,7 @@ Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
 
 def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Notes) -> list[Named]:
-    """The same with unique names: the first of a name keeps it, the others are numbered.
-
-    Args:
-        found: Path of the occurrence, and joint or group; in the order in which names are given.
-        kind: `joint` or `group`, for findings.
-        notes: Takes what is renamed.
-    """
+    """The same with unique names: the first of a name keeps it, the others are numbered."""
     pairs = list(found)
     count = Counter(item.name for _, item in pairs)
     taken = set(count)

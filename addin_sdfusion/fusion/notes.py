@@ -19,9 +19,6 @@ REPAIR = "Repair it in Fusion (Modify > Compute All shows what is broken) or del
 class Notes:
     """Collects findings while a design is read.
 
-    Args:
-        log: Takes the trace of what went wrong, as text.
-
     Attributes:
         findings: What was found so far.
     """

@@ -134,14 +134,7 @@ def _pose(occurrence: Any, above: Transform) -> Transform:
 def each_in(
     occurrence: Occurrence, collection: Callable[[], Any], notes: Notes, kind: str
 ) -> Iterator[tuple[Any, str, Any]]:
-    """Native entity, name and proxy of every item of one of the component's collections.
-
-    Args:
-        occurrence: The occurrence.
-        collection: Gives the collection of native entities.
-        notes: Takes what fails.
-        kind: What it holds: `body`, `group`, `joint` or `point`.
-    """
+    """Native entity, name and proxy of every item of one of the component's collections."""
     what = "bodies" if kind == "body" else f"{kind}s"
     for native in items(collection, notes, occurrence.subject, what):
         name = notes.attempt(occurrence.subject, f"{what}' names", name_of, native)

@@ -17,13 +17,7 @@ from .units import position
 
 
 def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[PointSnapshot]:
-    """The points in an occurrence.
-
-    Args:
-        occurrence: The occurrence.
-        keys: Names of entities.
-        notes: Takes what fails.
-    """
+    """The points in an occurrence."""
     component = occurrence.component
     found = []
     for native, name, proxy in each_in(

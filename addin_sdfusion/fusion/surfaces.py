@@ -46,14 +46,7 @@ class _Extent(NamedTuple):
 def read_surfaces(
     design: Any, occurrences: Sequence[Occurrence], keys: Keys, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
-    """The wrap surfaces of a design, each in every occurrence of its component.
-
-    Args:
-        design: The design.
-        occurrences: All occurrences.
-        keys: Names of entities.
-        notes: Takes what fails.
-    """
+    """The wrap surfaces of a design, each in every occurrence of its component."""
     subject = Subject("design", "wrap surfaces")
     read = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
     faces = [face for attribute in read or () for face in _faces(attribute, notes)]

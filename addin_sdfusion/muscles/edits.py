@@ -60,13 +60,7 @@ def _with_uses(wrap: WrapRow, muscle: str, place: Callable[[int], int]) -> WrapR
 
 
 def insert_point(table: MuscleTable, point: ViaPointRow, index: int | None = None) -> MuscleTable:
-    """A point added to its muscle, which is added as well if it is new.
-
-    Args:
-        table: The table.
-        point: What to add; its number does not count.
-        index: Where; at the end if None.
-    """
+    """A point added to its muscle, which is added as well if it is new."""
     if table.row(point.muscle) is None:
         table = with_muscle(table, MuscleRow(point.muscle, next_color(table)))
     points = list(table.points_of(point.muscle))

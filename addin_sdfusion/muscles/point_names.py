@@ -59,11 +59,7 @@ def is_point_name(name: str) -> bool:
 
 
 def parse_point_name(name: str) -> PointName | None:
-    """What a name says; None if it is not of the add-in, or not well-formed.
-
-    Args:
-        name: Of a construction point.
-    """
+    """What a name says; None if it is not of the add-in, or not well-formed."""
     via = _VIA.fullmatch(name)
     if via:
         motor, number, copy = (int(via[key] or 0) for key in ("motor", "number", "copy"))
@@ -75,13 +71,7 @@ def parse_point_name(name: str) -> PointName | None:
 
 
 def via_point_name(motor: int, link: str, number: int) -> str:
-    """The name of a via point.
-
-    Args:
-        motor: The number in the muscle's name.
-        link: Name of the link.
-        number: Place along the muscle.
-    """
+    """The name of a via point."""
     return f"VP_motor{motor}_EXPORT_{link}_{number}"
 
 
@@ -99,9 +89,6 @@ def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
     """The number in the points' names of each muscle.
 
     `motorN` has its own; the others take the smallest that no muscle has, in their order.
-
-    Args:
-        muscles: Names of all muscles, in order.
     """
     names = list(dict.fromkeys(muscles))
     own = {name: int(match[1]) for name in names if (match := _MOTOR.fullmatch(name))}

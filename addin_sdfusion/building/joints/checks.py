@@ -16,12 +16,7 @@ APART = 1e-5
 
 
 def mistakes(subject: Subject, joint: JointSnapshot) -> list[Finding]:
-    """The error for which a joint cannot be exported, if there is one.
-
-    Args:
-        subject: The joint, as the robot calls it.
-        joint: As the design has it.
-    """
+    """The error for which a joint cannot be exported, if there is one."""
     if joint.problem:
         problem = f"is broken: {joint.problem.strip()}; edit it until the design shows no error"
         return [error(subject, "broken-joint", problem)]
@@ -69,13 +64,7 @@ def doubts(subject: Subject, joint: JointSnapshot) -> Iterator[Finding]:
 
 
 def coordinate_name(joint: str, motion: MotionSnapshot, count: int) -> str:
-    """The name of the coordinate that drives a motion: the joint's, if it has no other.
-
-    Args:
-        joint: Name of the joint.
-        motion: One of its motions.
-        count: How many it has.
-    """
+    """The name of the coordinate that drives a motion: the joint's, if it has no other."""
     return joint if count == 1 else f"{joint}_{motion.role or motion.kind}"
 
 

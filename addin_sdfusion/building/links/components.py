@@ -21,9 +21,6 @@ _FIRST = ":1"
 def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
     """The links of a design whose links are components.
 
-    Args:
-        snapshot: The design.
-
     Returns:
         The link of each path that is one itself, and what is wrong.
     """

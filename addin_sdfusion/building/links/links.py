@@ -82,10 +82,6 @@ def inherited(
     """The link of each occurrence: its own, else that of the nearest one above it.
 
     What is in the root alone is not above everything: it hands nothing down.
-
-    Args:
-        occurrences: All of the design.
-        named: The links of some of them.
     """
     above = {occurrence.path: occurrence.parent for occurrence in occurrences}
     found = dict(named)

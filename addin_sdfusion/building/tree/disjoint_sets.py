@@ -6,11 +6,7 @@ from collections.abc import Iterable
 
 
 class DisjointSets:
-    """At first every name is a set of its own.
-
-    Args:
-        names: All names.
-    """
+    """At first every name is a set of its own."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._above = {name: name for name in names}

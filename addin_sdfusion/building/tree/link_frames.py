@@ -49,11 +49,7 @@ class _Placed(NamedTuple):
 
 
 def place_links(branches: Sequence[Branch]) -> Frames:
-    """Place the links of a tree.
-
-    Args:
-        branches: The tree, parents first.
-    """
+    """Place the links of a tree, whose branches are in order, parents first."""
     placed: dict[str | None, _Placed] = {None: _Placed(IDENTITY, IDENTITY.p)}
     joints = []
     for branch in branches:

@@ -13,13 +13,7 @@ _MOST = 50
 
 
 def entities_of(design: Any, reading: Reading, subject: Subject) -> list[Any]:
-    """What to select for a finding; empty if it is about nothing that can be seen.
-
-    Args:
-        design: The design.
-        reading: What was read of it.
-        subject: What the finding is about.
-    """
+    """What to select for a finding; empty if it is about nothing that can be seen."""
     found = _FINDERS.get(subject.kind, _nothing)(design, reading, subject.name)
     return [entity for _, entity in zip(range(_MOST), found, strict=False)]
 

@@ -19,11 +19,6 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
     """Draws all muscles, the chosen one thick and with the numbers of its points.
 
     Only for `executePreview`: Fusion takes everything back.
-
-    Args:
-        design: The design.
-        table: The muscles.
-        muscle: Name of the chosen one.
     """
     group = design.rootComponent.customGraphicsGroups.add()
     group.isSelectable = False  # nothing that could be picked by mistake

@@ -11,12 +11,7 @@ from ...robot.model.robot import WORLD
 
 
 def problems(table: MuscleTable, links: Collection[str]) -> list[str]:
-    """All of them, a sentence each.
-
-    Args:
-        table: The pending table.
-        links: Names of all links.
-    """
+    """All problems of a pending table, a sentence each."""
     return [*_muscle_problems(table), *_wrap_problems(table), *_link_problems(table, links)]
 
 

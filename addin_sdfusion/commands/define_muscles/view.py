@@ -14,13 +14,7 @@ SHOWN = 12
 
 
 def show(session: Session, inputs: Inputs, selected: int | None = None) -> None:
-    """Let the inputs show the pending table.
-
-    Args:
-        session: The pending table.
-        inputs: The inputs.
-        selected: Which point is selected then; the same as before if None.
-    """
+    """Let the inputs show the pending table; with None the same point stays selected."""
     _show_muscle(session, inputs, selected)
     _show_wrap(session, inputs)
     _show_others(session, inputs)

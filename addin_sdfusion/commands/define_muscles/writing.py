@@ -67,10 +67,6 @@ class Writer:
     def write(self, before: MuscleTable, after: MuscleTable) -> None:
         """Make the design say the table.
 
-        Args:
-            before: The table that the design says now.
-            after: The table that it shall say.
-
         Raises:
             InputError: Something cannot be written; the message says which object, and the
                 transaction must be given up.

@@ -27,15 +27,7 @@ def count_bodies(occurrence: Occurrence) -> int:
 def read_bodies(
     occurrence: Occurrence, mesher: Mesher | None, masses: bool, notes: Notes, tick: Tick
 ) -> Iterator[BodySnapshot]:
-    """The bodies of an occurrence, without those of the occurrences below it.
-
-    Args:
-        occurrence: The occurrence.
-        mesher: Makes their meshes; None for none.
-        masses: Whether to read their masses.
-        notes: Takes what fails.
-        tick: Called with the name of each body before it is read.
-    """
+    """The bodies of an occurrence, not those below it; without meshes if there is no mesher."""
     component = occurrence.component
     for native, name, proxy in each_in(occurrence, lambda: component.bRepBodies, notes, "body"):
         tick(occurrence.named(name))

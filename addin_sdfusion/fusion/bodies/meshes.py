@@ -37,10 +37,6 @@ class Mesher:
     knows no frame but its component's, and the nodes are moved by the occurrence's pose. The body's
     bounding box in the root frame must agree; if it agrees with the nodes unmoved instead, these
     are taken.
-
-    Args:
-        quality: How fine the meshes are.
-        notes: Takes what fails.
     """
 
     def __init__(self, quality: MeshQuality, notes: Notes) -> None:
@@ -58,13 +54,6 @@ class Mesher:
         self, native: Any, proxy: Any, kind: str, occurrence: Occurrence, subject: Subject
     ) -> MeshSnapshot:
         """The mesh of a body in an occurrence.
-
-        Args:
-            native: The body in its component.
-            proxy: The body in the occurrence.
-            kind: `solid`, `surface` or `mesh`.
-            occurrence: The occurrence.
-            subject: The body, for findings.
 
         Raises:
             ValueError: There is none.

@@ -71,12 +71,7 @@ def joint_frames(
 
 
 def as_built_frame(joint: Any, occurrence: Occurrence) -> Transform | None:
-    """The one frame of an as-built joint; None where there is none, as of a rigid one.
-
-    Args:
-        joint: Its proxy in the occurrence.
-        occurrence: Where the component that holds it is.
-    """
+    """The one frame of an as-built joint; None where there is none, as of a rigid one."""
     geometry = optional(lambda: _geometry(joint.geometry))
     transform = optional(lambda: _transform(joint.transform))
     if transform is None:

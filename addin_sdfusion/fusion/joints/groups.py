@@ -15,13 +15,7 @@ from ..occurrences import Occurrence, Occurrences, each_in, path_of, subject_in
 def read_groups(
     occurrence: Occurrence, occurrences: Occurrences, notes: Notes
 ) -> Iterator[GroupSnapshot]:
-    """The rigid groups of the component in an occurrence.
-
-    Args:
-        occurrence: The occurrence.
-        occurrences: All occurrences, by path.
-        notes: Takes what fails.
-    """
+    """The rigid groups of the component in an occurrence."""
     component = occurrence.component
     for _, name, group in each_in(occurrence, lambda: component.rigidGroups, notes, "group"):
         subject = subject_in(occurrence, "group", name)

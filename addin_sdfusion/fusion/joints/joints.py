@@ -41,13 +41,7 @@ class _Ends:
 def read_joints(
     occurrence: Occurrence, occurrences: Occurrences, notes: Notes
 ) -> Iterator[JointSnapshot]:
-    """The joints of the component in an occurrence.
-
-    Args:
-        occurrence: The occurrence.
-        occurrences: All occurrences, by path.
-        notes: Takes what fails.
-    """
+    """The joints of the component in an occurrence."""
     component = occurrence.component
     for _, name, joint in each_in(occurrence, lambda: component.joints, notes, "joint"):
         yield _Reader(joint, name, occurrence, occurrences, notes).joint()

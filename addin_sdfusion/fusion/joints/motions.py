@@ -45,10 +45,6 @@ def joint_kinds() -> dict[int, JointKind]:
 def read_freedoms(kind: JointKind, motion: Any) -> tuple[Freedom, ...]:
     """The degrees of freedom of a joint, in their order from `two` to `one`.
 
-    Args:
-        kind: The joint's type.
-        motion: Its JointMotion.
-
     Raises:
         ValueError: An axis or a number is missing.
     """

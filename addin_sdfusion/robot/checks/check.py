@@ -41,9 +41,6 @@ CHECKS: tuple[Check, ...] = (
 def check(robot: Robot) -> list[Finding]:
     """Everything that is wrong or doubtful.
 
-    Args:
-        robot: Any robot, however broken.
-
     Returns:
         Errors first, then warnings; empty for a sound robot.
     """

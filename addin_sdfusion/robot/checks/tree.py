@@ -116,11 +116,7 @@ def limits(robot: Robot) -> Iterator[Finding]:
 
 
 def _loops(above: dict[str, Joint]) -> list[list[str]]:
-    """The loops of links that are met on the way up from any link.
-
-    Args:
-        above: The joint that carries each link.
-    """
+    """The loops of links that are met on the way up from any link."""
     loops = []
     met: set[str] = set()
     for start in above:

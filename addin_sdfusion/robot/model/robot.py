@@ -146,11 +146,6 @@ _Named = TypeVar("_Named", Link, Joint, Coordinate, Muscle, CableSet, TaskSet, W
 def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
     """The item of that name.
 
-    Args:
-        kind: What is looked for, for the message.
-        name: The name.
-        items: Where to look.
-
     Raises:
         UnknownNameError: There is none; the message names the nearest and lists all.
     """

@@ -29,9 +29,6 @@ def read_actuator(muscle: Node) -> CableModel | None:
 
     The original plug-in demands these elements, but then overwrites what they say; a finding says
     that here they count, and which numbers they replace.
-
-    Args:
-        muscle: The `<myoMuscle>`.
     """
     parts = muscle.all(*ACTUATOR)
     if not parts:

@@ -46,10 +46,6 @@ class _Step:
 class MuscleReader:
     """Reads muscles; collects the wrap surfaces that they meet on their way.
 
-    Args:
-        links: Names of the robot's links.
-        surfaces: Wrap surfaces that the robot has already.
-
     Attributes:
         surfaces: All wrap surfaces.
     """
@@ -66,13 +62,7 @@ class MuscleReader:
             self._names.setdefault(_nameless(surface), []).append(surface.name)
 
     def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
-        """The `<myoMuscle>` children of an element as a cable set.
-
-        Args:
-            parent: The element.
-            name: The name of the set.
-            active: The name of the active set.
-        """
+        """The `<myoMuscle>` children of an element as a cable set."""
         muscles = []
         for node in parent.all("myoMuscle"):
             subject = member("muscle", node.attribute("name"), name, active)
@@ -167,14 +157,7 @@ def read_surface(node: Node) -> WrapSurface:
 
 
 def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
-    """The `<endEffector>` or `<marker>` children of an element as a task set.
-
-    Args:
-        parent: The element.
-        name: The name of the set.
-        active: The name of the active set.
-        tag: Which of the two.
-    """
+    """The `<endEffector>` or `<marker>` children of an element as a task set."""
     frames = []
     for i, node in enumerate(parent.all(tag)):
         called = node.attribute("name", f"{tag.lower()}{i}")

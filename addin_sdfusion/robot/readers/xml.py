@@ -221,11 +221,6 @@ def parse(file: Path, subject: Subject, notes: Notes) -> Node:
 
     Nothing outside the file is read, and no entity is expanded.
 
-    Args:
-        file: What to read.
-        subject: The object that the file describes.
-        notes: Where findings go.
-
     Raises:
         InputError: It cannot be read, is not XML, or uses entities.
     """

@@ -45,10 +45,6 @@ def combine(name: str, members: Sequence[Member]) -> Robot:
     Its coordinates, muscles and task coordinates are those of the members' active sets, member
     after member.
 
-    Args:
-        name: Its name.
-        members: The robots.
-
     Raises:
         InputError: There are none, two have the same name or parts that come to have the same, or
             they live under different gravity.

@@ -17,11 +17,7 @@ from ..model.robot import WORLD, Robot
 
 
 class Names:
-    """Unique names: those that are taken get underscores at their end.
-
-    Args:
-        taken: Names that are not to be given.
-    """
+    """Unique names: those that are taken get underscores at their end."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = set(taken)
@@ -57,11 +53,7 @@ class SingleJoint:
 
 
 def single_joints(robot: Robot) -> list[SingleJoint]:
-    """The joints of a robot as single ones, parents first.
-
-    Args:
-        robot: A valid robot.
-    """
+    """The joints of a robot as single ones, parents first."""
     links = Names([WORLD, *(link.name for link in robot.links)])
     joints = Names(coordinate.name for coordinate in robot.coordinates)
     return [single for joint in robot.joints for single in _split(joint, links, joints)]

@@ -62,10 +62,6 @@ class Diagnosis:
 def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:
     """Whether the inertias of a file are about the origin of the design.
 
-    Args:
-        links: The links as read.
-        poses: The pose of each in the frame of the design.
-
     Returns:
         None where they are not, or where there is no evidence.
     """
@@ -89,10 +85,6 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
 
     A link whose tensor would then be that of no body, because its mass was changed by hand, say, is
     left as it is.
-
-    Args:
-        robot: The robot as read.
-        diagnosis: What `diagnose` said about its links.
 
     Returns:
         The repaired robot, and a finding for every link.

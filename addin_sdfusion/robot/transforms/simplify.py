@@ -39,9 +39,6 @@ def merge_fixed_joints(robot: Robot) -> Robot:
     A link stays, with its fixed joint, where a task frame on it could not be kept: on a link fixed
     to the world, and an orientation on a link that is turned against the one it would be merged
     into.
-
-    Args:
-        robot: A robot without errors.
     """
     homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
     for joint in robot.joints:
@@ -66,9 +63,6 @@ def align_frames(robot: Robot) -> Robot:
     T_child_joint becomes the identity and T_parent_joint a translation; axes that were along a
     frame's axes may become tilted. An orientation that is controlled is then that of the turned
     frame: its angles count from the pose at q = 0.
-
-    Args:
-        robot: A robot without errors.
     """
     homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
     joints = []

@@ -61,11 +61,7 @@ def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
 
 
 def cardsflow_losses(robot: Robot) -> list[Finding]:
-    """What cardsflow.xml alone cannot hold.
-
-    Args:
-        robot: A robot without errors.
-    """
+    """What cardsflow.xml alone cannot hold."""
     problem = "cardsflow.xml holds muscles and end effectors; links and joints stand in model.sdf"
     links = warning(Subject("robot", robot.name), "links-left-out", problem)
     return [links, *other_sets(robot, "cardsflow.xml"), *wrap_losses(robot)]
@@ -122,12 +118,7 @@ def cardsflow_xml(robot: Robot) -> str:
 
 
 def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
-    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis.
-
-    Args:
-        muscle: A muscle of a valid robot.
-        surfaces: The robot's wrap surfaces by name.
-    """
+    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis."""
     counts = Counter(wrap.segment for wrap in muscle.wraps)
     return [
         wrap

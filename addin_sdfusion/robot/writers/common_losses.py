@@ -35,13 +35,7 @@ def other_sets(robot: Robot, format_: str) -> Iterator[Finding]:
 
 
 def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Finding]:
-    """What cables are beyond ideal ones between fixed points.
-
-    Args:
-        robot: A valid robot.
-        format_: The format's name.
-        held: The kinds of cables that it has beside ideal ones.
-    """
+    """What cables are beyond ideal ones between fixed points."""
     for muscle in robot.muscles:
         subject = Subject("muscle", muscle.name)
         if muscle.model.kind != "ideal" and muscle.model.kind not in held:

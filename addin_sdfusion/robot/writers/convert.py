@@ -111,11 +111,6 @@ def convert(robot: Robot, format_: str, folder: str | Path) -> Conversion:
 def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
     """As `convert`, in a format that need not be one of `FORMATS`.
 
-    Args:
-        format_: The format.
-        robot: The robot.
-        folder: Where to; made if it does not exist.
-
     Raises:
         RobotError: The robot has errors, or the format cannot hold it at all.
         InputError: The folder cannot be written.

@@ -51,11 +51,7 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:
-    """What URDF cannot hold of a valid robot; it refuses none.
-
-    Args:
-        robot: A valid robot.
-    """
+    """What URDF cannot hold of a valid robot; it refuses none."""
     return [
         *chained_joints(robot, "URDF"),
         *_muscles(robot),

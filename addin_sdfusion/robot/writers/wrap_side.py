@@ -25,11 +25,6 @@ from ..model.rotations import (
 def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
     """Where a muscle passes that turns in its wrap's sense about the surface's z axis.
 
-    Args:
-        robot: A valid robot, at its initial coordinates.
-        muscle: One of its muscles.
-        wrap: One of the muscle's wraps, with a chosen side.
-
     Returns:
         A unit vector in the surface's frame: for a cylinder orthogonal to its z axis, for a sphere
         in the plane through both points and the centre, in which the muscle stays.

@@ -14,14 +14,7 @@ def numbers(values: Iterable[float]) -> str:
 def element(
     parent: ElementTree.Element | None, tag: str, text: str | float | None = None, **attributes: str
 ) -> ElementTree.Element:
-    """A new element, put at the end of its parent.
-
-    Args:
-        parent: None for the root of a document.
-        tag: Its tag.
-        text: Its text, or a number.
-        attributes: Its attributes, in order.
-    """
+    """A new element, put at the end of its parent."""
     new = ElementTree.Element(tag, attributes)
     if text is not None:
         new.text = text if isinstance(text, str) else numbers([text])
@@ -31,12 +24,7 @@ def element(
 
 
 def document(root: ElementTree.Element, doctype: str = "") -> str:
-    """The text of a whole XML file.
-
-    Args:
-        root: Its root.
-        doctype: What stands in the DOCTYPE line after the word; none if empty.
-    """
+    """The text of a whole XML file."""
     ElementTree.indent(root)
     head = '<?xml version="1.0" encoding="utf-8"?>\n'
     if doctype:

@@ -25,11 +25,6 @@ def read_cables(
     A set that holds an unknown kind of cable or attachment is left out with a warning; if it is
     the active one, that is an error.
 
-    Args:
-        root: The root of the file.
-        links: The robot's links, by number.
-        chosen: The set to make active; the file's default if None.
-
     Raises:
         UnknownNameError: There is no set of the chosen name.
     """

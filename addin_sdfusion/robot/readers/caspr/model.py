@@ -58,14 +58,7 @@ def _with_cables(robot: Robot, file: Path, cable_set: str | None, notes: Notes) 
 
 
 def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Robot:
-    """The robot with its operational spaces.
-
-    Args:
-        robot: The robot without them.
-        old: Operational spaces in the bodies file, where they stood before 2020.
-        file: Where they belong; it comes first.
-        notes: Where findings, places and files go.
-    """
+    """The robot with its operational spaces."""
     if file.exists():
         if old is not None:
             problem = f"left out, for {file.name} stands beside the file; remove this block"

@@ -21,10 +21,6 @@ def read_operational_spaces(root: Node, links: Sequence[Link]) -> tuple[tuple[Ta
 
     A pose becomes two task frames: its position under its name, and its orientation under the name
     with `_orientation` behind it.
-
-    Args:
-        root: The root of the file.
-        links: The robot's links, by number.
     """
     if root.tag != "operational_spaces":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <operational_spaces>")

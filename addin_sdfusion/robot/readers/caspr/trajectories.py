@@ -24,10 +24,6 @@ LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
     """The names of the trajectories in a file, of whatever kind, in order.
 
-    Args:
-        file: A trajectory file.
-        space: Which ones: joint or operational.
-
     Raises:
         InputError: The file is not a readable trajectory file.
     """
@@ -40,11 +36,6 @@ def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Traj
     Inner velocities that CASPR takes as means are computed here, so the spline is a cubic one.
     Times are the points' own: where CASPR's time step does not divide a segment its samples, and
     with them its polynomial, end at the last step within it; here it ends at the point.
-
-    Args:
-        file: A trajectory file.
-        name: Its id in the file.
-        space: Whether it is a joint or an operational one.
 
     Raises:
         UnknownNameError: The file has no such trajectory.

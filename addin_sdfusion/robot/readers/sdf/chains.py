@@ -28,10 +28,6 @@ class _Word:
 def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[Joint], set[str]]:
     """The joints with the coordinates that the plugin gives them.
 
-    Args:
-        joints: As the model has them.
-        plugins: The plugin elements.
-
     Returns:
         The joints, each in the place of its first part, and the links that are in none of them.
     """

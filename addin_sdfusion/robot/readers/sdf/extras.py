@@ -20,10 +20,7 @@ DEFAULT_SET = "cardsflow"
 def read_extras(robot: Robot, model: Node, cable_set: str | None) -> Robot:
     """The same robot with its cable sets, task sets, link ends and gravity.
 
-    Args:
-        robot: The robot without them.
-        model: The `<model>` element.
-        cable_set: The cable set to make active; the file's own choice if None.
+    The file's own choice of a cable set is active if `cable_set` is None.
 
     Raises:
         InputError: The cardsflow.xml is not readable XML.

@@ -27,11 +27,7 @@ class Placement:
 
 
 class Frames:
-    """The placements of everything in a model.
-
-    Args:
-        model: The `<model>` element; what is wrong with its poses is noted there.
-    """
+    """The placements of everything in a model."""
 
     def __init__(self, model: Node) -> None:
         self._nodes: dict[Key, Node] = {}

@@ -59,9 +59,6 @@ class SdfWorld:
 def read_sdf_world(file: Path) -> SdfWorld:
     """The static models of an SDF world. Models that move, lights and plugins are left out.
 
-    Args:
-        file: An SDF file with a world, or with models alone.
-
     Raises:
         InputError: It is not readable XML.
     """

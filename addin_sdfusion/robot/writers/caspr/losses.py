@@ -26,10 +26,6 @@ XML_ID = re.compile(r"[^\W\d][\w.-]*")
 def losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Finding]:
     """Everything that CASPR's files cannot hold.
 
-    Args:
-        robot: A robot without errors.
-        trajectories: What is to be written with it.
-
     Returns:
         Errors, for which it is not written, then warnings for what is left out or doubtful.
     """

@@ -29,11 +29,7 @@ class TaskItem(NamedTuple):
 
 
 def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
-    """Positions, orientations, and poses where an orientation follows its position.
-
-    Args:
-        frames: Task frames, in order.
-    """
+    """Positions, orientations, and poses where an orientation follows its position."""
     i = 0
     while i < len(frames):
         frame = frames[i]

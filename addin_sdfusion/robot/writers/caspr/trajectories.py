@@ -14,13 +14,7 @@ TIME_TOLERANCE = 1e-9
 
 
 def write_trajectory(group: ElementTree.Element, trajectory: Trajectory, file: str) -> None:
-    """Put a trajectory at the end of its group.
-
-    Args:
-        group: The joint or the operational trajectories.
-        trajectory: What to write.
-        file: The name of the file that holds its samples, if it has any.
-    """
+    """Put a trajectory at the end of its group."""
     tag = CASPR_SPLINES[trajectory.spline]
     if trajectory.spline == "samples":
         element(group, tag, id=trajectory.name, filename=file)
@@ -59,12 +53,7 @@ def _times(trajectory: Trajectory) -> tuple[str, list[float]]:
 
 
 def traj_file(name: str, number: int) -> str:
-    """The name of the file that holds the samples of one of a robot's trajectories.
-
-    Args:
-        name: How the robot's files begin.
-        number: The trajectory's place among them, counted from 1.
-    """
+    """The name of the file that holds the samples of one of a robot's trajectories."""
     return f"{name}_{number}.traj"
 
 

@@ -23,11 +23,6 @@ TYPES = {"rotation": "hinge", "translation": "slide"}
 def add_body(robot: Robot, joint: Joint, parent: ElementTree.Element) -> ElementTree.Element:
     """Add the child of a joint to its parent's body.
 
-    Args:
-        robot: The robot.
-        joint: One of its joints.
-        parent: The body of the joint's parent.
-
     Returns:
         The child's body, in the child link's own frame.
     """

@@ -22,14 +22,7 @@ def add_meshes(
     assets: ElementTree.Element,
     bodies: dict[str, ElementTree.Element],
 ) -> None:
-    """Add the meshes whose files are known.
-
-    Args:
-        robot: The robot.
-        files: The file of each mesh by its uri.
-        assets: Where the file lists them.
-        bodies: The body of each link.
-    """
+    """Add the meshes whose files are known."""
     names = Names()
     for link in robot.links:
         for mesh in link.meshes:

@@ -47,14 +47,7 @@ def add_wrap_geoms(robot: Robot, bodies: Bodies) -> None:
 
 
 def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: Names) -> None:
-    """Add a spatial tendon for every muscle, and the sites that it passes through.
-
-    Args:
-        robot: The robot.
-        root: The document.
-        bodies: The body of each link.
-        sites: The names of sites that are taken.
-    """
+    """Add a spatial tendon for every muscle, and the sites that it passes through."""
     tendons = element(root, "tendon")
     for muscle in robot.muscles:
         tendon = element(tendons, "spatial", name=muscle.name)

@@ -49,11 +49,6 @@ def add_body(
 ) -> ElementTree.Element:
     """Add a link.
 
-    Args:
-        bodies: Where to.
-        link: The link.
-        files: The file of each mesh by its uri, where it is another.
-
     Returns:
         Its body.
     """

@@ -35,12 +35,7 @@ def surface_names(robot: Robot) -> dict[tuple[str, int], str]:
 
 
 def add_surfaces(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
-    """Add the wrap objects to the bodies of their links.
-
-    Args:
-        robot: The robot.
-        bodies: The element of each link, and of the ground.
-    """
+    """Add the wrap objects to the bodies of their links."""
     sets: dict[str, ElementTree.Element] = {}
     for name, surface, angle in _objects(robot):
         if surface.link not in sets:
@@ -51,13 +46,7 @@ def add_surfaces(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
 def add_muscle(
     forces: ElementTree.Element, muscle: Muscle, names: dict[tuple[str, int], str]
 ) -> None:
-    """Add a muscle: OpenSim's own where it has one of the kind, else one commanded by tension.
-
-    Args:
-        forces: Where to.
-        muscle: The muscle.
-        names: The wrap objects, from `surface_names`.
-    """
+    """Add a muscle: OpenSim's own where it has one of the kind, else one commanded by tension."""
     node = force_element(forces, muscle)
     path = element(node, "GeometryPath", name="path")
     points = objects(path, "PathPointSet", "pathpointset")

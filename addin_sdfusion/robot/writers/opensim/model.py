@@ -60,11 +60,7 @@ def write_osim(
 
 
 def osim_losses(robot: Robot) -> list[Finding]:
-    """What OpenSim cannot hold of a valid robot; it refuses none.
-
-    Args:
-        robot: A valid robot.
-    """
+    """What OpenSim cannot hold of a valid robot; it refuses none."""
     return [
         *renamed(robot),
         *chained_joints(robot, "OpenSim"),

@@ -20,11 +20,7 @@ Renaming = dict[str, str]
 
 
 def with_legal_names(robot: Robot) -> Robot:
-    """The robot, active sets only, under names that OpenSim takes.
-
-    Args:
-        robot: A valid robot.
-    """
+    """The robot, active sets only, under names that OpenSim takes."""
     renaming = _renamings(robot)
     links, joints = renaming["link"] | {WORLD: WORLD}, renaming["joint"]
     coordinates, surfaces = renaming["coordinate"], renaming["wrap surface"]

@@ -18,9 +18,6 @@ from .names import NO_LIMIT, joint_frame_name, needs_frame
 def sdf_losses(robot: Robot) -> list[Finding]:
     """Everything that SDF with its plugin and cardsflow.xml cannot hold.
 
-    Args:
-        robot: A robot without errors.
-
     Returns:
         Errors, for which it is not written, then warnings for what is left out or doubtful.
     """
