@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any, Protocol, Self
 
-from cardsflow_fmu.hardware.links.datagram_wait import Waiter
+from cardsflow_fmu.hardware.links.datagram_wait import AdaptiveReceiver
 from cardsflow_fmu.hardware.links.udp import resolved, udp_address
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
@@ -78,7 +78,9 @@ class DeviceServer:
         shown = f"[{host}]" if ":" in host else host
         self.uri = f"udp://{shown}:{self._socket.getsockname()[1]}"
         self.slipped = 0.0
-        self._waiter = Waiter(self._socket, partial(self._socket.recvfrom, MOST_BYTES + 1))
+        self._receiver = AdaptiveReceiver(
+            self._socket, partial(self._socket.recvfrom, MOST_BYTES + 1)
+        )
 
     def run(self, stop: Callable[[], object] = bool) -> None:
         """Serve until `stop`, then leave the device in its safe state.
@@ -136,7 +138,7 @@ class DeviceServer:
         device, state = self.device, self.device.state
         for _ in range(_MOST_FRAMES):
             try:
-                came = self._waiter.receive(until)
+                came = self._receiver.receive(until)
             except OSError:  # an earlier answer found nobody listening
                 continue
             if came is None:

@@ -13,7 +13,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
 
-from .datagram_wait import Waiter
+from .datagram_wait import AdaptiveReceiver
 from .framed_link import FramedLink
 
 _FORM = "an address by UDP is udp://HOST:PORT, such as udp://127.0.0.1:5005"
@@ -45,7 +45,7 @@ class UdpLink(FramedLink):
             raise InputError(f"port 0 of {uri!r} cannot be sent to: {_FORM}")
         self._bind = bind
         self._socket: socket.socket | None = None
-        self._waiter: Waiter[bytes] | None = None
+        self._receiver: AdaptiveReceiver[bytes] | None = None
 
     def _connect(self) -> None:
         family, there = resolved(self._host, self._port, self.uri)
@@ -64,12 +64,12 @@ class UdpLink(FramedLink):
             line.close()
             raise
         self._socket = line
-        self._waiter = Waiter(line, partial(line.recv, MOST_BYTES + 1))
+        self._receiver = AdaptiveReceiver(line, partial(line.recv, MOST_BYTES + 1))
 
     def _disconnect(self) -> None:
         if self._socket is not None:
             self._socket.close()
-            self._socket = self._waiter = None
+            self._socket = self._receiver = None
 
     def _send(self, data: bytes) -> None:
         if self._socket is None:
@@ -81,10 +81,10 @@ class UdpLink(FramedLink):
             self.counters["not sent"] += 1
 
     def _receive(self, deadline: float) -> bytes | None:
-        waiter = self._waiter
-        while waiter is not None:
+        receiver = self._receiver
+        while receiver is not None:
             try:
-                return waiter.receive(deadline)
+                return receiver.receive(deadline)
             except OSError:  # an earlier frame found nobody listening
                 self.counters["refused"] += 1
                 if time.monotonic() >= deadline:

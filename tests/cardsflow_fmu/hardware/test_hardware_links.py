@@ -566,16 +566,16 @@ def test_a_run_is_with_one_machine(host: str) -> None:
 
 
 def test_a_device_that_goes_in_the_middle_of_quick_exchanges_and_comes_back() -> None:
-    """The system tells a connected socket that nobody listens: that ends no wait, awake or not."""
+    """The system tells a connected socket that nobody listens: no wait ends early, polling or blocking."""
     device, fresh = make_device(), make_device()
     with served(device) as uri:
         link = UdpLink(uri)
         link.open(handshake(lockstep=True))
         for _ in range(50):
             assert pull(link).state is not None
-    assert link._waiter is not None
-    for is_awake in (False, True):
-        link._waiter._is_awake = is_awake
+    assert link._receiver is not None
+    for is_polling in (False, True):
+        link._receiver._is_polling = is_polling
         begin = time.monotonic()
         assert pull(link, within=0.05).state is None
         assert time.monotonic() - begin >= 0.05

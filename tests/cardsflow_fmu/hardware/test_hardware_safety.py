@@ -72,7 +72,7 @@ def test_the_ramp_down_falls_evenly_to_f_min() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_force_that_is_no_number_trips(value: float) -> None:
-    with pytest.raises(TripError, match=f"force wanted of muscle 'cable_3' is {value} N"):
+    with pytest.raises(TripError, match=f"desired force of muscle 'cable_3' is {value} N"):
         guard().limit(1.0, 1e-3, np.array([10.0, 10.0, value, 10.0]))
 
 
