@@ -24,9 +24,9 @@ from cardsflow_fmu.signals.muscles import (
     state_order,
 )
 from sim_dart import compile_blob
-from sim_dart.core.blob import standing_energy
+from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
-from sim_dart.core.wrench_points import pushed_points
+from sim_dart.core.wrench_points import wrench_points
 from sim_dart.plant.engine import core_lacks
 
 from .reference import reference_settings
@@ -136,8 +136,8 @@ def _plant_settings(
     commanded = [*ideal_muscles(robot), *driven_muscles(robot)]
     indices = (commanded, modelled_muscles(robot), state_order(robot))
     muscles = [number for some in indices for number in _indices(some)]
-    frames, points = pushed_points(robot, wrenches)
-    options = _RULES.index(integrator), energy, standing_energy(robot)
+    frames, points = wrench_points(robot, wrenches)
+    options = _RULES.index(integrator), energy, fixed_energy(robot)
     return [substeps, *muscles, options, len(frames), frames, points]
 
 

@@ -1,4 +1,4 @@
-"""Robot -> blob: the flat numbers that the C core works on."""
+"""Compilation of a robot to a blob, the flat numbers that the C core works on."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from addin_sdfusion.robot.model import tension_laws
 from addin_sdfusion.robot.model.tension_laws import law_of
 
 from .arrays import FloatArray
-from .composite_inertia import Carried
+from .composite_inertia import CompositeInertia
 from .frames import MovingFrame, Place, moving_frames
 from .library import law_parameters, pack_blob
 from .path_fields import path_counts, path_fields
@@ -26,40 +26,40 @@ def _unit(axis: Vector3) -> FloatArray:
     return unit
 
 
-def carried_masses(
+def composite_inertias(
     robot: Robot, frames: list[MovingFrame], places: dict[str, Place]
-) -> list[Carried]:
-    """What every moving frame carries, and last what stands in the world.
+) -> list[CompositeInertia]:
+    """Mass properties of every moving frame, and last of the links fixed to the world.
 
     Args:
         robot: A valid robot.
         frames: From `moving_frames`.
         places: From there.
     """
-    carried = [Carried() for _ in [*frames, None]]
+    bodies = [CompositeInertia() for _ in [*frames, None]]
     for link in robot.links:
         place = places[link.name]
-        carried[place.frame].add(link.inertia, place.T_frame_link)
-    return carried
+        bodies[place.frame].add(link.inertia, place.T_frame_link)
+    return bodies
 
 
-def standing_energy(robot: Robot) -> float:
-    """Potential energy of the weight of what does not move, in [J]; zero at the world's origin.
+def fixed_energy(robot: Robot) -> float:
+    """Potential energy of the weight of the links that do not move, in [J]; 0 at the origin.
 
     Args:
         robot: A valid robot.
     """
-    standing = carried_masses(robot, *moving_frames(robot))[-1]
-    return -float(np.array(robot.gravity) @ (standing.mass * standing.centre))
+    fixed = composite_inertias(robot, *moving_frames(robot))[-1]
+    return -float(np.array(robot.gravity) @ (fixed.mass * fixed.centre))
 
 
 def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
-    """Mass properties of what every moving frame carries."""
-    *carried, _ = carried_masses(robot, frames, places)
+    """Mass properties of the moving frames."""
+    *bodies, _ = composite_inertias(robot, frames, places)
     return {
-        "mass": [body.mass for body in carried],
-        "mass_centre": [body.centre for body in carried],
-        "inertia": [body.inertia for body in carried],
+        "mass": [body.mass for body in bodies],
+        "mass_centre": [body.centre for body in bodies],
+        "inertia": [body.inertia for body in bodies],
         "damping": [coordinate.damping for coordinate in robot.coordinates],
         "friction": [coordinate.friction for coordinate in robot.coordinates],
         "stiffness": [coordinate.stiffness for coordinate in robot.coordinates],

@@ -1,4 +1,4 @@
-"""The mass properties of links that one moving frame carries, as of a single body."""
+"""Mass properties of the links of one moving frame, as of a single body."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from addin_sdfusion.robot import Inertia
 from .arrays import FloatArray
 
 
-class Carried:
+class CompositeInertia:
     """A body made of links that do not move against each other.
 
     Attributes:

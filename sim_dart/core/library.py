@@ -176,8 +176,8 @@ class Core:
         self.step = core.core_step
         self.runge_kutta = core.core_runge_kutta
 
-    def push(self, frames: IntArray, points: FloatArray) -> FloatArray:
-        """Have wrenches act on points of moving frames, in every step from now on.
+    def external_wrenches(self, frames: IntArray, points: FloatArray) -> FloatArray:
+        """Make wrenches act on points of moving frames, in every step from now on.
 
         Args:
             frames: The frame of each point, shape (k,); -1 for the world.
@@ -188,8 +188,8 @@ class Core:
             written at any time between steps.
         """
         wrenches = np.zeros((len(frames), 6))
-        self._pushed = frames.astype(np.int32), np.array(points, dtype=np.float64), wrenches
-        addresses = (array.ctypes.data for array in self._pushed)
+        self._wrenched = frames.astype(np.int32), np.array(points, dtype=np.float64), wrenches
+        addresses = (array.ctypes.data for array in self._wrenched)
         bad = library().core_push(self.handle, len(frames), *addresses)
         assert not bad, frames
         return wrenches

@@ -1,4 +1,4 @@
-"""The points of a robot that are pushed from outside: loads on task points, wrenches on links."""
+"""Points of a robot where external wrenches act: task points for loads, origins of links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .arrays import FloatArray
 from .frames import moving_frames
 
 
-def pushed_points(robot: Robot, wrenched: Sequence[str]) -> tuple[NDArray[np.int32], FloatArray]:
+def wrench_points(robot: Robot, wrenched: Sequence[str]) -> tuple[NDArray[np.int32], FloatArray]:
     """Where loads and wrenches act: first the task frames that are points, then links' origins.
 
     Args:

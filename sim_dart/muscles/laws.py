@@ -73,11 +73,6 @@ class MuscleLaws:
         self._names = tuple(muscle.name for muscle in muscles)
         self._core, self._handle, self._m, self._n = core, core.handle, m, n
 
-    @property
-    def has_states(self) -> bool:
-        """Whether there is anything to remember between steps."""
-        return bool(self.states.size)
-
     def start(self, commands: ArrayLike) -> None:
         """Set the states to those of muscles at rest, with these commands for long.
 

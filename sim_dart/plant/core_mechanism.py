@@ -1,4 +1,4 @@
-"""A robot whose bodies are in the C core, and how it steps there."""
+"""A robot whose bodies are in the C core, and its integrator there."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
-from sim_dart.core.blob import standing_energy
+from sim_dart.core.blob import fixed_energy
 from sim_dart.core.mass_check import require_inertia
-from sim_dart.core.tasks import point_rows
-from sim_dart.core.wrench_points import pushed_points
+from sim_dart.core.wrench_points import wrench_points
 
-from .energy import Ledger
-from .mechanism import Held, Mechanism, Momentum
+from .energy import EnergyBalance
+from .mechanism import ExternalForces, Mechanism, Momentum
 
 
 class CoreMechanism(Mechanism):
@@ -31,41 +30,46 @@ class CoreMechanism(Mechanism):
     """
 
     def __init__(self, robot: Robot, *, wrenched: Sequence[str] = ()) -> None:
-        super().__init__(robot)
+        super().__init__(robot, wrenched)
         n = len(robot.coordinates)
-        self._wrenched = len(wrenched)
-        self._standing = standing_energy(robot)
+        self._fixed_energy = fixed_energy(robot)
         self._energies = self.core.array("energies", 3)
         self._momenta = self.core.array("momenta", 2, 3)
         self._M = self.core.array("mass_matrix", n, n)
         self._own_q, self._own_qd = self.core.array("q", n), self.core.array("qd", n)
-        self._pushes = _Pushes(robot, wrenched, self)
+        points = self.load_size // 3
+        self._external = self.core.external_wrenches(*wrench_points(robot, wrenched))
+        self._is_loaded = False
+        self._loads, self._wrenches = self._external[:points, :3], self._external[points:]
         initial = np.array([coordinate.initial for coordinate in robot.coordinates])
         self.core.move(self._handle, initial.tobytes())
         self.core.update_mass_matrix(self._handle)
         require_inertia(robot, self._M)
 
-    @property
-    def wrench_size(self) -> int:
-        """Number of values in the wrenches: six a link that takes one."""
-        return 6 * self._wrenched
-
-    def place(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state; see `Mechanism.place`."""
-        self.arrive(q, qd)
+    def set_state(self, q: FloatArray, qd: FloatArray) -> None:
+        """Go to a state; see `Mechanism.set_state`."""
+        self.update(q, qd)
         self._own_q[:], self._own_qd[:] = q, qd
 
-    def act(self, held: Held | None) -> bytes | None:
-        """Have this act from outside from now on; the generalised forces for the core's step."""
-        self._pushes.set(held)
-        return None if held is None else held.torques.tobytes()
+    def set_external(self, external: ExternalForces | None) -> bytes | None:
+        """Set loads and wrenches of the next steps; the torques as the core takes them."""
+        if self._is_loaded:
+            self._external[:] = 0.0
+            self._is_loaded = False
+        if external is None:
+            return None
+        for part, target in ((external.loads, self._loads), (external.wrenches, self._wrenches)):
+            if part is not None:
+                target[:] = part.reshape(target.shape)
+                self._is_loaded = True
+        return external.torques.tobytes()
 
-    def settle(self) -> None:
-        """Take over where the core's step has come to; the arrays are new ones."""
+    def read_state(self) -> None:
+        """Copy q and qd from the core after a step."""
         self.q, self.qd = self._own_q.copy(), self._own_qd.copy()
 
     def refuse_step(self, answer: int, commands: FloatArray) -> None:
-        """Raise what a step's answer other than 0 stands for.
+        """Raise the error of a step's answer other than 0.
 
         Raises:
             DivergedError: The state is not finite any more.
@@ -77,53 +81,17 @@ class CoreMechanism(Mechanism):
             self.refuse_state(answer - 1, self._own_q, self._own_qd)
         self.check_muscles()
 
-    @property
-    def kinetic_energy(self) -> float:
-        """1/2 qd'M qd, in [J]."""
-        self._update()
-        return float(self._energies[0])
+    def energies(self) -> tuple[float, float]:
+        """Kinetic and potential energy; see `Mechanism.energies`."""
+        self.core.update_energies(self._handle, self.qd.tobytes())
+        kinetic, weight, springs = self._energies.tolist()
+        return kinetic, weight + self._fixed_energy + springs
 
-    @property
-    def potential_energy(self) -> float:
-        """Of the weight, zero at the world's origin, and of the joints' springs, in [J]."""
-        self._update()
-        _, weight, springs = self._energies.tolist()
-        return float(weight + self._standing + springs)
-
-    @property
     def momentum(self) -> Momentum:
         """Linear and angular momentum in the world."""
-        self._update()
+        self.core.update_energies(self._handle, self.qd.tobytes())
         linear, angular = self._momenta.copy()
         return Momentum(linear, angular)
-
-    def _update(self) -> None:
-        """Energies and momenta of now."""
-        self.core.update_energies(self._handle, self.qd.tobytes())
-
-
-class _Pushes:
-    """Loads on task points and wrenches on links, as the core's step takes them."""
-
-    def __init__(self, robot: Robot, wrenched: Sequence[str], mechanism: Mechanism) -> None:
-        points = len(point_rows(robot)) // 3
-        self._all = mechanism.core.push(*pushed_points(robot, wrenched))
-        self._loads, self._wrenches = self._all[:points, :3], self._all[points:]
-        self._is_pushing = False
-
-    def set(self, held: Held | None) -> None:
-        """Push with these, or with nothing."""
-        if self._is_pushing:
-            self._all[:] = 0.0
-            self._is_pushing = False
-        if held is None:
-            return
-        if held.loads is not None:
-            self._loads[:] = held.loads.reshape(-1, 3)
-            self._is_pushing = True
-        if held.wrenches is not None:
-            self._wrenches[:] = held.wrenches.reshape(-1, 6)
-            self._is_pushing = True
 
 
 class CoreSteps:
@@ -134,7 +102,7 @@ class CoreSteps:
         rule: `euler` or `rk4`, as in `integrators`.
         step: h, in [s].
         substeps: Steps of the rule in one; everything but commands and loads is evaluated anew.
-        ledger: Where work is booked; None for nowhere.
+        balance: Energy balance to add the work to; None for none.
     """
 
     def __init__(
@@ -143,22 +111,23 @@ class CoreSteps:
         rule: Literal["euler", "rk4"],
         step: float,
         substeps: int,
-        ledger: Ledger | None,
+        balance: EnergyBalance | None,
     ) -> None:
         core = mechanism.core
-        self._mechanism, self._ledger = mechanism, ledger
+        self._mechanism, self._balance = mechanism, balance
         self._advance = core.step if rule == "euler" else core.runge_kutta
         self._handle, self._step, self._substeps = core.handle, step / substeps, substeps
         self._work = core.array("work", 3)
 
-    def step(self, commands: FloatArray, held: Held | None) -> None:
+    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         """See `integrators.Integrator.step`."""
         mechanism = self._mechanism
-        extra = mechanism.act(held)
-        told = commands.tobytes()
-        answer = self._advance(self._handle, told, extra, self._step, self._substeps)
+        torques = mechanism.set_external(external)
+        answer = self._advance(
+            self._handle, commands.tobytes(), torques, self._step, self._substeps
+        )
         if answer:
             mechanism.refuse_step(answer, commands)
-        if self._ledger is not None:
-            self._ledger.add(self._work)
-        mechanism.settle()
+        if self._balance is not None:
+            self._balance.work += self._work
+        mechanism.read_state()

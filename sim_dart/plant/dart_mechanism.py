@@ -13,7 +13,7 @@ from sim_dart.dart.link_wrenches import LinkWrenches
 from sim_dart.dart.skeleton import build_skeleton
 from sim_dart.dart.skeleton_group import build_skeletons
 
-from .mechanism import DivergedError, Held, Mechanism, Momentum
+from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
 
 
 class DartMechanism(Mechanism):
@@ -31,7 +31,7 @@ class DartMechanism(Mechanism):
     """
 
     def __init__(self, robot: Robot, *, apart: bool = False, wrenched: Sequence[str] = ()) -> None:
-        super().__init__(robot)
+        super().__init__(robot, wrenched)
         n, k = len(robot.coordinates), len(robot.task_frames)
         self.skeleton = build_skeletons(robot) if apart else build_skeleton(robot)
         self._link_wrenches = LinkWrenches(self.skeleton, wrenched)
@@ -43,21 +43,16 @@ class DartMechanism(Mechanism):
         self._point_rows = point_rows(robot)
         self._task_jacobian = self.core.array("task_jacobian", 3 * k, n)
 
-    @property
-    def wrench_size(self) -> int:
-        """Number of values in the wrenches: six a link that takes one."""
-        return self._link_wrenches.size
-
-    def forces(self, commands: FloatArray, held: Held | None) -> FloatArray:
+    def forces(self, commands: FloatArray, external: ExternalForces | None) -> FloatArray:
         """-L'f + A tau + J_p'w at the present state, shape (n,); may be a view.
 
         Args:
             commands: Of every muscle, shape (m,).
-            held: What acts from outside; None for nothing.
+            external: External forces; None for none.
 
         Raises:
             InputError: A command is not finite.
-            DivergedError: What acts from outside is beyond all numbers.
+            DivergedError: A generalised force is not finite.
         """
         if self.laws is None:
             bad = self._pull(self._handle, commands.tobytes())
@@ -65,40 +60,32 @@ class DartMechanism(Mechanism):
             bad = self.core.drive(self._handle, self.qd.tobytes(), commands.tobytes())
         if bad:
             self.refuse_command(bad - 1, commands)
-        if held is None:
+        if external is None:
             return self.muscle_torques
-        self.outer_torques = held.torques
+        outer = external.torques
         with np.errstate(over="ignore", invalid="ignore"):
-            if held.loads is not None:
+            if external.loads is not None:
                 self.core.update_task_jacobian(self._handle)
-                pushed = self._task_jacobian[self._point_rows].T @ held.loads
-                self.outer_torques = held.torques + pushed
-            if held.wrenches is not None:
-                self.outer_torques = self.outer_torques + self._link_wrenches.torques(held.wrenches)
-            total: FloatArray = self.muscle_torques + self.outer_torques
-        self._check_forces(total)
+                outer = outer + self._task_jacobian[self._point_rows].T @ external.loads
+            if external.wrenches is not None:
+                outer = outer + self._link_wrenches.torques(external.wrenches)
+            self.outer_torques = outer
+            total: FloatArray = self.muscle_torques + outer
+        if not np.isfinite(total).all():  # DART would ignore it
+            worst = int(np.flatnonzero(~np.isfinite(total))[0])
+            name = self.robot.coordinates[worst].name
+            raise DivergedError(f"the force or torque on {name} is {total[worst]}")
         return total
 
-    def _check_forces(self, forces: FloatArray) -> None:
-        """DART takes accelerations that are no numbers for none at all.
-
-        Raises:
-            DivergedError: A generalised force is not finite.
-        """
-        if not np.isfinite(forces).all():
-            worst = int(np.flatnonzero(~np.isfinite(forces))[0])
-            name = self.robot.coordinates[worst].name
-            raise DivergedError(f"the force or torque on {name} is {forces[worst]}")
-
-    def place(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state; see `Mechanism.place`."""
-        self.arrive(q, qd)
+    def set_state(self, q: FloatArray, qd: FloatArray) -> None:
+        """Go to a state; see `Mechanism.set_state`."""
+        self.update(q, qd)
         self.skeleton.dart.resetAccelerations()
         self.skeleton.set_positions(q)
         self.skeleton.set_velocities(qd)
 
     def advance_muscles(self, commands: FloatArray, qd: FloatArray, h: float) -> None:
-        """Move the muscles' states on, their paths lengthening as they do at qd.
+        """Integrate the muscles' states over h, with the path velocities at qd.
 
         Raises:
             DivergedError: A state is not finite any more.
@@ -107,20 +94,13 @@ class DartMechanism(Mechanism):
         self.core.advance(self._handle, commands.tobytes(), h)
         self.check_muscles()
 
-    @property
-    def kinetic_energy(self) -> float:
-        """1/2 qd'M qd, in [J]."""
-        return float(self.skeleton.dart.computeKineticEnergy())
-
-    @property
-    def potential_energy(self) -> float:
-        """Of the weight, zero at the world's origin, and of the joints' springs, in [J]."""
+    def energies(self) -> tuple[float, float]:
+        """Kinetic and potential energy; see `Mechanism.energies`."""
         dart = self.skeleton.dart
         weight = -dart.getMass() * (np.array(self.robot.gravity) @ dart.getCOM())
-        bent = self.q - self._rest
-        return float(weight + 0.5 * self._stiffness @ bent**2)
+        springs = 0.5 * self._stiffness @ (self.q - self._rest) ** 2
+        return float(dart.computeKineticEnergy()), float(weight + springs)
 
-    @property
     def momentum(self) -> Momentum:
         """Linear and angular momentum in the world."""
         linear, angular = np.zeros(3), np.zeros(3)

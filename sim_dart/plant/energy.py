@@ -1,7 +1,7 @@
-"""Bookkeeping of a plant: its energies and momenta, and the work that was done on it.
+"""Energy balance of a plant: its energies and momenta, and the work done on it.
 
-kinetic + potential - work of muscles - of what acts from outside - of damping is constant, but for
-what stops, friction and contacts take, and for the integrator's error.
+kinetic + potential - work of muscles - of external forces - of damping is constant, apart from what
+joint stops, friction and contacts dissipate, and from the integrator's error.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
 
 from .dart_mechanism import DartMechanism
-from .mechanism import Mechanism
 
 
 class Energy(NamedTuple):
@@ -23,7 +22,7 @@ class Energy(NamedTuple):
     Attributes:
         kinetic: 1/2 qd'M qd.
         potential: Of its weight, zero at the world's origin, and of its joints' springs.
-        muscle_work: Of the muscles; what they store themselves is not told apart.
+        muscle_work: Of the muscles, the energy that they store included.
         outer_work: Of motors of joints and of loads.
         damping_work: Of the joints' damping; never positive.
     """
@@ -35,40 +34,32 @@ class Energy(NamedTuple):
     damping_work: float
 
 
-class Ledger:
-    """The books of a robot.
+class EnergyBalance:
+    """Work done on a robot, summed over steps.
 
     Args:
         robot: The robot.
 
     Attributes:
-        work: Of muscles, of what acts from outside, of damping, shape (3,), in [J].
+        work: Of muscles, of external forces, of damping, shape (3,), in [J].
     """
 
     def __init__(self, robot: Robot) -> None:
         self.work = np.zeros(3)
         self._damping = np.array([c.damping for c in robot.coordinates])
 
-    def book(self, h: float, mechanism: DartMechanism, is_held: bool, later: FloatArray) -> None:
-        """Book a semi-implicit step: forces as at its beginning, at the mean of its velocities.
+    def add_step(self, h: float, mechanism: DartMechanism, loaded: bool, qd: FloatArray) -> None:
+        """Add the work of a semi-implicit step: forces of its beginning, mean of its velocities.
 
-        With a constant mass matrix that is what the step does to the kinetic energy, exactly.
+        With a constant mass matrix that is the step's change of the kinetic energy, exactly.
 
         Args:
             h: Length of the step, in [s].
             mechanism: The robot at the step's beginning, its forces evaluated.
-            is_held: Whether something acts from outside.
-            later: qd at the step's end, shape (n,).
+            loaded: Whether external forces act.
+            qd: Velocities at the step's end, shape (n,).
         """
-        mean = 0.5 * (mechanism.qd + later)
-        outer = mechanism.outer_torques @ mean if is_held else 0.0
-        powers = (mechanism.muscle_torques @ mean, outer, -(self._damping * later) @ mean)
+        mean = 0.5 * (mechanism.qd + qd)
+        outer = mechanism.outer_torques @ mean if loaded else 0.0
+        powers = (mechanism.muscle_torques @ mean, outer, -(self._damping * qd) @ mean)
         self.work += h * np.array(powers)
-
-    def add(self, work: FloatArray) -> None:
-        """Book work that an integrator has summed up, shape (3,), in [J]."""
-        self.work += work
-
-    def energy(self, mechanism: Mechanism) -> Energy:
-        """The energies at the present state."""
-        return Energy(mechanism.kinetic_energy, mechanism.potential_energy, *self.work.tolist())

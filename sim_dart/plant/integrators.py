@@ -1,4 +1,4 @@
-"""How a plant moves on: by semi-implicit Euler steps, or by Runge and Kutta's fourth-order ones.
+"""Integrators of a plant: semi-implicit Euler, and the Runge-Kutta rule of fourth order.
 
 Semi-implicit Euler, DART's own rule: qd+ = qd + h M^-1 (-L'f + ... - C - G - D qd - ...), then
 q+ = q + h qd+. Contacts and joint limits hold as of the step's end; damping and springs of joints
@@ -23,28 +23,22 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart.core.arrays import FloatArray
+from sim_dart.dart.world import World
 
 from .dart_mechanism import DartMechanism
-from .energy import Ledger
-from .mechanism import Held
-
-
-class Steps(Protocol):
-    """What has a step of its own: DART's world."""
-
-    def step(self) -> None:
-        """One step."""
+from .energy import EnergyBalance
+from .mechanism import ExternalForces
 
 
 class Integrator(Protocol):
     """Moves a mechanism."""
 
-    def step(self, commands: FloatArray, held: Held | None) -> None:
+    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         """Move on by the plant's step.
 
         Args:
             commands: Of every muscle, shape (m,), held.
-            held: What acts from outside, held; None for nothing.
+            external: External forces, held; None for none.
 
         Raises:
             InputError: A command is not finite.
@@ -57,47 +51,47 @@ class SemiImplicitEuler:
 
     Args:
         mechanism: What to move.
-        world: The world that it stands in, with a step of h over substeps.
+        world: Its world, with a step of h over substeps.
         step: h, in [s].
         substeps: Steps of the world in one; muscles are evaluated anew at each.
-        ledger: Where work is booked; None for nowhere.
+        balance: Energy balance to add the work to; None for none.
     """
 
     def __init__(
         self,
         mechanism: DartMechanism,
-        world: Steps,
+        world: World,
         step: float,
         substeps: int,
-        ledger: Ledger | None,
+        balance: EnergyBalance | None,
     ) -> None:
-        self._mechanism, self._ledger = mechanism, ledger
+        self._mechanism, self._balance = mechanism, balance
         self._step, self._substeps = step / substeps, substeps
         self._world_step = world.step
         skeleton = mechanism.skeleton
         self._set_forces = skeleton.set_forces
         self._get_positions = skeleton.get_positions
         self._get_velocities = skeleton.get_velocities
-        self._forces, self._arrive = mechanism.forces, mechanism.arrive
+        self._forces, self._update = mechanism.forces, mechanism.update
         self._remembers = mechanism.muscle_states.size > 0
-        self._is_plain = substeps == 1 and ledger is None and not self._remembers
+        self._is_plain = substeps == 1 and balance is None and not self._remembers
 
-    def step(self, commands: FloatArray, held: Held | None) -> None:
+    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         """See `Integrator.step`."""
-        if self._is_plain:  # spared what follows: a step is short of time
-            self._set_forces(self._forces(commands, held))
+        if self._is_plain:  # the fast path of most plants
+            self._set_forces(self._forces(commands, external))
             self._world_step()
-            self._arrive(self._get_positions(), self._get_velocities())
+            self._update(self._get_positions(), self._get_velocities())
             return
         for _ in range(self._substeps):
-            self._set_forces(self._forces(commands, held))
+            self._set_forces(self._forces(commands, external))
             self._world_step()
             q, qd = self._get_positions(), self._get_velocities()
-            if self._ledger is not None:
-                self._ledger.book(self._step, self._mechanism, held is not None, qd)
+            if self._balance is not None:
+                self._balance.add_step(self._step, self._mechanism, external is not None, qd)
             if self._remembers:
                 self._mechanism.advance_muscles(commands, qd, self._step)
-            self._arrive(q, qd)
+            self._update(q, qd)
 
 
 class RungeKutta4:
@@ -110,13 +104,13 @@ class RungeKutta4:
         mechanism: What to move.
         step: h, in [s].
         substeps: Steps of the rule in one.
-        ledger: Where work is booked; None for nowhere.
+        balance: Energy balance to add the work to; None for none.
     """
 
     def __init__(
-        self, mechanism: DartMechanism, step: float, substeps: int, ledger: Ledger | None
+        self, mechanism: DartMechanism, step: float, substeps: int, balance: EnergyBalance | None
     ) -> None:
-        self._mechanism, self._ledger = mechanism, ledger
+        self._mechanism, self._balance = mechanism, balance
         self._step, self._substeps = step / substeps, substeps
         robot = mechanism.robot
         self._skeleton = mechanism.skeleton
@@ -125,57 +119,57 @@ class RungeKutta4:
         self._rest = np.array([c.rest for c in robot.coordinates])
         self._lower = np.array([c.lower for c in robot.coordinates])
         self._upper = np.array([c.upper for c in robot.coordinates])
-        _leave_resistance_to_us(self._skeleton.dart)
+        _remove_resistance(self._skeleton.dart)
         n = len(robot.coordinates)
         self._ends = [n, 2 * n, 2 * n + mechanism.muscle_states.size]
 
-    def step(self, commands: FloatArray, held: Held | None) -> None:
+    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         """See `Integrator.step`."""
         for _ in range(self._substeps):
-            self._one_step(commands, held)
+            self._one_step(commands, external)
 
-    def _one_step(self, commands: FloatArray, held: Held | None) -> None:
+    def _one_step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         mechanism, h = self._mechanism, self._step
         y = np.concatenate([mechanism.q, mechanism.qd, mechanism.muscle_states, np.zeros(3)])
 
         def rates(at: FloatArray) -> FloatArray:
-            self._arrive(at)
-            return self._rates(commands, held)
+            self._update(at)
+            return self._rates(commands, external)
 
         k1 = rates(y)
         k2 = rates(y + 0.5 * h * k1)
         k3 = rates(y + 0.5 * h * k2)
         k4 = rates(y + h * k3)
         y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        self._arrive(y)
-        if self._ledger is not None:
-            self._ledger.add(y[self._ends[-1] :])
+        self._update(y)
+        if self._balance is not None:
+            self._balance.work += y[self._ends[-1] :]
         self._stop_at_limits()
         self._skeleton.set_positions(mechanism.q)
         self._skeleton.set_velocities(mechanism.qd)
 
-    def _arrive(self, y: FloatArray) -> None:
+    def _update(self, y: FloatArray) -> None:
         mechanism = self._mechanism
         n, end, last = self._ends
         if last > end:
             mechanism.muscle_states[:] = y[end:last]
             mechanism.check_muscles()
-        mechanism.arrive(y[:n], y[n:end])
+        mechanism.update(y[:n], y[n:end])
 
-    def _rates(self, commands: FloatArray, held: Held | None) -> FloatArray:
-        """(qd, qdd, x', powers of muscles, of what acts from outside, and of damping)."""
+    def _rates(self, commands: FloatArray, external: ExternalForces | None) -> FloatArray:
+        """(qd, qdd, x', powers of muscles, of external forces, and of damping)."""
         mechanism, skeleton = self._mechanism, self._skeleton
         q, qd = mechanism.q, mechanism.qd
         skeleton.set_positions(q)
         skeleton.set_velocities(qd)
         damping = -self._damping * qd
-        forces = mechanism.forces(commands, held) + damping - self._stiffness * (q - self._rest)
+        forces = mechanism.forces(commands, external) + damping - self._stiffness * (q - self._rest)
         skeleton.set_forces(forces)
         skeleton.dart.computeForwardDynamics()
         qdd = skeleton.vector(skeleton.dart.getAccelerations())
         laws = mechanism.laws
         x_rates = np.empty(0) if laws is None else laws.update_state_rates(commands)
-        outer = 0.0 if held is None else mechanism.outer_torques @ qd
+        outer = 0.0 if external is None else mechanism.outer_torques @ qd
         powers = (mechanism.muscle_torques @ qd, outer, damping @ qd)
         return np.concatenate([qd, qdd, x_rates, powers])
 
@@ -190,7 +184,7 @@ class RungeKutta4:
         # DART's own inverse is wrong where a fixed joint has moving ones behind it
         inverse_M = np.asarray(np.linalg.inv(M), dtype=np.float64)
         normals = np.concatenate([np.eye(q.size)[low], -np.eye(q.size)[high]])
-        mechanism.arrive(q, stopped(mechanism.qd, inverse_M, normals))
+        mechanism.update(q, stopped(mechanism.qd, inverse_M, normals))
 
 
 def stopped(qd: FloatArray, inverse_M: FloatArray, normals: FloatArray) -> FloatArray:
@@ -212,8 +206,8 @@ def stopped(qd: FloatArray, inverse_M: FloatArray, normals: FloatArray) -> Float
     return after
 
 
-def _leave_resistance_to_us(skeleton: dartpy.dynamics.Skeleton) -> None:
-    """No damping and springs in DART: its forward dynamics blends them with its own time step."""
+def _remove_resistance(skeleton: dartpy.dynamics.Skeleton) -> None:
+    """No damping and springs in DART: its forward dynamics would scale them by its time step."""
     for k in range(skeleton.getNumDofs()):
         dof = skeleton.getDof(k)
         dof.setDampingCoefficient(0.0)

@@ -1,9 +1,10 @@
-"""What integrators move: a robot at a state, its muscles in the C core, its bodies in an engine."""
+"""A robot at a state, its muscles in the C core, its bodies in an engine: what integrators move."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,21 +14,15 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows
-
-if TYPE_CHECKING:
-    from sim_dart.muscles.laws import MuscleLaws
+from sim_dart.muscles.laws import MuscleLaws
 
 
 class DivergedError(Exception):
-    """The state of a robot is no state: caught by the plant, which knows the time.
-
-    Args:
-        what: What of the robot is what.
-    """
+    """A state that is not finite or out of bounds; the plant catches it and adds the time."""
 
 
-class Held(NamedTuple):
-    """What acts from outside, held over a step.
+class ExternalForces(NamedTuple):
+    """Forces and torques on a robot that are not its muscles', constant over a step.
 
     Attributes:
         torques: A tau, shape (n,), in [N·m] or [N].
@@ -57,6 +52,7 @@ class Mechanism(ABC):
 
     Args:
         robot: A valid robot.
+        wrenched: Names of the links that take wrenches.
 
     Attributes:
         robot: The robot.
@@ -65,48 +61,42 @@ class Mechanism(ABC):
             whose commands are their tensions.
         q, qd: Where it is, shape (n,).
         lengths, jacobian: l and L there; views.
-        points: Number of rows of the loads: three a task frame that is a point.
+        load_size: Number of values in the loads: three a task frame that is a point.
+        wrench_size: Number of values in the wrenches: six a link that takes one.
     """
 
     q: FloatArray
     qd: FloatArray
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, wrenched: Sequence[str]) -> None:
         n, m = len(robot.coordinates), len(robot.muscles)
         self.robot = robot
         self.core = Core(compile_blob(robot))
         self.lengths = self.core.array("lengths", m)
         self.jacobian = self.core.array("jacobian", m, n)
-        self.laws = _laws(robot, self.core)
+        ideal = all(law_of(muscle.model).kind == "ideal" for muscle in robot.muscles)
+        self.laws = None if ideal else MuscleLaws(robot, self.core)
         self.q, self.qd = np.zeros(n), np.zeros(n)
-        self.points = len(point_rows(robot))
+        self.load_size = len(point_rows(robot))
+        self.wrench_size = 6 * len(wrenched)
         self._handle = self.core.handle
         self._move = self.core.move_checked
 
-    @property
     @abstractmethod
-    def wrench_size(self) -> int:
-        """Number of values in the wrenches: six a link that takes one."""
-
-    @abstractmethod
-    def place(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state, whatever was before; the arrays become the mechanism's own.
+    def set_state(self, q: FloatArray, qd: FloatArray) -> None:
+        """Go to a state; the arrays become the mechanism's own.
 
         Raises:
             DivergedError: It is not finite, or beyond all bounds; nothing has moved then.
         """
 
-    @property
     @abstractmethod
-    def kinetic_energy(self) -> float:
-        """1/2 qd'M qd, in [J]."""
+    def energies(self) -> tuple[float, float]:
+        """Kinetic energy 1/2 qd'M qd and potential energy, in [J].
 
-    @property
-    @abstractmethod
-    def potential_energy(self) -> float:
-        """Of the weight, zero at the world's origin, and of the joints' springs, in [J]."""
+        The potential one is that of the weight, zero at the world's origin, and of joint springs.
+        """
 
-    @property
     @abstractmethod
     def momentum(self) -> Momentum:
         """Linear and angular momentum in the world."""
@@ -116,8 +106,8 @@ class Mechanism(ABC):
         """The muscles' states, shape (s,); a view."""
         return np.empty(0) if self.laws is None else self.laws.states
 
-    def arrive(self, q: FloatArray, qd: FloatArray) -> None:
-        """Move muscles and tasks to a state; the arrays become the mechanism's own.
+    def update(self, q: FloatArray, qd: FloatArray) -> None:
+        """Evaluate muscles and tasks at a state; the arrays become the mechanism's own.
 
         Raises:
             DivergedError: It is not finite, or beyond all bounds; nothing has moved then.
@@ -149,11 +139,3 @@ class Mechanism(ABC):
             return
         worst = int(np.flatnonzero(~np.isfinite(laws.states))[0])
         raise DivergedError(f"{laws.state_names[worst]} is {laws.states[worst]}")
-
-
-def _laws(robot: Robot, core: Core) -> MuscleLaws | None:
-    if all(law_of(muscle.model).kind == "ideal" for muscle in robot.muscles):
-        return None
-    from sim_dart.muscles.laws import MuscleLaws
-
-    return MuscleLaws(robot, core)

@@ -17,17 +17,17 @@ from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.tasks import task_rows
-from sim_dart.dart.no_world import NoWorld
+from sim_dart.dart.empty_world import EmptyWorld
 from sim_dart.dart.world import World
 from sim_dart.muscles.rest import resting_commands
 from sim_dart.scene import Scene
 
 from .core_mechanism import CoreMechanism, CoreSteps
 from .dart_mechanism import DartMechanism
-from .energy import Energy, Ledger
+from .energy import Energy, EnergyBalance
 from .engine import Engine, chosen_engine
 from .integrators import Integrator, RungeKutta4, SemiImplicitEuler, refuse_friction
-from .mechanism import DivergedError, Held, Mechanism, Momentum
+from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
 from .settings import Rule, check_step
 
 
@@ -40,9 +40,9 @@ class Plant:
         integrator: `euler`, semi-implicit, with contacts; or `rk4`, of fourth order, without.
         substeps: Steps of the integrator in a step of the plant, with commands held; a million at
             most.
-        energy: Whether the work done on the robot is booked, for `energy`.
-        scene: What stands around the robot, for contacts; None for nothing.
-        wrenched: Names of the links that take wrenches from outside.
+        energy: Whether the work done on the robot is summed up, for `energy`.
+        scene: The scene around the robot, for contacts; None for none.
+        wrenched: Names of the links that take external wrenches.
         engine: `core`, the C core, for robots without contacts; `dart`; or `auto` for the core
             where it can. Both give the same motion, but for rounding, and where a stop drives
             another joint into its own: see `integrators`. The core is faster.
@@ -56,7 +56,7 @@ class Plant:
         engine: What computes it: `core` or `dart`.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        world: What it stands in: objects and contacts.
+        world: Its world: objects and contacts.
     """
 
     q: FloatArray
@@ -85,35 +85,35 @@ class Plant:
             raise InputError(f"{integrator} knows no contacts; use the euler integrator in a world")
         if integrator == "rk4":
             refuse_friction(robot)
-        self._ledger = Ledger(robot) if energy else None
+        self._balance = EnergyBalance(robot) if energy else None
         self.engine = chosen_engine(engine, scene)
         self._mechanism: Mechanism
         self._integrator: Integrator
-        self.world: World | NoWorld
+        self.world: World | EmptyWorld
         if self.engine == "core":
             mechanism = CoreMechanism(robot, wrenched=wrenched)
-            self._mechanism, self.world = mechanism, NoWorld()
-            self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._ledger)
+            self._mechanism, self.world = mechanism, EmptyWorld()
+            self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._balance)
         else:
             self._build_in_dart(integrator, substeps, scene, wrenched)
         self._laws = self._mechanism.laws
         self._task_rows = task_rows(robot)
         self._task_values = self._mechanism.core.array("task_values", 3 * len(robot.task_frames))
-        self._move_on = self._integrator.step
+        self._advance = self._integrator.step
         self.reset()
 
     def _build_in_dart(
         self, rule: Rule, substeps: int, scene: Scene | None, wrenched: Sequence[str]
     ) -> None:
-        """A mechanism and its world in DART, and what steps them."""
+        """Make mechanism, world and integrator in DART."""
         mechanism = DartMechanism(self.robot, apart=scene is not None, wrenched=wrenched)
         world = World(mechanism.skeleton, self.robot, self._step / substeps, scene)
         self._mechanism, self.world = mechanism, world
         if rule == "euler":
-            parts = mechanism, world, self._step, substeps, self._ledger
+            parts = mechanism, world, self._step, substeps, self._balance
             self._integrator = SemiImplicitEuler(*parts)
         else:
-            self._integrator = RungeKutta4(mechanism, self._step, substeps, self._ledger)
+            self._integrator = RungeKutta4(mechanism, self._step, substeps, self._balance)
 
     @property
     def step_size(self) -> float:
@@ -173,16 +173,16 @@ class Plant:
         """Energies and the work done since the reset, in [J].
 
         Raises:
-            InputError: The plant keeps no books.
+            InputError: The plant does not record its energy.
         """
-        if self._ledger is None:
-            raise InputError("this plant keeps no books; make it with energy=True")
-        return self._ledger.energy(self._mechanism)
+        if self._balance is None:
+            raise InputError("this plant records no energy; make it with energy=True")
+        return Energy(*self._mechanism.energies(), *self._balance.work.tolist())
 
     @property
     def momentum(self) -> Momentum:
         """Linear and angular momentum of the robot in the world."""
-        return self._mechanism.momentum
+        return self._mechanism.momentum()
 
     def reset(
         self,
@@ -204,21 +204,19 @@ class Plant:
         initial = [c.initial for c in self.robot.coordinates]
         positions = vector("q", initial if q is None else q, self._n)
         velocities = vector("qd", np.zeros(self._n) if qd is None else qd, self._n)
-        self._go(0, positions, velocities)
+        self._set_state(0, positions, velocities)
         self.world.reset()
-        if self._ledger is not None:
-            self._ledger.work[:] = 0.0
-        self._hold(commands)
+        if self._balance is not None:
+            self._balance.work[:] = 0.0
+        self._commands = self._start_commands(commands)
         if self._laws is not None:
             self._laws.start(self._commands)
 
-    def _hold(self, commands: ArrayLike | None) -> None:
-        """Take over the commands at the start."""
-        if commands is None:
-            f_min = np.array([muscle.f_min for muscle in self.robot.muscles])
-            self._commands = f_min if self._laws is None else resting_commands(self._laws, f_min)
-        else:
-            self._commands = finite("commands", commands, self._m)
+    def _start_commands(self, commands: ArrayLike | None) -> FloatArray:
+        if commands is not None:
+            return finite("commands", commands, self._m)
+        f_min = np.array([muscle.f_min for muscle in self.robot.muscles])
+        return f_min if self._laws is None else resting_commands(self._laws, f_min)
 
     def step(
         self,
@@ -230,13 +228,13 @@ class Plant:
         """Advance by one step with constant commands.
 
         Args:
-            commands: What every muscle is told, shape (m,): of an ideal cable its tension, in [N];
-                of others what their law takes, in its unit. A cable cannot push: a negative tension
+            commands: Of every muscle, shape (m,): of an ideal cable its tension, in [N]; of others
+                the command of their law, in its unit. A cable cannot push: a negative tension
                 acts as zero; any other command beyond its law's range as the nearest one in it, and
-                that of a passive muscle as nothing. The bounds f_min and f_max are the controller's
-                business.
+                that of a passive muscle as nothing. f_min and f_max are bounds of the controller
+                alone.
             torques: tau, one for every actuated coordinate, in [N·m] or [N]; zero when None.
-            loads: w, forces from outside on the task frames that are points, x, y, z of each in
+            loads: w, external forces on the task frames that are points, x, y, z of each in
                 world axes, shape (3 p,), in [N]; zero when None.
             wrenches: For every link that takes one a force and a torque at its frame's origin,
                 world axes, shape (6 k,), in [N] and [N·m]; zero when None.
@@ -246,11 +244,10 @@ class Plant:
             SimulationError: The state has diverged; the message names robot, time and coordinate.
         """
         u = vector("commands", commands, self._m)
-        outer = (torques, loads, wrenches)
-        held = None if all(part is None for part in outer) else self._held(*outer)
+        external = self._external(torques, loads, wrenches)
         mechanism = self._mechanism
         try:
-            self._move_on(u, held)
+            self._advance(u, external)
         except DivergedError as error:
             self._ticks += 1
             raise SimulationError(
@@ -262,23 +259,23 @@ class Plant:
         self.q = mechanism.q
         self.qd = mechanism.qd
 
-    def _held(
+    def _external(
         self, torques: ArrayLike | None, loads: ArrayLike | None, wrenches: ArrayLike | None
-    ) -> Held:
-        """What acts from outside."""
-        made = np.zeros(self._n)
+    ) -> ExternalForces | None:
+        if torques is None and loads is None and wrenches is None:
+            return None
+        tau, mechanism = np.zeros(self._n), self._mechanism
         if torques is not None:
-            made[self._actuated] = finite("torques", torques, len(self._actuated))
-        w, size = None, self._mechanism.wrench_size
+            tau[self._actuated] = finite("torques", torques, len(self._actuated))
         if loads is not None:
-            w = finite("loads", loads, self._mechanism.points)
-        if wrenches is None:
-            return Held(made, w)
-        return Held(made, w, finite("wrenches", wrenches, size))
+            loads = finite("loads", loads, mechanism.load_size)
+        if wrenches is not None:
+            wrenches = finite("wrenches", wrenches, mechanism.wrench_size)
+        return ExternalForces(tau, loads, wrenches)
 
     def get_state(self) -> FloatArray:
         """The whole state: steps since the reset, q, qd, states of muscles, work, objects."""
-        work = () if self._ledger is None else (self._ledger.work,)
+        work = () if self._balance is None else (self._balance.work,)
         x = self._mechanism.muscle_states
         return np.concatenate([[self._ticks], self.q, self.qd, x, *work, self.world.get_state()])
 
@@ -292,7 +289,7 @@ class Plant:
             InputError: A value is not finite, or the shape is wrong.
         """
         n, x = self._n, self._mechanism.muscle_states
-        works = 0 if self._ledger is None else self._ledger.work.size
+        works = 0 if self._balance is None else self._balance.work.size
         ends = np.cumsum([1, n, n, x.size, works])
         values = vector("state", state, int(ends[-1]) + self.world.get_state().size)
         ticks, q, qd, states, work, objects = np.split(values, ends)
@@ -301,14 +298,14 @@ class Plant:
         finite("the muscles' states", states, x.size)
         finite("work", work, works)
         finite("state of objects", objects, objects.size)
-        self._go(int(ticks[0]), q, qd)
+        self._set_state(int(ticks[0]), q, qd)
         self.world.set_state(objects)
         x[:] = states
-        if self._ledger is not None:
-            self._ledger.work[:] = work
+        if self._balance is not None:
+            self._balance.work[:] = work
 
     def hold(self, commands: ArrayLike) -> None:
-        """Say which commands `tensions` is asked for, without any time passing.
+        """Set the commands that `tensions` and `commands` refer to, without a step.
 
         Args:
             commands: As for `step`.
@@ -318,10 +315,10 @@ class Plant:
         """
         self._commands = finite("commands", commands, self._m)
 
-    def _go(self, ticks: int, q: FloatArray, qd: FloatArray) -> None:
+    def _set_state(self, ticks: int, q: FloatArray, qd: FloatArray) -> None:
         q, qd = q.copy(), qd.copy()
         try:
-            self._mechanism.place(q, qd)
+            self._mechanism.set_state(q, qd)
         except DivergedError as error:
             raise InputError(f"a state is not finite, or beyond 1e9: {error}") from None
         self._ticks = ticks

@@ -21,7 +21,7 @@ DRIVEN = [
 
 def _after(bench: Bench, length: float, speed: float, command: float, h: float) -> float:
     """What `reach` foretells: the tension after a step, or now for a law without states."""
-    if not bench.laws.has_states:
+    if not bench.laws.states.size:
         return bench.tension(length, speed, command)
     before = bench.laws.states.copy()
     bench.advance(length, speed, command, h)

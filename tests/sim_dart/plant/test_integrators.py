@@ -411,5 +411,5 @@ def test_wrong_settings_are_refused() -> None:
     for substeps in (0, 1.5, np.nan, 2**32):
         with pytest.raises(InputError, match="substeps must be a whole number"):
             Plant(planar_2r(), substeps=substeps)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="keeps no books"):
+    with pytest.raises(InputError, match="records no energy"):
         _ = Plant(planar_2r()).energy

@@ -1,4 +1,4 @@
-"""The surroundings of a plant that has none."""
+"""The world of a plant without a scene."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from sim_dart.core.arrays import FloatArray
 from .contacts import Contact
 
 
-class NoWorld:
-    """Nothing around a robot; the verbs of `world.World`.
+class EmptyWorld:
+    """A world without objects and contacts; see `world.World`.
 
     Attributes:
-        has_contacts: Whether anything may touch anything.
+        has_contacts: Whether there can be contacts.
         time: For messages, in [s].
     """
 
@@ -21,7 +21,7 @@ class NoWorld:
     time = 0.0
 
     def reset(self) -> None:
-        """Nothing is put anywhere."""
+        """Do nothing: there are no objects."""
 
     def contacts(self) -> list[Contact]:
         """None."""
@@ -36,8 +36,8 @@ class NoWorld:
         return np.empty((0, 7))
 
     def get_state(self) -> FloatArray:
-        """Nothing to remember, shape (0,)."""
+        """An empty state, shape (0,)."""
         return np.empty(0)
 
     def set_state(self, state: FloatArray) -> None:
-        """Nothing to go back to."""
+        """Do nothing: the state is empty."""
