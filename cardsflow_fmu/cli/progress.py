@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Progress
-    from cardsflow_fmu.studies.run_study import Progress as StudyProgress
+    from cardsflow_fmu.studies.run import Progress as StudyProgress
 
 
 @contextmanager

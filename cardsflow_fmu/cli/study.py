@@ -15,7 +15,7 @@ from .progress import study_progress
 
 if TYPE_CHECKING:
     from cardsflow_fmu.studies.execution.executors import Crew
-    from cardsflow_fmu.studies.run_study import StudyResult
+    from cardsflow_fmu.studies.run import StudyResult
 
 
 _ERRORS = 5
@@ -51,7 +51,7 @@ def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
 
 def _study(options: argparse.Namespace) -> int:
     from cardsflow_fmu.studies.definition.study import Study
-    from cardsflow_fmu.studies.run_study import run_study, summary_text
+    from cardsflow_fmu.studies.run import run_study, summary_text
 
     study = Study.load(options.study)
     if options.only is not None:
@@ -75,7 +75,7 @@ def _study(options: argparse.Namespace) -> int:
 
 def _only(options: argparse.Namespace) -> int:
     from cardsflow_fmu.studies.definition.study import Study
-    from cardsflow_fmu.studies.run_study import only_run
+    from cardsflow_fmu.studies.run import only_run
 
     command, outcome = only_run(Study.load(options.study), options.only, options.output)
     print(command, file=sys.stderr)

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .definition.errors import StudyError as StudyError
     from .definition.study import Study as Study
-    from .run_study import StudyResult as StudyResult
-    from .run_study import run_study as run_study
+    from .run import StudyResult as StudyResult
+    from .run import run_study as run_study
 
 _HOMES = {
     "Study": "definition.study",
     "StudyError": "definition.errors",
-    "StudyResult": "run_study",
-    "run_study": "run_study",
+    "StudyResult": "run",
+    "run_study": "run",
 }
 
 __all__ = ["Study", "StudyError", "StudyResult", "run_study"]

@@ -1,6 +1,6 @@
 """Look at a robot or a run: pure scenes, and thin adapters that draw them."""
 
 from .scene.motion import Motion, motion_of
-from .scene.stage import Stage, scene
+from .scene.stage import Stage
 
-__all__ = ["Motion", "Stage", "motion_of", "scene"]
+__all__ = ["Motion", "Stage", "motion_of"]

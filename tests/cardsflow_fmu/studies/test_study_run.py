@@ -25,7 +25,7 @@ from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.studies.execution.executors import GivenCrew
 from cardsflow_fmu.studies.execution.worker import Job
-from cardsflow_fmu.studies.run_study import only_run
+from cardsflow_fmu.studies.run import only_run
 
 BOUNDS = """
 [[vary]]

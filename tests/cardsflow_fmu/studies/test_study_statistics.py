@@ -26,7 +26,7 @@ from cardsflow_fmu.studies.analysis.table import columns_of
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import expand
 from cardsflow_fmu.studies.definition.study import Study
-from cardsflow_fmu.studies.run_study import summary_text
+from cardsflow_fmu.studies.run import summary_text
 
 TWO = """
 [[vary]]

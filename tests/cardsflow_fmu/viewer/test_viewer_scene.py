@@ -13,12 +13,12 @@ from addin_sdfusion.robot import InputError, Pose, WrapSurface, read_robot
 from cardsflow_fmu.simulation.result import SystemResult
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
 from cardsflow_fmu.viewer.scene import shapes as s
-from cardsflow_fmu.viewer.scene import stage as scene
 from cardsflow_fmu.viewer.scene.colours import RAMP, SLACK, tension_colour
 from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
 from cardsflow_fmu.viewer.scene.motion import frame_rows
 from cardsflow_fmu.viewer.scene.muscle_paths import muscle_paths, pulls
 from cardsflow_fmu.viewer.scene.primitives import Body, bodies, directions, unit_body
+from cardsflow_fmu.viewer.scene.stage import scene
 from sim_dart import DartDynamics
 
 
