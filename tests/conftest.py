@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,25 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the same of what runs behind `nohup`
+
+
+EXTRAS = {
+    "optimise": "cmaes",
+    "pandas": "pandas",
+    "parquet": "pyarrow",
+    "pinocchio": "pinocchio",
+    "rerun": "rerun",
+    "sweep": "distributed",
+    "viewer": "viser",
+}
+"""The module that tells whether an extra is installed."""
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Tests that need an extra skip without it."""
+    for mark in item.iter_markers("extra"):
+        if find_spec(EXTRAS[mark.args[0]]) is None:
+            pytest.skip(f"needs the extra `{mark.args[0]}`")
 
 
 @pytest.fixture

@@ -39,8 +39,8 @@ def timed(call: object) -> float:
     return time.process_time() - begin
 
 
+@pytest.mark.extra("parquet")
 def test_parquet_takes_less_than_half_a_second(large: SystemResult) -> None:
-    pytest.importorskip("pyarrow")
     first = timed(lambda: table_file(large, "parquet"))
     best = interleaved(
         {

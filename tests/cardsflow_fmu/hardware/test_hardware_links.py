@@ -93,7 +93,6 @@ def linked(kind: str, device: Device, key: bytes | None = None) -> Iterator[Hard
         if kind == "udp":
             uri = stack.enter_context(served(device))
         if kind == "serial":
-            pytest.importorskip("serial")
             uri = stack.enter_context(at_the_end_of_a_line(device))
         link = open_link(uri, key=key, make_device=lambda: device)
         stack.callback(link.close)
@@ -608,14 +607,12 @@ def test_a_serial_link_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_serial_line_that_is_not_there() -> None:
-    pytest.importorskip("serial")
     with pytest.raises(HardwareError, match="no link to serial:///dev/no-such-line"):
         open_link("serial:///dev/no-such-line").open(handshake())
 
 
 def test_noise_on_a_serial_line() -> None:
     """Garbage between frames costs a frame at most."""
-    pytest.importorskip("serial")
     with linked("serial", make_device()) as link:
         link.open(handshake(lockstep=True))
         for k in range(1, 20):
@@ -627,7 +624,6 @@ def test_noise_on_a_serial_line() -> None:
 
 def test_a_serial_line_that_takes_no_more_holds_nobody_up() -> None:
     """Its buffer is full: what cannot be sent is lost, and what was cut short harms no other."""
-    pytest.importorskip("serial")
     ours, theirs = os.openpty()
     tty.setraw(ours)
     tty.setraw(theirs)

@@ -331,7 +331,6 @@ def test_an_error_with_a_long_trace_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """FMI 2.0's messages are cut into pieces; that of a serial line has a chain of causes."""
-    pytest.importorskip("serial")
     gone = "serial:///dev/nowhere-at-all"
     out = ["-o", str(tmp_path / "out")]
     assert main(["run", str(PLANAR_2R), "--hardware", gone, *out]) == 1

@@ -198,11 +198,12 @@ PARQUET: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.extra("parquet")
 @pytest.mark.parametrize("case", PARQUET)
 def test_parquet_of_others_that_is_no_table_of_numbers(
     case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pa = pytest.importorskip("pyarrow")
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     columns = {"time": [0.0, 1.0], "a": [1.0, 2.0]} | PARQUET[case]

@@ -41,8 +41,10 @@ def table(rows: Any, *names: str) -> SystemResult:
 # Parquet, pandas, notebooks
 
 
+@pytest.mark.extra("parquet")
 def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path) -> None:
-    pq = pytest.importorskip("pyarrow.parquet")
+    import pyarrow.parquet as pq
+
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.3, "run.format": "parquet"})
     result = run(experiment, tmp_path / "out", through="direct")
     assert not (tmp_path / "out/results.csv").exists()
@@ -65,8 +67,8 @@ def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path)
     assert not (tmp_path / "out/results.parquet").exists()
 
 
+@pytest.mark.extra("parquet")
 def test_parquet_keeps_every_float(tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow")
     result = table([[0.0, np.nan], [1.0, np.inf], [2.0, -0.0], [3.0, 5e-324]], "x")
     (name, data), *_ = table_file(result, "parquet").items()
     (tmp_path / name).write_bytes(data)
@@ -90,9 +92,9 @@ def test_an_unknown_form_names_the_nearest() -> None:
         Experiment.load(PLANAR_2R, {"run.format": "parket"})
 
 
+@pytest.mark.extra("parquet")
 @pytest.mark.parametrize("content", [b"", b"no parquet", b"PAR1" + bytes(40) + b"PAR1"])
 def test_a_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> None:
-    pytest.importorskip("pyarrow")
     file = tmp_path / "x.parquet"
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"x\.parquet"):
@@ -101,8 +103,8 @@ def test_a_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> 
         SystemResult.load(tmp_path / "none.parquet")
 
 
+@pytest.mark.extra("pandas")
 def test_a_frame_of_pandas(finished: tuple[Path, Result], monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("pandas")
     result = finished[1]
     frame = result.to_pandas()
     assert frame.index.name == "time"

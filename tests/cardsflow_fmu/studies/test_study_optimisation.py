@@ -56,10 +56,11 @@ def bowl(runs: Iterable[Run]) -> list[Outcome]:
     return outcomes
 
 
-@pytest.mark.parametrize("method", ["differential_evolution", "cma_es"])
+METHODS = ["differential_evolution", pytest.param("cma_es", marks=pytest.mark.extra("optimise"))]
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_searches_find_the_bottom_of_a_bowl(tmp_path: Path, method: str) -> None:
-    if method == "cma_es":
-        pytest.importorskip("cmaes")
     study = small_study(tmp_path, BOX + SEARCH % (method, 40, "[1, 2]"))
     found = optimise(study, "x", bowl)
     again = optimise(study, "x", bowl)

@@ -228,8 +228,10 @@ def test_progress_counts_up_to_all(tmp_path: Path) -> None:
     assert [done for done, _, _ in seen] == [1, 2, 3]
 
 
+@pytest.mark.extra("parquet")
 def test_parquet_holds_what_csv_holds(tmp_path: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet")
+    import pyarrow.parquet as parquet
+
     run_here(small_study(tmp_path, BOUNDS, "tables = ['csv', 'parquet']"), tmp_path / "out")
     rows = parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
     for row, text in zip(rows, table(tmp_path / "out"), strict=True):
@@ -286,8 +288,8 @@ def test_only_takes_the_begin_of_a_hash(
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.extra("sweep")
 def test_numbers_of_workers_are_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("distributed")
     file = write_study(tmp_path)
     for words in (["-j", "0"], ["--dask", "local", "-j", "0"]):
         assert main(["study", str(file), *words]) == 2

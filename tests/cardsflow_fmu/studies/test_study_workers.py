@@ -72,15 +72,15 @@ def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
     assert one == two
 
 
+@pytest.mark.extra("sweep")
 def test_a_lost_scheduler_is_bad_input() -> None:
-    pytest.importorskip("distributed")
     with pytest.raises(InputError, match="no Dask scheduler at nonsense"), dask_crew("nonsense", 1):
         pass
 
 
+@pytest.mark.extra("sweep")
 @LONG
 def test_tables_are_equal_for_one_two_and_dask(tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
     study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
     tables = []
     for jobs in (1, 2):
@@ -117,9 +117,11 @@ def test_a_study_killed_three_times_ends_with_the_same_table(tmp_path: Path) -> 
     assert (output / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
 
 
+@pytest.mark.extra("sweep")
 @LONG
 def test_a_dask_worker_killed_in_mid_run_is_survived(tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
+    import distributed
+
     study = small_study(tmp_path, MANY, "count = 40", SECOND)
     killed: list[int] = []
     with (

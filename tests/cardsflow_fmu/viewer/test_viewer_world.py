@@ -176,8 +176,10 @@ def test_two_robots_of_one_plant_are_both_drawn(tmp_path: Path) -> None:
 # Rerun
 
 
+@pytest.mark.extra("rerun")
 def test_a_recording_holds_all_frames(act: Act, tmp_path: Path) -> None:
-    rr = pytest.importorskip("rerun", reason="needs the extra `rerun`")
+    import rerun as rr
+
     file = write_recording([act, act], tmp_path / "run.rrd")
     store = rr.chunk.RrdReader(str(file))
     paths: dict[str, int] = {}
@@ -194,9 +196,9 @@ def test_a_recording_holds_all_frames(act: Act, tmp_path: Path) -> None:
     assert len([path for path in paths if "/tensions/" in path]) == 8
 
 
+@pytest.mark.extra("rerun")
 @pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
 def test_a_recording_opens_no_connection(falling: tuple[Path, Result], tmp_path: Path) -> None:
-    pytest.importorskip("rerun", reason="needs the extra `rerun`")
     calls = tmp_path / "calls"
     trace = ["strace", "-f", "-e", "trace=socket,connect,sendto", "-o", str(calls)]
     words = ["view", str(falling[0]), "--rrd", str(tmp_path / "run.rrd")]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
 from cases import few
@@ -76,9 +74,8 @@ def test_mujoco(first: int) -> None:
 
 
 @groups
+@pytest.mark.extra("pinocchio")
 def test_pinocchio(first: int) -> None:
-    if find_spec("pinocchio") is None:
-        pytest.skip("no pinocchio: the extra `pinocchio`")
     from oracles.pinocchio_model import PinocchioRobot
 
     for seed in range(first, first + GROUP):
