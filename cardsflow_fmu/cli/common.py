@@ -1,15 +1,16 @@
-"""What the commands of the command line share: exit codes, how a command is added, settings."""
+"""Exit codes, arguments and output that the commands share."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import sys
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import Finding, InputError
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
@@ -23,19 +24,48 @@ EXIT_CODES = """exit codes:
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); what a run gave so far is there"""
 
 
-def add_command(
-    commands: Any, common: argparse.ArgumentParser, name: str, text: str, example: str
-) -> argparse.ArgumentParser:
-    """Add a command with its help and an example; returns its parser."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        parents=[common],
-        help=text,
-        description=text,
-        epilog=f"example:\n  {example}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    return parser
+class Commands:
+    """The commands below a parser.
+
+    Args:
+        parser: The parser.
+        metavar: Name of the choice in its help.
+    """
+
+    def __init__(self, parser: argparse.ArgumentParser, metavar: str) -> None:
+        self._parsers = parser.add_subparsers(metavar=metavar, required=True)
+        self._common = argparse.ArgumentParser(add_help=False)
+        self._common.add_argument("--debug", action="store_true", help="show the trace of an error")
+
+    def add(
+        self, name: str, run: Callable[[argparse.Namespace], int], text: str, example: str
+    ) -> argparse.ArgumentParser:
+        """Add a command; returns its parser.
+
+        Args:
+            name: Its name.
+            run: Runs it; returns the exit code.
+            text: Its description.
+            example: A command line.
+        """
+        parser = self._add(name, text, example, parents=[self._common])
+        parser.set_defaults(command=run)
+        return parser
+
+    def group(self, name: str, text: str, example: str) -> Commands:
+        """Add a command with actions of its own; the arguments are as above."""
+        return Commands(self._add(name, text, example), "ACTION")
+
+    def _add(self, name: str, text: str, example: str, **options: Any) -> argparse.ArgumentParser:
+        parser: argparse.ArgumentParser = self._parsers.add_parser(
+            name,
+            help=text,
+            description=text,
+            epilog=f"example:\n  {example}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            **options,
+        )
+        return parser
 
 
 def add_json(parser: argparse.ArgumentParser, what: str = "it") -> None:
@@ -43,13 +73,52 @@ def add_json(parser: argparse.ArgumentParser, what: str = "it") -> None:
     parser.add_argument("--json", action="store_true", help=f"print {what} as JSON")
 
 
+def add_output(parser: argparse.ArgumentParser, what: str, **options: Any) -> None:
+    """Add `-o`; `options` are those of `add_argument`."""
+    parser.add_argument("-o", "--output", type=Path, help=what, **options)
+
+
+def add_settings(
+    parser: argparse.ArgumentParser, what: str = "setting", example: str = "controller.period=0.01"
+) -> None:
+    """Add `--set`, for settings of some kind, with an example."""
+    text = f"change a {what}, such as {example}; may be repeated"
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
+
+
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """Add a robot and its cable set."""
+    parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
+    add_cable_set(parser)
+
+
+def add_cable_set(parser: argparse.ArgumentParser) -> None:
+    """Add `--cable-set`."""
+    parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
+
+
+def add_words(parser: argparse.ArgumentParser, option: str, metavar: str, text: str) -> None:
+    """Add an option with words, commas between them."""
+    parser.add_argument(option, type=_words, default=[], metavar=f"{metavar},...", help=text)
+
+
+def _words(text: str) -> list[str]:
+    return [word for word in text.split(",") if word]
+
+
+def print_findings(findings: Iterable[Finding]) -> None:
+    """Print findings to stderr, a line each."""
+    for finding in findings:
+        print(finding, file=sys.stderr)
+
+
 def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:
-    """Print which files have been written, a line each, or all as JSON.
+    """Print the files that were written, a line each, or all as JSON.
 
     Args:
         files: The files.
         as_json: Whether as JSON.
-        others: What JSON tells besides.
+        others: Further entries of the JSON.
     """
     paths = [str(file) for file in files]
     if as_json:
@@ -80,17 +149,11 @@ def add_experiment(parser: argparse.ArgumentParser, others: str = "") -> None:
     parser.add_argument(
         "experiment", type=Path, help=f"an experiment.toml, or the folder that holds one{others}"
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting, such as controller.period=0.01; may be repeated",
-    )
+    add_settings(parser)
 
 
 def experiment_of(options: argparse.Namespace) -> Experiment:
-    """The experiment that `add_experiment` has asked for."""
+    """The experiment of the options of `add_experiment`."""
     from cardsflow_fmu.experiment.experiment import Experiment
 
     return Experiment.load(options.experiment, settings_of(options.set))

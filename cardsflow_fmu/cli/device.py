@@ -1,4 +1,4 @@
-"""`cardsflow device` and `cardsflow replay-hardware`: what stands for hardware."""
+"""`cardsflow device` and `replay-hardware`: devices without hardware."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError
 
-from .common import FAILED, GOOD, add_command, settings_of
+from .common import FAILED, GOOD, Commands, add_settings, settings_of
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
@@ -27,48 +27,34 @@ if TYPE_CHECKING:
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
 
-def add_hardware(commands: Any, common: argparse.ArgumentParser) -> None:
-    """Add `device` and `replay-hardware`."""
-    _add_device(commands, common)
-    _add_replay(commands, common)
-
-
-def _add_device(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = add_command(
-        commands,
-        common,
+def add_device(commands: Commands) -> None:
+    """Add `device`."""
+    parser = commands.add(
         "device",
-        "Simulate a robot behind the hardware protocol, until Ctrl-C: it stands for hardware.",
+        _device,
+        "Emulate hardware: a simulated robot behind the hardware protocol, until Ctrl-C.",
         "cardsflow device examples/planar_2r --listen udp://127.0.0.1:5005 --loss 0.01",
     )
     parser.add_argument("thing", metavar="ROBOT|EXPERIMENT", type=Path, help="what to simulate")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting of the experiment, such as plant.mass_scale=1.2; may be repeated",
-    )
+    add_settings(parser, "setting of the experiment", "plant.mass_scale=1.2")
     parser.add_argument("--cable-set", help="the robot's cable set; the file's own when left out")
     parser.add_argument(
         "--step", type=float, metavar="S", help="internal step of a robot, in s; 0.001"
     )
     _add_imperfections(parser)
     _add_serving(parser)
-    parser.set_defaults(command=_device)
 
 
-def _add_replay(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = add_command(
-        commands,
-        common,
+def add_replay(commands: Commands) -> None:
+    """Add `replay-hardware`."""
+    parser = commands.add(
         "replay-hardware",
+        _replay,
         "Be the device of a recorded run, until Ctrl-C: the same states, whatever is commanded.",
         "cardsflow replay-hardware results/hardware.rec --listen udp://127.0.0.1:5005",
     )
     parser.add_argument("recording", type=Path, help="the hardware.rec of a run")
     _add_serving(parser)
-    parser.set_defaults(command=_replay)
 
 
 def _add_imperfections(parser: argparse.ArgumentParser) -> None:
@@ -152,7 +138,7 @@ def _device(options: argparse.Namespace) -> int:
 
 
 def _emulated(options: argparse.Namespace) -> tuple[EmulatedRobot, HardwareSettings]:
-    """The robot of an experiment or of a robot's files, and what is said of its hardware."""
+    """The robot of an experiment or of a robot's files, and the settings of its hardware."""
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
@@ -230,23 +216,23 @@ def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
 def _serve(
     device: Device, options: argparse.Namespace, report: Callable[[], dict[str, Any]] = dict
 ) -> None:
-    """Serve a device until Ctrl-C or SIGTERM, or as long as asked for; tell what becomes of it."""
+    """Serve a device until Ctrl-C, SIGTERM or the end of its duration; print its events."""
     from cardsflow_fmu.cosim.pacing import real_time_priority
     from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.device.status import Event, StatusReporter
     from cardsflow_fmu.utils.interrupts import interruptible
 
-    way = _way(device, options)
+    line = _faulty_line(device, options)
     duration = _duration(options)
 
     def say(text: str, **data: Any) -> None:
         print(json.dumps(data) if options.json else text, flush=True)
 
-    def tell(event: Event) -> None:
+    def report_event(event: Event) -> None:
         say(str(event), **asdict(event))
 
-    with interruptible() as pressed, DeviceServer(device, options.listen, line=way) as server:
-        status = StatusReporter(device, tell)
+    with interruptible() as pressed, DeviceServer(device, options.listen, line=line) as server:
+        status = StatusReporter(device, report_event)
         say(f"listening on {server.uri}", listening=server.uri)
         end = time.monotonic() + duration
 
@@ -258,7 +244,7 @@ def _serve(
             server.run(stop)
         status.update()
         totals = {"device": dict(device.counters), "slipped": server.slipped, **report()}
-        totals |= {} if way is None else {"faults": way.counters}
+        totals |= {} if line is None else {"faults": line.counters}
         say("\n".join(_lines(totals)), **totals)
 
 
@@ -276,8 +262,8 @@ def _lines(totals: Mapping[str, Any], place: str = "") -> list[str]:
     return lines
 
 
-def _way(device: Device, options: argparse.Namespace) -> FaultyLine | None:
-    """The way of frames to the device; None where nothing happens to them."""
+def _faulty_line(device: Device, options: argparse.Namespace) -> FaultyLine | None:
+    """The line to the device; None without faults."""
     from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyLine
 
     faults = Faults(

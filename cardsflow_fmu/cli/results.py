@@ -1,64 +1,37 @@
-"""`cardsflow plot`, `compare` and `report`: what is done with results."""
+"""`cardsflow plot`, `compare` and `report`: results of runs."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from pathlib import Path
-from typing import Any
 
-from .common import FAILED, GOOD, add_command, add_json, print_files
+from .common import FAILED, GOOD, Commands, add_json, add_output, add_words, print_files
 
 _RESULTS = "the folder of a run, or a table: .csv, .parquet"
 
 
-def add_results(commands: Any, common: argparse.ArgumentParser) -> None:
-    """Add `plot`, `compare` and `report`."""
-    _add_plot(commands, common)
-    _add_compare(commands, common)
-    _add_report(commands, common)
-
-
-def _add_plot(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = add_command(
-        commands,
-        common,
+def add_plot(commands: Commands) -> None:
+    """Add `plot`."""
+    parser = commands.add(
         "plot",
+        _plot,
         "Draw results over time: forces, tracking and errors, or what you name.",
         "cardsflow plot results --what forces,moment_arms -o arms.pdf",
     )
     parser.add_argument("results", type=Path, help=_RESULTS)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("plot.png"),
-        metavar="FILE",
-        help="a .png, .svg or .pdf; plot.png",
-    )
-    parser.add_argument(
-        "--what",
-        type=_words,
-        default=[],
-        metavar="NAME,...",
-        help="forces, tracking, errors, lengths, moment_arms, solve_times, slack",
-    )
-    parser.add_argument(
-        "--columns",
-        type=_words,
-        default=[],
-        metavar="PATTERN,...",
-        help="columns by name, such as 'q.*,f.cable_1'",
-    )
+    add_output(parser, "a .png, .svg or .pdf; plot.png", default=Path("plot.png"), metavar="FILE")
+    panels = "forces, tracking, errors, lengths, moment_arms, solve_times, slack"
+    add_words(parser, "--what", "NAME", panels)
+    add_words(parser, "--columns", "PATTERN", "columns by name, such as 'q.*,f.cable_1'")
     add_json(parser, "the file")
-    parser.set_defaults(command=_plot)
 
 
-def _add_compare(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = add_command(
-        commands,
-        common,
+def add_compare(commands: Commands) -> None:
+    """Add `compare`."""
+    parser = commands.add(
         "compare",
+        _compare,
         "Compare two results column by column; the exit code is 1 if they differ.",
         "cardsflow compare results reference --tol 1e-9",
     )
@@ -73,41 +46,21 @@ def _add_compare(commands: Any, common: argparse.ArgumentParser) -> None:
         default=0.0,
         help="part of the second's magnitude that is allowed besides; 0",
     )
-    parser.add_argument(
-        "--columns",
-        type=_words,
-        default=[],
-        metavar="PATTERN,...",
-        help="compare these alone, such as 'q.*,f.cable_1'",
-    )
+    add_words(parser, "--columns", "PATTERN", "compare these alone, such as 'q.*,f.cable_1'")
     add_json(parser)
-    parser.set_defaults(command=_compare)
 
 
-def _add_report(commands: Any, common: argparse.ArgumentParser) -> None:
-    parser = add_command(
-        commands,
-        common,
+def add_report(commands: Commands) -> None:
+    """Add `report`."""
+    parser = commands.add(
         "report",
+        _report,
         "Write one page that opens from disk: summary, replay, figures, robot, experiment.",
         "cardsflow report results -o report.html",
     )
     parser.add_argument("results", type=Path, help="the folder of a run")
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("report.html"),
-        metavar="FILE",
-        help="where to; report.html",
-    )
+    add_output(parser, "the page; report.html", default=Path("report.html"), metavar="FILE")
     add_json(parser, "the file")
-    parser.set_defaults(command=_report)
-
-
-def _words(text: str) -> list[str]:
-    """Words with commas between them."""
-    return [word for word in text.split(",") if word]
 
 
 def _plot(options: argparse.Namespace) -> int:

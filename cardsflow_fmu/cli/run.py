@@ -5,13 +5,19 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
 
-from .common import GOOD, add_command, add_experiment, add_json, experiment_of, settings_of
+from .common import (
+    GOOD,
+    Commands,
+    add_experiment,
+    add_json,
+    add_output,
+    experiment_of,
+    settings_of,
+)
 from .progress import progress_bar
 from .view import add_live_options, refuse_view, watched
 
@@ -21,24 +27,17 @@ if TYPE_CHECKING:
     from cardsflow_fmu.simulation.result import SystemResult
 
 
-def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> None:
-    """Add `run`.
-
-    Args:
-        commands: Where to.
-        common: Options that all commands have.
-        started: `time.perf_counter()` at the start of the program.
-    """
-    parser = add_command(
-        commands,
-        common,
+def add_run(commands: Commands) -> None:
+    """Add `run`; its options have `started`, `time.perf_counter()` at the start of the program."""
+    parser = commands.add(
         "run",
+        _run,
         "Build the FMUs of an experiment, or take those of an .ssp file; co-simulate them; "
         "write results and a figure.",
         "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
     )
     add_experiment(parser, "; or an .ssp file")
-    parser.add_argument("-o", "--output", type=Path, help="folder for the results")
+    add_output(parser, "folder for the results")
     stepped = parser.add_mutually_exclusive_group()
     stepped.add_argument(
         "--direct", action="store_true", help="step plain Python objects instead of FMUs"
@@ -62,12 +61,11 @@ def add_run(commands: Any, common: argparse.ArgumentParser, started: float) -> N
         "--view", action="store_true", help="show the run in the browser while it goes on"
     )
     add_live_options(parser)
-    parser.set_defaults(command=partial(_run, started))
 
 
-def _run(started: float, options: argparse.Namespace) -> int:
+def _run(options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
-        return _run_system(started, options)
+        return _run_system(options)
     from cardsflow_fmu.simulation.run import RunError, run
 
     if options.hardware is not None:
@@ -88,7 +86,7 @@ def _run(started: float, options: argparse.Namespace) -> int:
                     realtime=options.realtime,
                     progress=progress,
                     watch=watch,
-                    started=started,
+                    started=options.started,
                 )
             _print_result(result, options.json)
             replay(result)
@@ -99,10 +97,10 @@ def _run(started: float, options: argparse.Namespace) -> int:
 
 
 def _require_hardware(experiment: Experiment) -> None:
-    """Refuse, before anything is built, hardware that is not told of well enough to reach it.
+    """Refuse hardware that cannot be connected to, before anything is built.
 
     Raises:
-        InputError: The address is missing or none, the key cannot be read, a bound is missing.
+        InputError: The address is missing or wrong, the key cannot be read, a bound is missing.
     """
     from cardsflow_fmu.hardware.session.connect import Connection, make_session
 
@@ -110,7 +108,7 @@ def _require_hardware(experiment: Experiment) -> None:
         make_session(experiment, Connection())
 
 
-def _run_system(started: float, options: argparse.Namespace) -> int:
+def _run_system(options: argparse.Namespace) -> int:
     from cardsflow_fmu.hardware.session.open_link import open_link
     from cardsflow_fmu.ssp.run import SystemRunError, run_system
 
@@ -127,7 +125,7 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
         settings["variant"] = "hardware"
     if options.as_script:
         if options.hardware is not None:
-            what = "FMUs of an .ssp learn of hardware by the environment, which is not in a script"
+            what = "is not in a script of an .ssp; give run_system its argument `hardware`"
             raise InputError(what, key="--hardware")
         return _print_script(options)
     try:
@@ -139,7 +137,7 @@ def _run_system(started: float, options: argparse.Namespace) -> int:
                 hardware=options.hardware or "",
                 realtime=options.realtime,
                 progress=progress,
-                started=started,
+                started=options.started,
             )
     except SystemRunError as error:
         _print_result(error.result, options.json)

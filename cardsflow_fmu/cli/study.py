@@ -1,4 +1,4 @@
-"""`cardsflow study`."""
+"""`cardsflow study`: many runs of one experiment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .common import FAILED, GOOD, add_command
+from .common import FAILED, GOOD, Commands, add_json, add_output
 from .progress import study_progress
 
 if TYPE_CHECKING:
@@ -21,12 +21,11 @@ if TYPE_CHECKING:
 _ERRORS = 5
 
 
-def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
+def add_study(commands: Commands) -> None:
     """Add `study`."""
-    parser = add_command(
-        commands,
-        common,
+    parser = commands.add(
         "study",
+        _study,
         "Run an experiment many times, varied; or search for its best robot. Writes a table, a "
         "report, and a file a run, so that it can be resumed.",
         "cardsflow study examples/design_study/attachments.toml -j 2",
@@ -35,7 +34,7 @@ def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-j", "--jobs", type=int, metavar="N", help="runs at once; one a core if left out"
     )
-    parser.add_argument("-o", "--output", type=Path, help="folder for runs, table and report")
+    add_output(parser, "folder for runs, table and report")
     parser.add_argument("--resume", action="store_true", help="go on where runs are there already")
     parser.add_argument(
         "--dask",
@@ -45,8 +44,7 @@ def add_study(commands: Any, common: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--only", metavar="HASH", help="do the one run whose hash begins so, and write nothing"
     )
-    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
-    parser.set_defaults(command=_study)
+    add_json(parser, "the summary")
 
 
 def _study(options: argparse.Namespace) -> int:

@@ -7,11 +7,11 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
 
-from .common import GOOD, add_command, add_json, print_files
+from .common import GOOD, Commands, add_json, print_files
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Watch
@@ -19,12 +19,11 @@ if TYPE_CHECKING:
     from cardsflow_fmu.simulation.result import Result
 
 
-def add_view(commands: Any, common: argparse.ArgumentParser) -> None:
+def add_view(commands: Commands) -> None:
     """Add `view`."""
-    parser = add_command(
-        commands,
-        common,
+    parser = commands.add(
         "view",
+        _view,
         "Show the results of a run, or a robot, in 3-D: live in the browser of this machine, or "
         "as a page that opens from disk.",
         "cardsflow view results --html arm.html",
@@ -50,7 +49,6 @@ def add_view(commands: Any, common: argparse.ArgumentParser) -> None:
     )
     add_live_options(parser)
     add_json(parser, "the files of --html and --rrd")
-    parser.set_defaults(command=_view)
 
 
 def add_live_options(parser: argparse.ArgumentParser) -> None:

@@ -565,7 +565,7 @@ def test_a_run_is_with_one_machine(host: str) -> None:
 
 
 def test_a_device_that_goes_in_the_middle_of_quick_exchanges_and_comes_back() -> None:
-    """The system tells a connected socket that nobody listens: no wait ends early, polling or blocking."""
+    """A connected socket reports that nobody listens: no wait ends early by that."""
     device, fresh = make_device(), make_device()
     with served(device) as uri:
         link = UdpLink(uri)
