@@ -1,7 +1,7 @@
-"""What stands around a robot: ground, objects, and what its links collide with. Plain records.
+"""Description of the scene around a robot: ground, objects, and collision shapes of links.
 
-Two bodies in contact rub with the smaller of their frictions and bounce with the geometric mean of
-their restitutions.
+Two bodies in contact have the smaller of their coefficients of friction and the geometric mean of
+their coefficients of restitution.
 """
 
 from __future__ import annotations
@@ -123,13 +123,13 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class SceneObject:
-    """A body beside the robot: one that moves freely, or one that stands still.
+    """A body beside the robot, free to move or fixed.
 
     Attributes:
         name: Its name, unlike that of any link.
         shape: Its form; its mass is spread evenly over it.
         pose: Of its frame in the world, at the start.
-        mass: In [kg]; 0 for a body that stands still.
+        mass: In [kg]; 0 for a fixed body.
         velocity: Of its frame's origin at the start, world axes, in [m/s].
         spin: Angular velocity at the start, world axes, in [rad/s].
         friction: Coefficient of Coulomb friction; the scene's when None.
@@ -156,7 +156,7 @@ class SceneObject:
         if not (math.isfinite(self.mass) and self.mass >= 0.0):
             raise InputError(f"mass must be 0 or a positive number in kg, not {self.mass!r}")
         if not self.mass and any((*self.velocity, *self.spin)):
-            raise InputError("a body that stands still (mass 0) has no velocity; give it a mass")
+            raise InputError("a fixed body (mass 0) has no velocity; give it a mass")
         _check_surface(self.friction, self.restitution)
 
     @property
@@ -167,7 +167,7 @@ class SceneObject:
 
 @dataclass(frozen=True, slots=True)
 class LinkShape:
-    """What a link collides with, beside what its own meshes say.
+    """A collision shape of a link, beside those of its own meshes.
 
     Attributes:
         link: Name of the link.
@@ -191,13 +191,13 @@ class LinkShape:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The surroundings of a robot, and what of it touches them.
+    """The ground and objects around a robot, and the collision shapes of its links.
 
     Attributes:
         ground: The floor; None for none.
         objects: Bodies beside the robot.
-        friction: Coefficient of Coulomb friction of whatever says nothing else.
-        restitution: Of whatever says nothing else: 0 for none, 1 for a bounce without loss.
+        friction: Coefficient of Coulomb friction of bodies without their own.
+        restitution: Of bodies without their own: 0 for none, 1 for a bounce without loss.
         friction_law: `pyramid`, DART's rule: friction up to mu N along each of two axes, on level
             ground the world's x and y: exact along these, between them too strong by up to the
             root of two. `cone`: Coulomb's law in every direction; contacts cost 10 to 40 times as
@@ -206,7 +206,7 @@ class Scene:
             their joint to the next, or only `link_shapes`.
         capsule_radius: Of such capsules, in [m].
         link_shapes: Further forms of links.
-        mesh_folder: Where the files of the links' meshes stand; relative URIs begin there.
+        mesh_folder: Folder of the links' meshes, which relative URIs refer to.
         self_collision: Whether links of one robot collide with one another; those that a joint
             connects never do. Robots always collide with one another.
         ignored: Pairs of links or objects that pass through one another.
@@ -233,7 +233,7 @@ class Scene:
     @property
     def moving_objects(self) -> tuple[SceneObject, ...]:
         """The objects with a mass, in order."""
-        return tuple(thing for thing in self.objects if thing.moves)
+        return tuple(item for item in self.objects if item.moves)
 
 
 def _positive(**numbers: float) -> None:

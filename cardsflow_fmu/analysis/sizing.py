@@ -170,7 +170,7 @@ def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
     drive, dynamics = MuscleDrive(robot), DartDynamics(robot)
     pull = np.zeros_like(motion.q)
     for row, q, qd in zip(pull, motion.q, motion.qd, strict=True):
-        drive.see(q, qd, np.zeros(drive.states))
+        drive.set_state(q, qd, np.zeros(drive.states))
         f = drive.tensions(np.zeros(len(robot.muscles)))[passive]
         row[:] = dynamics.muscle_jacobian(q)[passive].T @ f
     muscles = [

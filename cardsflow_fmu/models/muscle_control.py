@@ -75,7 +75,7 @@ class MuscleControl:
             The mean tensions since the last tick, shape (m,), in [N]; None at the first.
         """
         self._states[self._order] = states
-        self._drive.see(q, qd, self._states)
+        self._drive.set_state(q, qd, self._states)
         if not self._has_ticked:
             return None
         mean: FloatArray = 0.5 * (self._began + self._drive.tensions(self._told))

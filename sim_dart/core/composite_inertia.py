@@ -10,7 +10,7 @@ from .arrays import FloatArray
 
 
 class CompositeInertia:
-    """A body made of links that do not move against each other.
+    """A rigid body made of several links.
 
     Attributes:
         mass: In [kg].

@@ -1,4 +1,4 @@
-"""The binding of the C core: the only file that knows the library."""
+"""Binding of the C core."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
 def pack_blob(
     counts: Mapping[str, int], fields: Mapping[str, ArrayLike], *, single: bool = False
 ) -> bytes:
-    """Pack a robot's numbers as the library's own layout text says.
+    """Pack a robot's numbers by the library's own layout text.
 
     Args:
         counts: Number of dofs, muscles, points and tasks.
@@ -122,7 +122,7 @@ def pack_blob(
 
 @cache
 def law_parameters() -> dict[str, tuple[str, ...]]:
-    """The tension laws that the library knows, in its order, each with its parameters in order."""
+    """The tension laws of the library, in its order, each with its parameters in order."""
     lines = (line.split() for line in library().core_layout().decode().splitlines())
     return {line[1]: tuple(line[2:]) for line in lines if line[0] == "law"}
 
@@ -131,7 +131,7 @@ class Core:
     """A robot opened in the C core.
 
     The functions below are the library's functions themselves, to be called with
-    `handle` first and arrays as bytes (`array.tobytes()`), the cheapest way to hand numbers over.
+    `handle` first and arrays as bytes (`array.tobytes()`), the cheapest form of arguments.
 
     Args:
         blob: From `pack_blob`.

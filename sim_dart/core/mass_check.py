@@ -1,4 +1,4 @@
-"""Refuses robots that cannot be simulated, whatever the engine."""
+"""Check that a robot's mass matrix can be inverted, whatever the engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robot -> the blob's fields about muscle paths: via points, surfaces, wraps and pulleys."""
+"""Fields of the blob about muscle paths: via points, surfaces, wraps and pulleys."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PlacedWrap(NamedTuple):
 
 
 def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
-    """The wraps of the active muscles in the order that cables meet them."""
+    """The wraps of the active muscles in their order along the paths."""
     return [
         PlacedWrap(muscle, wrap, first + wrap.segment)
         for muscle, first in zip(robot.muscles, first_points(robot), strict=True)

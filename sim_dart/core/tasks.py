@@ -1,4 +1,4 @@
-"""Task coordinates y: which of a task's values count, and what their second derivative needs."""
+"""Task coordinates y: their rows among the values of task frames, and the bias of angles."""
 
 from __future__ import annotations
 

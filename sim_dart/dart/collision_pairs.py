@@ -1,4 +1,4 @@
-"""Which links pass through one another: those that a joint connects."""
+"""Pairs of links without collisions: those that a joint connects."""
 
 from __future__ import annotations
 

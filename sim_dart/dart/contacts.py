@@ -1,4 +1,4 @@
-"""Who touches whom in a world, where, and how hard."""
+"""Contacts in a world: bodies, points, forces."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Contact(NamedTuple):
     Attributes:
         first, second: Names of the bodies: links, objects, or the ground.
         point: In the world, shape (3,), in [m].
-        depth: How far they are in each other, in [m].
-        force: On the first body, world axes, shape (3,), in [N]; the second feels its opposite.
+        depth: Penetration depth, in [m].
+        force: On the first body, world axes, shape (3,), in [N]; the opposite acts on the second.
     """
 
     first: str
@@ -59,7 +59,7 @@ def contact_forces(result: Any, rows: Mapping[Any, int], count: int) -> FloatArr
     if contacts:
         first = [rows[c.collisionObject1.getShapeFrame()] for c in contacts]
         second = [rows[c.collisionObject2.getShapeFrame()] for c in contacts]
-        pushes = np.array([c.force for c in contacts])
-        np.add.at(forces, first, pushes)
-        np.subtract.at(forces, second, pushes)
+        each = np.array([c.force for c in contacts])
+        np.add.at(forces, first, each)
+        np.subtract.at(forces, second, each)
     return forces[:-1]

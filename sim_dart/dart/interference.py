@@ -1,4 +1,4 @@
-"""How near muscles come to one another, and to links that they do not belong to."""
+"""Smallest distances between muscles, and of muscles from links that they do not belong to."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _NARROWINGS = 40
 
 
 class Nearest(NamedTuple):
-    """Where a muscle comes nearest to another, or to a link.
+    """Smallest distance of a muscle from another, or from a link.
 
     Attributes:
         muscle: Name of the muscle.
         other: Name of the other muscle, or of the link.
         is_link: Whether the other one is a link.
         distance: Smallest distance, in [m]; to a link negative where the muscle is inside.
-        sample: Which of the postures it is at.
+        sample: Index of the posture.
     """
 
     muscle: str
@@ -43,7 +43,7 @@ class Nearest(NamedTuple):
 
 
 class Interference:
-    """The muscles and links of a robot, to be asked about postures.
+    """Distances of the muscles and links of a robot.
 
     A muscle is compared with links that none of its via points is on. A link is the convex hull of
     its collision meshes, or capsules from joint to joint.

@@ -1,4 +1,4 @@
-"""What a robot's links collide with: hulls of their meshes, capsules, and shapes that are given."""
+"""Collision shapes of a robot's links: hulls of their meshes, capsules, and given shapes."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
 
     Args:
         robot: A valid robot.
-        scene: What it says of links.
+        scene: With its settings for links.
 
     Raises:
-        UnknownNameError: A shape is for a link that does not exist.
+        UnknownNameError: A shape names a link that does not exist.
     """
     names = [link.name for link in robot.links]
     for shape in scene.link_shapes:

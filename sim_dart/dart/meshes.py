@@ -101,7 +101,7 @@ def _obj(mesh: trimesh.Trimesh) -> str:
 
 @contextmanager
 def _naming(file: Path, problem: str) -> Iterator[None]:
-    """Tell errors of trimesh, which come in every type, as ours with the file's name."""
+    """Raise errors of trimesh, which are of any type, as InputError with the file's name."""
     try:
         yield
     except Exception as error:

@@ -1,4 +1,4 @@
-"""Shapes of a scene as shapes of DART, with what the world must know of their size and mass."""
+"""Shapes of a scene as shapes of DART, with their size and mass properties."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _primitive(dart: Any, half: FloatArray, thinnest: float) -> SolidShape:
 
 @dataclass(frozen=True)
 class Surface:
-    """How a body rubs and bounces.
+    """Friction and restitution of a body.
 
     Attributes:
         friction: Coefficient of Coulomb friction.
@@ -97,7 +97,7 @@ class Surface:
 
 
 def surface(scene: Scene, friction: float | None, restitution: float | None) -> Surface:
-    """What a body says of itself, and what the scene says where it is silent."""
+    """A body's own friction and restitution, or the scene's where it has none."""
     return Surface(
         scene.friction if friction is None else friction,
         scene.restitution if restitution is None else restitution,
@@ -113,7 +113,7 @@ def attach(body: Any, solid: SolidShape, pose: Pose, rough: Surface) -> Any:
         body: The body of DART.
         solid: The shape.
         pose: In the body's frame.
-        rough: How it rubs and bounces.
+        rough: Its friction and restitution.
 
     Returns:
         The node of DART, which contacts name.

@@ -1,4 +1,4 @@
-"""Robot -> dartpy Skeleton, built from the description; fixes the order of coordinates."""
+"""A robot as a skeleton of DART, in the order of the robot's coordinates."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Skeleton:
         return values if self._order is None else values[np.ix_(self._order, self._order)]
 
     def _getter(self, get: Callable[[], FloatArray]) -> Callable[[], FloatArray]:
-        """DART's own function where the orders are equal: a step is short of time."""
+        """DART's own function where the orders are equal, without a call between."""
         order = self._order
         return get if order is None else lambda: get()[order]
 

@@ -1,4 +1,4 @@
-"""A robot, or several, as one DART skeleton for every tree that stands on the world.
+"""A robot, or several, as one DART skeleton for every tree of joints.
 
 Contacts couple all of a skeleton's joints, and their cost grows with the square of their number:
 twenty robots in contact as one skeleton cost some hundred times one, as twenty some fifteen times.

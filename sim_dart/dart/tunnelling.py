@@ -1,8 +1,8 @@
-"""Refuses speeds at which a body could pass through another between two steps.
+"""Bound on the speeds of bodies, above which one could pass through another between two steps.
 
-DART looks for contacts at the steps alone. Two bodies that come together at the speed v are first
-seen in each other by up to v h, and are pushed back the way they came as long as that is less than
-a part of how thick they are: 0.6 of the sum of both half thicknesses; for a cylinder, which ODE
+DART searches for contacts at the steps alone. Two bodies that approach at the speed v overlap by up
+to v h when DART finds their contact, and separate again to the same side as long as that is less
+than a part of their thickness: 0.6 of the sum of both half thicknesses; for a cylinder, which ODE
 keeps apart less well, half of the smaller half thickness. Below that nothing passes; above it, and
 near enough to meet within the step, the run ends here, not with a body on the wrong side.
 """
@@ -66,7 +66,7 @@ class TooFast:
 
     Attributes:
         first, second: Their names; the first is the faster one.
-        speed: How fast points of theirs may come together, in [m/s].
+        speed: Bound on the approach of their points, in [m/s].
         step: A step that is short enough, in [s].
     """
 
@@ -77,7 +77,7 @@ class TooFast:
 
 
 class SpeedWatch:
-    """Watches all pairs of bodies that collide.
+    """Check of all pairs of bodies that collide.
 
     Args:
         bodies: The bodies.
@@ -95,7 +95,7 @@ class SpeedWatch:
         self._bounds = self._pair_bounds(ignored)
         smallest = self._bounds.min(initial=np.inf)
         self._harmless = 0.5 * smallest / step
-        """While all points are slower, no two come together too fast."""
+        """Speed of points below which no two bodies approach too fast, in [m/s]."""
 
     def too_fast(self) -> TooFast | None:
         """The first two bodies that could pass through one another in a step; None if none can."""
@@ -108,7 +108,7 @@ class SpeedWatch:
         return self._worst_pair(speeds)
 
     def _pair_bounds(self, ignored: Collection[frozenset[str]]) -> FloatArray:
-        """How far two bodies may come together in a step, shape (movers, bodies), in [m]."""
+        """Largest approach of two bodies in a step, shape (movers, bodies), in [m]."""
         bounds = np.full((len(self._movers), len(self._bodies)), np.inf)
         for i in range(len(self._movers)):
             for j in range(i + 1, len(self._bodies)):
@@ -143,7 +143,7 @@ def _bound(one: WatchedBody, other: WatchedBody) -> float:
 
 
 def _gap(one: WatchedBody, other: WatchedBody) -> float:
-    """At least so far are two bodies apart, in [m]; may be negative."""
+    """A lower bound on the distance of two bodies, in [m]; may be negative."""
     return max(_clearance(one, other), _clearance(other, one))
 
 

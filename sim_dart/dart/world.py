@@ -1,4 +1,4 @@
-"""A robot's surroundings in DART: ground, objects, contacts.
+"""The world of a robot in DART: ground, objects, contacts.
 
 Contacts are found by ODE, which alone of DART's engines rests, slides and bounces spheres, boxes,
 capsules, cylinders and meshes as they are: FCL makes spheres of capsules, DART's own lets meshes
@@ -35,13 +35,13 @@ _ITERATIONS, _SWEEPS, _TOLERANCE = 200, 5, 1e-5  # of the solver with friction c
 
 
 class World:
-    """Where a robot moves.
+    """A scene and a robot in it, in DART.
 
     Args:
         skeleton: The robot in DART.
         robot: The robot.
         step: Length of a step, in [s].
-        scene: What stands around it; None for nothing, and no collisions at all.
+        scene: Ground, objects and shapes of links; None for no collisions at all.
 
     Raises:
         InputError: The scene does not fit the robot, or a mesh cannot be used.
@@ -68,12 +68,12 @@ class World:
             self._dart.addSkeleton(dart)
         self.step = self._dart.step
         if scene is not None:
-            self._furnish(robot, scene)
+            self._add_scene(robot, scene)
             self.step = self._watched_step
 
     @property
     def has_contacts(self) -> bool:
-        """Whether anything may touch anything."""
+        """Whether there can be contacts."""
         return bool(self._bodies)
 
     @property
@@ -86,13 +86,13 @@ class World:
         self._dart.setTime(value)
 
     def reset(self) -> None:
-        """Put the objects where they start, the robot being where it is to start.
+        """Put the objects at their start, with the robot at its own.
 
         Raises:
             InputError: Two bodies are deep in each other.
         """
-        for thing, dart in self._objects:
-            _place(dart, thing)
+        for item, dart in self._objects:
+            _place(dart, item)
         if self.has_contacts:
             self._refuse_overlap()
 
@@ -132,32 +132,32 @@ class World:
         if fast is not None:
             raise SimulationError(
                 f"at t = {self.time:.6g} s {fast.first!r} could pass through {fast.second!r}: they "
-                f"come together at up to {fast.speed:.3g} m/s, and contacts are looked for at the "
+                f"approach at up to {fast.speed:.3g} m/s, and contacts are searched for at the "
                 f"steps alone; a plant step of {fast.step:.2g} s or less is short enough"
             )
         self._dart.step()
-        for thing, dart in self._objects:
+        for item, dart in self._objects:
             state = np.concatenate([dart.getPositions(), dart.getVelocities()])
             if not np.abs(state).max() < _BEYOND:
-                self._lose(thing, state)
+                self._refuse_lost(item, state)
 
-    def _lose(self, thing: SceneObject, state: FloatArray) -> None:
+    def _refuse_lost(self, item: SceneObject, state: FloatArray) -> None:
         where = ", ".join(f"{value:.3g}" for value in state[3:6])
         raise SimulationError(
-            f"at t = {self.time:.6g} s object {thing.name!r} is at ({where}) m with a velocity of "
+            f"at t = {self.time:.6g} s object {item.name!r} is at ({where}) m with a velocity of "
             f"{np.linalg.norm(state[9:]):.3g} m/s: it is lost; use a smaller step, or put it where "
             "nothing else is"
         )
 
-    def _furnish(self, robot: Robot, scene: Scene) -> None:
+    def _add_scene(self, robot: Robot, scene: Scene) -> None:
         solver = self._dart.getConstraintSolver()
         solver.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
         if scene.friction_law == "cone":
             solver.setBoxedLcpSolver(_cone_solver())
         if scene.ground is not None:
             self._add_ground(scene, scene.ground.height)
-        for thing in scene.objects:
-            self._add_object(scene, thing)
+        for item in scene.objects:
+            self._add_object(scene, item)
         self._add_links(robot, scene)
         ignored = connected(robot) | {frozenset(self._known(pair)) for pair in scene.ignored}
         ignored |= {pair - {WORLD} | {GROUND} for pair in ignored if WORLD in pair}
@@ -177,19 +177,19 @@ class World:
         rough = surface(scene, scene.ground.friction, scene.ground.restitution)
         self._add(GROUND, dartpy.dynamics.Skeleton(GROUND), shape, pose, rough)
 
-    def _add_object(self, scene: Scene, thing: SceneObject) -> None:
-        if thing.name in self._bodies or thing.name in (WORLD, GROUND):
-            raise InputError(f"a second object {thing.name!r}; every object needs its own name")
-        dart = dartpy.dynamics.Skeleton(thing.name)
-        rough = surface(scene, thing.friction, thing.restitution)
-        solid = self._add(thing.name, dart, thing.shape, thing.pose, rough, moves=thing.moves)
-        if thing.moves:
+    def _add_object(self, scene: Scene, item: SceneObject) -> None:
+        if item.name in self._bodies or item.name in (WORLD, GROUND):
+            raise InputError(f"a second object {item.name!r}; every object needs its own name")
+        dart = dartpy.dynamics.Skeleton(item.name)
+        rough = surface(scene, item.friction, item.restitution)
+        solid = self._add(item.name, dart, item.shape, item.pose, rough, moves=item.moves)
+        if item.moves:
             body = dart.getBodyNode(0)
-            (xx, xy, xz), (_, yy, yz), (_, _, zz) = thing.mass * solid.gyration
-            body.setMass(thing.mass)
+            (xx, xy, xz), (_, yy, yz), (_, _, zz) = item.mass * solid.gyration
+            body.setMass(item.mass)
             body.setLocalCOM(solid.com)
             body.setMomentOfInertia(xx, yy, zz, xy, xz, yz)
-            self._objects.append((thing, dart))
+            self._objects.append((item, dart))
 
     def _add(
         self, name: str, dart: Any, shape: Shape, pose: Pose, rough: Surface, *, moves: bool = False
@@ -277,14 +277,14 @@ def _cone_solver() -> Any:
     return dartpy.constraint.FbfFrictionSolver(options)
 
 
-def _place(dart: Any, thing: SceneObject) -> None:
+def _place(dart: Any, item: SceneObject) -> None:
     """Put an object where it starts."""
-    T = dartpy.math.Isometry3(transform(thing.pose))
+    T = dartpy.math.Isometry3(transform(item.pose))
     joint = dart.getJoint(0)
     dart.resetAccelerations()
     dart.setPositions(joint.convertToPositions(T))
-    joint.setAngularVelocity(np.array(thing.spin))
-    joint.setLinearVelocity(np.array(thing.velocity))
+    joint.setAngularVelocity(np.array(item.spin))
+    joint.setLinearVelocity(np.array(item.velocity))
 
 
 def _pose(dart: Any) -> FloatArray:

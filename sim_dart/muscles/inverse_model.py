@@ -1,4 +1,4 @@
-"""What a robot's muscles can pull with next, and the commands that make them, for controllers."""
+"""Inverse model of a robot's muscles for controllers: reachable tensions, and their commands."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
 from .laws import MuscleLaws
-from .rest import resting_commands, resting_reach
 
 
 class Reach(NamedTuple):
-    """Tensions that muscles can come to within a time.
+    """Tensions that muscles can reach within a time.
 
     Attributes:
         low: The smallest, shape (m,), in [N].
@@ -45,8 +44,8 @@ class MuscleDrive:
         self._qd = np.zeros(self._n)
         self.states = len(self._laws.state_names)
 
-    def see(self, q: ArrayLike, qd: ArrayLike, states: ArrayLike) -> None:
-        """Take over the state that the other calls start from.
+    def set_state(self, q: ArrayLike, qd: ArrayLike, states: ArrayLike) -> None:
+        """Set the state that the other calls start from.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -56,13 +55,13 @@ class MuscleDrive:
         Raises:
             InputError: A value is not finite, or the shape is wrong.
         """
-        self._go(q)
+        self._move(q)
         self._qd = finite("qd", qd, self._n)
         self._laws.update_rates(self._qd)
         self._laws.set_states(states)
 
     def tensions(self, commands: FloatArray) -> FloatArray:
-        """What the muscles pull with now, shape (m,), in [N].
+        """Tensions at that state, shape (m,), in [N].
 
         Args:
             commands: Shape (m,), each in the unit of its law.
@@ -70,22 +69,22 @@ class MuscleDrive:
         return self._laws.drive(self._qd, commands).copy()
 
     def reach(self, period: float) -> Reach:
-        """The tensions that the muscles can come to.
+        """The tensions that the muscles can reach.
 
         A passive muscle has one alone; that of an ideal cable has no bound.
 
         Args:
-            period: Within which time, in [s].
+            period: Time to reach them, in [s].
         """
         low, high = self._laws.reach(period)
         return Reach(low.copy(), high.copy())
 
     def commands(self, forces: FloatArray, period: float) -> FloatArray:
-        """The commands with which the muscles come to these tensions, or as near as they can.
+        """The commands that lead to these tensions, or to the nearest ones.
 
         Args:
             forces: Shape (m,), in [N].
-            period: Within which time, in [s].
+            period: Time to reach them, in [s].
 
         Returns:
             Shape (m,), each in the unit of its law; 0 for passive muscles.
@@ -93,16 +92,16 @@ class MuscleDrive:
         return self._laws.invert(forces, period).copy()
 
     def resting_reach(self, q: ArrayLike) -> Reach:
-        """The tensions that muscles can hold while they stand still.
+        """The tensions that muscles can hold at rest.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
         """
-        self._go(q)
-        return Reach(*resting_reach(self._laws))
+        self._move(q)
+        return Reach(*self._laws.resting_reach())
 
     def resting_commands(self, q: ArrayLike, tensions: FloatArray) -> FloatArray:
-        """The commands with which muscles that stand still hold these tensions, or the nearest.
+        """The commands with which muscles at rest hold these tensions, or the nearest ones.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -111,9 +110,9 @@ class MuscleDrive:
         Returns:
             Shape (m,), each in the unit of its law; 0 for passive muscles.
         """
-        self._go(q)
-        return resting_commands(self._laws, tensions)
+        self._move(q)
+        return self._laws.resting_commands(tensions)
 
-    def _go(self, q: ArrayLike) -> None:
+    def _move(self, q: ArrayLike) -> None:
         at = finite("q", q, self._n)
         self._core.move(self._core.handle, at.tobytes())

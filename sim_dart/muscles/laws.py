@@ -1,4 +1,4 @@
-"""Commands -> muscle tensions: the tension laws of a robot's muscles, through the C core."""
+"""Tensions of a robot's muscles from their commands: the tension laws, in the C core."""
 
 from __future__ import annotations
 
@@ -16,19 +16,21 @@ Curve = Literal[
     "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
 ]
 
+_HALVINGS = 60
+
 
 class MuscleLaws:
     """The tension laws of a robot's active muscles, at the pose to which the core was moved last.
 
     A command beyond the range of its law acts as the nearest one in it; that of a passive muscle is
-    not looked at. A step of a simulation is
+    ignored. A step of a simulation is
 
         core.move(q);  laws.drive(qd, u);  ... qd' from laws.torques ...
         laws.update_rates(qd');  laws.advance(u, h)
 
     Args:
         robot: A valid robot.
-        core: That robot's core, also moved and read by others.
+        core: That robot's core, shared with its other users.
 
     Attributes:
         passive: Which muscles take no command, shape (m,).
@@ -39,8 +41,7 @@ class MuscleLaws:
         command_units: Their units; empty for a passive muscle.
         command_low: Smallest commands, shape (m,).
         command_high: Largest commands, shape (m,); infinite for ideal cables.
-        states: What the laws remember, shape (S,): a view; the next step changes it, and whoever
-            writes it changes the state.
+        states: States of the laws, shape (S,): a view, which may be written.
         state_rates: Their time derivatives, from `update_state_rates`; a view.
         rates: l' = L qd, shape (m,), in [m/s]; a view.
         tensions: f of the last `drive`, shape (m,), in [N]; a view. Never negative, but for
@@ -172,10 +173,10 @@ class MuscleLaws:
         return self._low, self._high
 
     def invert(self, forces: ArrayLike, h: float) -> FloatArray:
-        """The commands with which the tensions of `reach` become these, or come nearest to them.
+        """The commands that lead to these tensions, or to the nearest ones within `reach`.
 
         Args:
-            forces: Wanted tensions, shape (m,), in [N].
+            forces: Desired tensions, shape (m,), in [N].
             h: After how long, in [s].
 
         Returns:
@@ -188,6 +189,48 @@ class MuscleLaws:
         self._check(self._core.invert(self._handle, f.tobytes(), h), "force", f)
         return self._commands
 
+    def resting_commands(self, tensions: FloatArray) -> FloatArray:
+        """The commands with which muscles at rest hold these tensions, or the nearest ones.
+
+        The path velocities are taken as zero; the muscles' states change.
+
+        Args:
+            tensions: Shape (m,), in [N].
+
+        Returns:
+            Shape (m,), each in the unit of its law; 0 for passive muscles.
+        """
+        least = self.command_low
+        bounded = np.isfinite(self.command_high)
+        most = np.where(bounded, self.command_high, np.maximum(tensions, least))
+        grows = self._resting(least) <= self._resting(most)
+        weak, strong = np.where(grows, least, most), np.where(grows, most, least)
+        strong = np.where(self._resting(weak) >= tensions, weak, strong)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (weak + strong)
+            enough = self._resting(middle) >= tensions
+            weak, strong = np.where(enough, weak, middle), np.where(enough, middle, strong)
+        return strong
+
+    def resting_reach(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest tensions that muscles can hold at rest.
+
+        The path velocities are taken as zero; the muscles' states change.
+
+        Returns:
+            Shape (m,) each, in [N]; infinite for ideal cables.
+        """
+        bounded = np.isfinite(self.command_high)
+        least = self._resting(self.command_low)
+        most = self._resting(np.where(bounded, self.command_high, 0.0))
+        most = np.where(bounded, most, np.inf)
+        return np.minimum(least, most), np.maximum(least, most)
+
+    def _resting(self, commands: FloatArray) -> FloatArray:
+        """Tensions in equilibrium with constant commands at rest."""
+        self.start(commands)
+        return self.drive(np.zeros(self._n), commands).copy()
+
     def curve(self, muscle: str, name: Curve, x: ArrayLike, slope: bool = False) -> FloatArray:
         """A curve of a muscle of Hill's type, or its slope.
 
@@ -196,7 +239,7 @@ class MuscleLaws:
             name: Which curve.
             x: Fibre length over the optimal one, tendon length over its slack length, or fibre
                 velocity over the largest contraction velocity, positive while lengthening.
-            slope: Whether dy/dx is wanted.
+            slope: Whether to return dy/dx.
 
         Raises:
             InputError: The muscle's law has no such curve.

@@ -1,4 +1,4 @@
-"""Where muscles run and where they pull: the paths as lines, and their forces on the links."""
+"""Shapes of muscle paths: lines for drawing, and the forces on links along them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class PointForces(NamedTuple):
 
 
 class _Contact(NamedTuple):
-    """How a muscle passes a surface or a pulley: see `core_trace` in core.h."""
+    """Contact of a muscle with a surface or a pulley: see `core_trace` in core.h."""
 
     link: str
     begin: FloatArray
@@ -84,7 +84,7 @@ class PathShapes:
         ]
 
     def forces(self, tensions: FloatArray) -> PointForces:
-        """What the muscles pull at, in pairs, one pair a straight part of a path.
+        """The muscles' forces on links, in pairs, one pair a straight part of a path.
 
         Args:
             tensions: f, shape (m,), in [N].
@@ -156,10 +156,11 @@ def _span_pulls(
     yield there, B, -touched[-1].leaving
 
 
-def _on_line(wanted: FloatArray, point: FloatArray, direction: FloatArray) -> FloatArray:
-    """The wanted point if it lies on the line of a force, else the point that the line has."""
-    aside = np.cross(wanted - point, direction)
-    return wanted if np.linalg.norm(aside) <= 1e-14 * np.linalg.norm(wanted - point) else point
+def _on_line(preferred: FloatArray, point: FloatArray, direction: FloatArray) -> FloatArray:
+    """The preferred point if it is on the line of a force, else the other point of that line."""
+    aside = np.cross(preferred - point, direction)
+    near = np.linalg.norm(aside) <= 1e-14 * np.linalg.norm(preferred - point)
+    return preferred if near else point
 
 
 def _arc(contact: _Contact) -> Iterator[FloatArray]:

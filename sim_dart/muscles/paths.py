@@ -1,4 +1,4 @@
-"""q -> muscle path lengths l and muscle Jacobian L = dl/dq, through the C core."""
+"""Muscle path lengths l and muscle Jacobian L = dl/dq at q, from the C core."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class MusclePaths:
 
     Attributes:
         core: The robot in the C core.
-        turning: Where turns are counted, what is remembered: the turning angle of each wrap, in
-            [rad], NaN before the first call. A view that may be saved and written back.
+        turning: Where turns are counted, the turning angle of each wrap, in [rad], NaN before the
+            first call. A view that may be saved and written back.
     """
 
     def __init__(self, robot: Robot, *, count_turns: bool = False) -> None:
@@ -86,7 +86,7 @@ class MusclePaths:
         return self._shapes.lines()
 
     def point_forces(self, q: ArrayLike, forces: ArrayLike) -> PointForces:
-        """What the muscles pull at: on links at via points, surfaces and pulleys, world axes.
+        """Forces of the muscles on links at via points, surfaces and pulleys, world axes.
 
         Their power is that of -L'f. They come in pairs that cancel: two for every straight part of
         a path, along it.

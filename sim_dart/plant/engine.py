@@ -1,4 +1,4 @@
-"""What computes a plant: the C core, or DART; and what the core lacks."""
+"""Choice of the engine of a plant: the C core, or DART."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ Engine = Literal["auto", "core", "dart"]
 ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 
-def chosen_engine(wanted: str, scene: Scene | None) -> Literal["core", "dart"]:
+def chosen_engine(engine: str, scene: Scene | None) -> Literal["core", "dart"]:
     """The engine that computes a plant.
 
     Args:
-        wanted: An engine, or `auto`.
-        scene: What stands around the robot; None for nothing.
+        engine: An engine, or `auto`.
+        scene: The scene around the robot; None for none.
 
     Raises:
-        InputError: The core lacks something that is asked of it.
+        InputError: The engine is `core`, and the core lacks something that the plant needs.
         UnknownNameError: There is no such engine.
     """
-    if wanted not in ENGINES:
-        raise UnknownNameError("engine", wanted, ENGINES)
+    if engine not in ENGINES:
+        raise UnknownNameError("engine", engine, ENGINES)
     lacking = core_lacks(scene)
-    if wanted == "core" and lacking is not None:
+    if engine == "core" and lacking is not None:
         raise InputError(f'the engine "core" has no {lacking}; use engine = "dart"')
-    return "dart" if wanted == "dart" or lacking is not None else "core"
+    return "dart" if engine == "dart" or lacking is not None else "core"
 
 
 def core_lacks(scene: Scene | None) -> str | None:
-    """What of this the C core does not have, in words; None if it has everything.
+    """A feature of the plant that the C core does not have, in words; None if it has all.
 
     Args:
-        scene: What stands around the robot; None for nothing.
+        scene: The scene around the robot; None for none.
     """
     return None if scene is None else "worlds with contacts"

@@ -223,6 +223,6 @@ def refuse_friction(robot: Robot) -> None:
     rough = [c.name for c in robot.coordinates if c.friction]
     if rough:
         raise InputError(
-            f"rk4 knows no Coulomb friction, which jumps where a joint turns: {', '.join(rough)} "
-            "has some; use the euler integrator"
+            "rk4 does not support Coulomb friction, which jumps where a joint turns: "
+            f"{', '.join(rough)} has some; use the euler integrator"
         )

@@ -19,7 +19,6 @@ from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.tasks import task_rows
 from sim_dart.dart.empty_world import EmptyWorld
 from sim_dart.dart.world import World
-from sim_dart.muscles.rest import resting_commands
 from sim_dart.scene import Scene
 
 from .core_mechanism import CoreMechanism, CoreSteps
@@ -82,7 +81,7 @@ class Plant:
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         if scene is not None and integrator != "euler":
-            raise InputError(f"{integrator} knows no contacts; use the euler integrator in a world")
+            raise InputError(f"{integrator} does not support contacts; use euler with a scene")
         if integrator == "rk4":
             refuse_friction(robot)
         self._balance = EnergyBalance(robot) if energy else None
@@ -216,7 +215,7 @@ class Plant:
         if commands is not None:
             return finite("commands", commands, self._m)
         f_min = np.array([muscle.f_min for muscle in self.robot.muscles])
-        return f_min if self._laws is None else resting_commands(self._laws, f_min)
+        return f_min if self._laws is None else self._laws.resting_commands(f_min)
 
     def step(
         self,

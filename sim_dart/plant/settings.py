@@ -1,4 +1,4 @@
-"""How a plant steps: rule, length and substeps, and what they may be."""
+"""Integrator settings of a plant: rule, step and substeps, and their bounds."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from addin_sdfusion.robot import InputError
 Rule = Literal["euler", "rk4"]
 
 MOST_SUBSTEPS = 1_000_000
-"""Native plants take no more either."""
+"""The bound of native plants too."""
 
 
 def check_step(step: float, integrator: str, substeps: int) -> None:
-    """Refuse settings that are none.
+    """Refuse settings out of range.
 
     Raises:
-        InputError: One is not.
+        InputError: One is wrong.
     """
     if not _is_number(step) or not (np.isfinite(step) and step > 0):
         raise InputError(f"the plant's step must be a positive time in s, not {step!r}")

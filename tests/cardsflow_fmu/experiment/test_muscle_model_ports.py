@@ -153,7 +153,7 @@ def test_forces_stay_within_what_can_be_reached() -> None:
     q, qd = (result.columns([f"{p}.joint_{k}" for k in (1, 2)]) for p in ("q", "qd"))
     forces = result.columns([f"f.cable_{k}" for k in (1, 2, 3, 4)])
     for k in result_rows(result):
-        drive.see(q[k], qd[k], states[k])
+        drive.set_state(q[k], qd[k], states[k])
         low, high = drive.reach(experiment.controller.period)
         assert (forces[k] >= np.maximum(low, 0.0) - 1e-9).all()
         assert (forces[k] <= high + 1e-9).all()
@@ -371,7 +371,7 @@ def test_a_passive_muscle_is_a_load_when_muscles_are_sized() -> None:
     pulls = []
     for experiment in experiments:
         drive = MuscleDrive(experiment.robot)
-        drive.see(start, zero, [])
+        drive.set_state(start, zero, [])
         pulls.append(drive.tensions(np.zeros(4))[1])
     levers = DartDynamics(experiments[0].robot).muscle_jacobian(start)[:, 1]
     more = -levers[1] / levers[3] * (pulls[1] - pulls[0])

@@ -43,7 +43,7 @@ BAD = {
     "friction": (lambda: Ground(friction=-0.1), "friction must be 0 or above"),
     "restitution": (lambda: Scene(restitution=1.2), "within 0 and 1, not 1.2"),
     "mass": (lambda: SceneObject("a", BALL, mass=-1.0), "mass must be 0 or a positive number"),
-    "still": (lambda: SceneObject("a", BALL, velocity=(1.0, 0.0, 0.0)), "stands still"),
+    "still": (lambda: SceneObject("a", BALL, velocity=(1.0, 0.0, 0.0)), "a fixed body"),
     "place": (lambda: SceneObject("a", BALL, Pose((math.nan, 0, 0))), "position must be finite"),
     "turn": (lambda: LinkShape("a", BALL, Pose(rpy=(math.inf, 0, 0))), "rpy must be finite"),
     "capsules": (lambda: Scene(capsule_radius=0.0), "capsule_radius must be above 0"),

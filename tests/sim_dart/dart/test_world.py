@@ -351,7 +351,7 @@ def test_a_robot_that_diverges_in_a_world_is_named_with_time_and_coordinate() ->
 
 
 def test_rk4_knows_no_contacts() -> None:
-    with pytest.raises(InputError, match="rk4 knows no contacts"):
+    with pytest.raises(InputError, match="rk4 does not support contacts"):
         Plant(two_link_arm(), integrator="rk4", scene=Scene())
 
 

@@ -274,5 +274,5 @@ def test_a_state_comes_back_bit_by_bit() -> None:
 
 @pytest.mark.parametrize("engine", ["auto", "core", "dart"])
 def test_rk4_is_refused(engine: Any) -> None:
-    with pytest.raises(InputError, match=r"rk4 knows no Coulomb friction.*rail"):
+    with pytest.raises(InputError, match=r"rk4 does not support Coulomb friction.*rail"):
         Plant(slider(1.0), integrator="rk4", engine=engine)

@@ -282,7 +282,7 @@ def test_coulomb_friction_stops_a_wheel_and_holds_it() -> None:
 
 
 def test_rk4_refuses_coulomb_friction() -> None:
-    with pytest.raises(InputError, match=r"rk4 knows no Coulomb friction.*turn"):
+    with pytest.raises(InputError, match=r"rk4 does not support Coulomb friction.*turn"):
         Plant(flywheel(friction=0.4), integrator="rk4")
 
 

@@ -266,7 +266,7 @@ def test_the_commands_of_a_drive_bring_the_plant_to_the_tensions_in_reach(name: 
     plant, drive = Plant(robot, h), MuscleDrive(robot)
     rng = np.random.default_rng(1)
     for _ in range(30):
-        drive.see(plant.q, plant.qd, plant.muscle_states)
+        drive.set_state(plant.q, plant.qd, plant.muscle_states)
         low, high = drive.reach(h)
         assert (low <= high).all()
         wanted = low + rng.uniform(0.2, 0.8, 4) * (high - low)
@@ -278,6 +278,6 @@ def test_the_commands_of_a_drive_bring_the_plant_to_the_tensions_in_reach(name: 
 def test_a_drive_refuses_states_that_do_not_fit() -> None:
     drive = MuscleDrive(ROBOTS["mckibben"]())
     with pytest.raises(InputError, match="states must have shape"):
-        drive.see(np.zeros(2), np.zeros(2), np.zeros(3))
+        drive.set_state(np.zeros(2), np.zeros(2), np.zeros(3))
     with pytest.raises(InputError, match=r"pressure.cable_2.*not finite"):
-        drive.see(np.zeros(2), np.zeros(2), [0.0, np.nan, 0.0, 0.0])
+        drive.set_state(np.zeros(2), np.zeros(2), [0.0, np.nan, 0.0, 0.0])
