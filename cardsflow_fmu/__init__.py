@@ -12,16 +12,16 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .experiment.experiment import Experiment as Experiment
+    from .simulation.build import build as build
     from .simulation.result import Result as Result
-    from .simulation.run import build as build
     from .simulation.run import run as run
-    from .ssp.run import run_system as run_system
+    from .simulation.run import run_system as run_system
 
 _HOMES = {
     "Experiment": "experiment.experiment",
-    "build": "simulation.run",
+    "build": "simulation.build",
     "run": "simulation.run",
-    "run_system": "ssp.run",
+    "run_system": "simulation.run",
     "Result": "simulation.result",
 }
 

@@ -44,7 +44,7 @@ def add_build(commands: Commands) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.simulation.run import SYSTEM_FILE, build
+    from cardsflow_fmu.simulation.build import SYSTEM_FILE, build
 
     files = build(
         experiment_of(options),

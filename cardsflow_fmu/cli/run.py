@@ -23,7 +23,7 @@ from .view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.simulation.participants import Through
+    from cardsflow_fmu.simulation.from_experiment import Through
     from cardsflow_fmu.simulation.result import SystemResult
 
 
@@ -110,7 +110,7 @@ def _require_hardware(experiment: Experiment) -> None:
 
 def _run_system(options: argparse.Namespace) -> int:
     from cardsflow_fmu.hardware.session.open_link import open_link
-    from cardsflow_fmu.ssp.run import SystemRunError, run_system
+    from cardsflow_fmu.simulation.run import RunError, run_system
 
     refuse_view(options, "draws experiments; run the .ssp, and then view its results")
     if options.direct or options.native:
@@ -139,7 +139,7 @@ def _run_system(options: argparse.Namespace) -> int:
                 progress=progress,
                 started=options.started,
             )
-    except SystemRunError as error:
+    except RunError as error:
         _print_result(error.result, options.json)
         raise
     _print_result(result, options.json)

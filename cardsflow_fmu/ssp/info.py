@@ -6,10 +6,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.text_table import table
 
-from .reader import read_system, unpack_ssp
+from .reader import archive_named, read_system, unpack_ssp
 from .system import Component
 
 
@@ -23,15 +22,9 @@ def system_info(path: str | Path) -> dict[str, Any]:
         InputError: It cannot be read, or asks for something that is not supported.
     """
     path = Path(path)
-    with tempfile.TemporaryDirectory() as aside:
-        folder = Path(aside)
-        try:
-            unpack_ssp(path, folder)
-            system = read_system(folder)
-        except InputError as error:
-            if error.file is not None and error.file.is_relative_to(folder):
-                error.file = path / error.file.relative_to(folder)
-            raise
+    with tempfile.TemporaryDirectory() as aside, archive_named(path, Path(aside)) as folder:
+        unpack_ssp(path, folder)
+        system = read_system(folder)
         variants = sorted(file.stem for file in folder.glob("*.ssd"))
     return {
         "name": system.name,

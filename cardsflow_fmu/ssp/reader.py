@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -33,6 +34,22 @@ def unpack_ssp(path: Path, folder: Path) -> Path:
         InputError: It is no zip archive, or holds what no .ssp should.
     """
     return unpack_archive(path, folder, ".ssp", "a system of FMUs")
+
+
+@contextmanager
+def archive_named(path: Path, folder: Path) -> Iterator[Path]:
+    """Errors about unpacked files name the archive that they are of.
+
+    Args:
+        path: The .ssp.
+        folder: Where it is unpacked; this is what the context gives.
+    """
+    try:
+        yield folder
+    except InputError as error:
+        if error.file is not None and error.file.is_relative_to(folder):
+            error.file = path / error.file.relative_to(folder)
+        raise
 
 
 def read_system(folder: Path, variant: str | None = None) -> System:

@@ -19,7 +19,7 @@ from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.results.summary import versions
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.utils.interrupts import INTERRUPTED
 
 from .analysis.best_robot import write_best

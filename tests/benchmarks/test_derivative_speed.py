@@ -18,7 +18,7 @@ from interleaved import interleaved, record
 from robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 LIMITS = [(1, 7.0), (20, 4.0)]
 """How many times a step a derivative may cost, for that many substeps."""

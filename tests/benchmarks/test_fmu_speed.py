@@ -22,7 +22,7 @@ from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.direct_participant import DirectParticipant
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 IN_PROCESS_LIMIT, WORKER_LIMIT, ARRAY_LIMIT = 1.5, 3.0, 2.0
 STEP = 1e-3

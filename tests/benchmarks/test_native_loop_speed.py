@@ -22,7 +22,7 @@ from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.native.loop import NativeLoop
 from cardsflow_fmu.signals.ports import load_signals
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 from sim_dart import Plant
 
 MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 60.0, 90.0, 1.8  # times real time; times one thread

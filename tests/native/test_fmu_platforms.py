@@ -19,7 +19,7 @@ from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 STEPS = 200
 EMULATED = {

@@ -22,7 +22,7 @@ from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.runtime.sources import NATIVE
 from cardsflow_fmu.runtime.sources import RUNTIME as RUNTIME_FOLDER
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 from sim_dart import compile_blob
 
 STRICT = ("-fno-sanitize-recover=all",)

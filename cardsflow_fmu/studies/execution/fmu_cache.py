@@ -12,8 +12,9 @@ from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.roles import ROLES
-from cardsflow_fmu.simulation.participants import MODELS, PreparedFmu, performer
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.from_experiment import PreparedFmu
+from cardsflow_fmu.simulation.models import MODELS, model_name
 
 UNPACKED = "unpacked_"
 """What the folders begin with that FMUs are unpacked into."""
@@ -53,7 +54,7 @@ def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dic
 
 def _names(experiment: Experiment) -> list[str]:
     """Of the FMUs that a run is made of, without external ones."""
-    names = (performer(role, experiment) for role in ROLES)
+    names = (model_name(role, experiment) for role in ROLES)
     return [name for name in names if name not in experiment.fmus]
 
 

@@ -24,7 +24,7 @@ from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.session.session import RUNNING, STOPPED
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 FMI = ("2.0", "3.0")
 H = 1e-3

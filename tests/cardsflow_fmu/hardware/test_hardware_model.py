@@ -36,7 +36,8 @@ from cardsflow_fmu.hardware.session.session import (
 )
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation.run import build, simulate
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import simulate
 
 FMI = ("2.0", "3.0")
 ARM = EXAMPLES / "roboy_left_arm"

@@ -32,8 +32,8 @@ from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, Co
 from cardsflow_fmu.hardware.session.paced_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.report.summary_html import summary_tables
-from cardsflow_fmu.simulation.run import build, run, simulate
-from cardsflow_fmu.ssp.run import simulate_system
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import run, simulate, simulate_system
 from cardsflow_fmu.utils.key_file import key_warning, read_key
 
 SHORT = {"run.duration": 0.05}

@@ -19,8 +19,8 @@ from robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.simulation.run import simulate_system
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
-from cardsflow_fmu.ssp.run import simulate_system
 
 pytestmark = pytest.mark.interop
 

@@ -20,7 +20,8 @@ from robots import EXAMPLES
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.native.model_file import NATIVE_FILE, NATIVE_MODELS
-from cardsflow_fmu.simulation.run import build, simulate
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import simulate
 
 SETTINGS: dict[str, dict[str, object]] = {
     "planar_2r": {"run.duration": 0.6},

@@ -34,7 +34,7 @@ from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.model_file import NativeModel, _encode, _plant_settings, _robot_settings
 from cardsflow_fmu.signals.ports import Port, plant_ports
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics, compile_blob
 
 

@@ -28,7 +28,7 @@ from addin_sdfusion.robot import (
     WrapSurface,
 )
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics
 
 PULL = 5e3

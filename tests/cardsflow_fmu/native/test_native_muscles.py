@@ -16,7 +16,7 @@ from robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 HILL = {"max_isometric_force": 300.0, "optimal_fibre_length": 0.45, "tendon_slack_length": 0.45}

@@ -22,7 +22,8 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.model import FloatArray
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.loop import NativeLoop, run_batch
-from cardsflow_fmu.simulation.run import build, simulate
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import simulate
 
 PUSH = {
     "plant.wrenches": ["link_1", "link_2"],

@@ -96,7 +96,7 @@ def test_old_results_stay_until_a_run_begins(
     def broken(self: Any, *_: Any) -> None:
         raise InputError("does not start")
 
-    monkeypatch.setattr("cardsflow_fmu.simulation.participants.PlantModel.__init__", broken)
+    monkeypatch.setattr("cardsflow_fmu.models.plant.PlantModel.__init__", broken)
     with pytest.raises(InputError, match="does not start"):
         run(experiment, tmp_path, through="direct")
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before

@@ -14,7 +14,7 @@ from toy_model import REFERENCES, ToyModel
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 STEPS = 1000
 KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # what sanitized builds need

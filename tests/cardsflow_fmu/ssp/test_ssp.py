@@ -20,9 +20,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.signals.units import KNOWN_UNITS, conversion
-from cardsflow_fmu.simulation.run import simulate
+from cardsflow_fmu.simulation.run import simulate, simulate_system
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
-from cardsflow_fmu.ssp.run import simulate_system
 
 EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"
 SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"

@@ -14,8 +14,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.engines import system_engines
+from cardsflow_fmu.simulation.run import simulate_system
 from cardsflow_fmu.ssp.info import describe_system, system_info
-from cardsflow_fmu.ssp.run import simulate_system
 
 SHORT = {"run.duration": 0.01}
 

@@ -129,9 +129,7 @@ def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
         seen.append(len(rows))
         follow(names, rows)
 
-    from cardsflow_fmu.simulation.run import _simulate
-
-    result, _ = _simulate(experiment, {}, None, time.perf_counter(), watch=watch)
+    result = simulate(experiment, through="direct", watch=watch)
     assert seen == [128, 256, 384, 512, 640, 768, 896]
     np.testing.assert_array_equal(result.rows, simulate(experiment, through="direct").rows)
     assert opened.scene.get_handle_by_name("/0/links/rod_100") is not None

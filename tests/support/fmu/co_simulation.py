@@ -10,7 +10,7 @@ from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.signals.ports import load_signals
-from cardsflow_fmu.simulation.run import build
+from cardsflow_fmu.simulation.build import build
 
 
 def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Recording:

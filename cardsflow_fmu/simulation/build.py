@@ -1,0 +1,143 @@
+"""FMUs and systems of FMUs, built from an experiment."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from addin_sdfusion.robot.files import write_files
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.fmu.platforms import libraries_for
+from cardsflow_fmu.fmu.writer import write_fmu
+from cardsflow_fmu.native.model_file import NATIVE_MODELS, native_model
+from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
+from cardsflow_fmu.signals.muscles import modelled_muscles
+from cardsflow_fmu.signals.roles import HARDWARE
+from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
+from cardsflow_fmu.ssp.writer import write_ssp
+
+from .models import MODELS
+
+SYSTEM_FILE = "system.ssp"
+
+
+def build(
+    experiment: Experiment,
+    folder: str | Path,
+    *,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    platforms: Sequence[str] | None = None,
+    native: bool = False,
+) -> dict[str, Path]:
+    """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
+
+    Muscles with laws of their own have no hardware.fmu: hardware takes forces.
+
+    Args:
+        experiment: What to simulate.
+        folder: Where to.
+        fmi: Version of FMI of the four; the .ssp holds FMUs of FMI 2.0.
+        arrays: Whether FMUs of FMI 3.0 have arrays.
+        platforms: What the FMUs run on, such as `linux64`. When None, on this platform; native
+            ones on all whose library came with the package. Others need the extra `cross`.
+        native: Whether plant, controller and reference compute in C alone and need no Python where
+            they run; hardware.fmu, which has its model in Python, is left out.
+
+    Returns:
+        The FMUs, by the name of the model; the .ssp stands beside them.
+
+    Raises:
+        InputError: The folder cannot be written, or the external FMUs do not fit.
+    """
+    with tempfile.TemporaryDirectory() as aside:
+        libraries = _libraries(platforms, Path(aside), native)
+        if fmi == "2.0" and platforms is None:
+            libraries = _of_fmi_2(libraries)
+        names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
+        files = build_fmus(experiment, Path(aside), names, fmi, arrays, libraries, native)
+        inner = files
+        if fmi != "2.0":
+            folder_2 = Path(aside) / "inner"
+            folder_2.mkdir()
+            libraries = _of_fmi_2(libraries)
+            inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
+        system = _build_system(experiment, inner, Path(aside))
+        contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
+    written = write_files(folder, contents)
+    return dict(zip(files, written[: len(files)], strict=True))
+
+
+def _buildable(experiment: Experiment) -> list[str]:
+    """All models, but that of the hardware where muscles are not commanded by their forces."""
+    has_hardware = not modelled_muscles(experiment.robot)
+    return [name for name in MODELS if name != HARDWARE or has_hardware]
+
+
+def _libraries(
+    platforms: Sequence[str] | None, folder: Path, native: bool
+) -> dict[str, Path] | None:
+    """The libraries that are asked for; all that there are when nobody asks."""
+    if platforms is not None:
+        return libraries_for(platforms, folder, native=native)
+    if not native:
+        return None
+    return libraries_for([this_platform().tuple, *prebuilt_libraries()], folder, native=True)
+
+
+def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
+    """The libraries for platforms that FMI 2.0 has a name for."""
+    if libraries is None:
+        return None
+    return {name: file for name, file in libraries.items() if find_platform(name).fmi2}
+
+
+def build_fmus(
+    experiment: Experiment,
+    folder: Path,
+    names: Sequence[str],
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    libraries: Mapping[str, Path] | None = None,
+    native: bool = False,
+) -> dict[str, Path]:
+    """All FMUs but external ones, by the name of the model, in a folder that exists."""
+    period = experiment.controller.period
+    steps = {"controller": period}
+    internal = {
+        "controller": period,
+        "plant": experiment.plant.step,
+        HARDWARE: experiment.run.step,
+    }
+    return {
+        name: write_fmu(
+            folder / f"{name}.fmu",
+            model_class=MODELS[name],
+            model_name=name,
+            ports=MODELS[name].table(experiment),
+            resources=experiment.resources(with_hardware=name == HARDWARE),
+            step=steps.get(name, experiment.run.step),
+            stop_time=experiment.run.duration,
+            internal_step=internal.get(name),
+            fmi=fmi,
+            arrays=arrays,
+            libraries=libraries,
+            native=native_model(experiment, name) if native and name in NATIVE_MODELS else None,
+        )
+        for name in names
+        if name not in experiment.fmus
+    }
+
+
+def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
+    """The .ssp of FMI 2 FMUs with scalars, and of the external FMUs that take their place."""
+    tables = {name: MODELS[name].table(experiment) for name in _buildable(experiment)}
+    files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
+    system = experiment_system(experiment, files, tables)
+    sources = {f"resources/{name}.fmu": file for name, file in files.items()}
+    variants = {}
+    if HARDWARE in files:
+        variants[HARDWARE] = with_plant(system, f"resources/{HARDWARE}.fmu")
+    return write_ssp(folder / SYSTEM_FILE, system, sources, variants)

@@ -1,0 +1,176 @@
+"""Experiments as systems of participants: FMUs, plain objects, or a loop in C."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.participant import Participant
+from cardsflow_fmu.cosim.step_loop import StepLoop
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
+from cardsflow_fmu.hardware.session.connect import Connection
+from cardsflow_fmu.hardware.session.paced_run import with_approach
+from cardsflow_fmu.models.direct_participant import DirectParticipant
+from cardsflow_fmu.models.hardware import HardwareModel
+from cardsflow_fmu.native.loop import NativeLoop
+from cardsflow_fmu.results.file_names import EXPERIMENT
+from cardsflow_fmu.results.files import Contents
+from cardsflow_fmu.results.saved_run import experiment_archive
+from cardsflow_fmu.results.summary import summarize
+from cardsflow_fmu.signals.ports import outer_signals
+from cardsflow_fmu.signals.roles import HARDWARE, ROLES
+
+from .build import build_fmus
+from .models import MODELS, model_name
+from .open_system import OpenSystem
+from .result import Result
+
+Through = Literal["fmu", "direct", "native"]
+
+
+class PreparedFmu(NamedTuple):
+    """An FMU that is built, and perhaps unpacked, for several runs.
+
+    Attributes:
+        file: The .fmu.
+        folder: Where it is unpacked, or empty.
+        start_values: Values of its parameters, by name; its own where left out.
+    """
+
+    file: Path
+    folder: Path
+    start_values: Mapping[str, float] = {}
+
+
+@contextlib.contextmanager
+def open_experiment(
+    experiment: Experiment,
+    through: Through,
+    aside: Path,
+    folder: Path | None,
+    *,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    prepared: Mapping[str, PreparedFmu] | None = None,
+) -> Iterator[OpenSystem[Result]]:
+    """The participants of an experiment, with their wiring, ready to run.
+
+    Args:
+        experiment: What to run.
+        through: What is stepped.
+        aside: Empty folder for temporary files.
+        folder: Folder of the results; None where nothing is written.
+        fmi: Version of FMI of the FMUs that are built.
+        arrays: Whether FMUs of FMI 3.0 have arrays.
+        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+
+    Raises:
+        InputError: An FMU cannot be used, or something is not in C where all is to be.
+        SimulationError: A participant does not start.
+    """
+    driven, fmus = experiment, prepared
+    if fmus is None:
+        driven = with_approach(experiment)
+        fmus = _built(experiment, driven, aside, fmi, arrays) if through == "fmu" else {}
+    contents: Contents = {}
+    if folder is not None:
+        contents |= {fmu.file.name: fmu.file.read_bytes() for fmu in fmus.values()}
+        contents[EXPERIMENT] = experiment_archive(experiment)
+    hardware = driven.hardware if driven.hardware.use else None
+    streamed = [RECORDING_FILE] if folder is not None and hardware is not None else []
+    recording = folder / RECORDING_FILE if folder is not None and streamed else None
+    with _loop(driven, through, fmus, aside, recording) as loop:
+        yield OpenSystem(
+            loop,
+            driven.run.step,
+            hardware,
+            partial(summarize, driven, through=through),
+            partial(Result, experiment=driven),
+            contents,
+            streamed,
+        )
+
+
+def _built(
+    experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
+) -> dict[str, PreparedFmu]:
+    """The FMUs of an experiment that may have been made to begin elsewhere."""
+    names = [model_name(role, experiment) for role in ROLES]
+    if driven is not experiment:  # the controller is the same wherever the robot begins
+        files = build_fmus(experiment, folder, ["controller"], fmi, arrays)
+        names.remove("controller")
+        files = build_fmus(driven, folder, names, fmi, arrays) | files
+    else:
+        files = build_fmus(experiment, folder, names, fmi, arrays)
+    return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
+
+
+@contextlib.contextmanager
+def _loop(
+    experiment: Experiment,
+    through: Through,
+    fmus: Mapping[str, PreparedFmu],
+    aside: Path,
+    recording: Path | None,
+) -> Iterator[StepLoop]:
+    if through == "native":
+        with NativeLoop(experiment) as loop:
+            yield loop
+        return
+    settings = experiment.run
+    with _participants(experiment, fmus, aside, recording) as participants:
+        yield Master(
+            [participants[name] for name in ("plant", "reference", "controller")],
+            fitting_wiring(
+                experiment.wiring,
+                experiment.fmus,
+                participants.values(),
+                outer_signals(experiment.robot, experiment.plant.wrenches),
+            ),
+            step=settings.step,
+            steps=settings.steps,
+            coupling=settings.coupling,
+            every={"controller": round(experiment.controller.period / settings.step)},
+        )
+
+
+@contextlib.contextmanager
+def _participants(
+    experiment: Experiment, fmus: Mapping[str, PreparedFmu], aside: Path, recording: Path | None
+) -> Iterator[dict[str, Participant]]:
+    """The participants by role: an FMU where there is one, else the model itself.
+
+    The plant comes last: hardware does not wait for long.
+    """
+    hardware = experiment.hardware
+    connection = Connection(hardware.link, hardware.key_file, recording)
+    with contextlib.ExitStack() as stack:
+        participants: dict[str, Participant] = {}
+        for role in reversed(ROLES):
+            name = model_name(role, experiment)
+            model, external = MODELS[name], experiment.fmus.get(name)
+            participant: Participant
+            with connection.exported():
+                if external is not None:
+                    unpacked = aside / f"external_{name}"
+                    participant = FmuInstance(role, external.file, unpacked, external.parameters)
+                elif name in fmus:
+                    participant = FmuInstance(role, *fmus[name])
+                elif name == HARDWARE:
+                    made = HardwareModel(experiment, connection=connection)
+                    participant = DirectParticipant(role, made)
+                else:
+                    participant = DirectParticipant(role, model(experiment))
+            stack.callback(participant.close)
+            if external is not None:
+                participant = AdaptedFmu(participant, external, model.table(experiment))
+            participants[role] = participant
+        yield participants

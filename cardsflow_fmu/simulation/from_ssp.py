@@ -1,0 +1,174 @@
+"""The system of FMUs in an .ssp file as a system of participants."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.config.table import Table
+from cardsflow_fmu.cosim.coupling import SCHEMES, Coupling, Scheme
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.participant import Participant
+from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
+from cardsflow_fmu.hardware.session.connect import Connection, with_link
+from cardsflow_fmu.results.engines import system_engines
+from cardsflow_fmu.results.file_names import EXPERIMENT
+from cardsflow_fmu.results.summary import summarize_system
+from cardsflow_fmu.signals.roles import HARDWARE
+from cardsflow_fmu.signals.units import conversion, variable_units
+from cardsflow_fmu.ssp.carried_experiment import system_experiment, system_hardware
+from cardsflow_fmu.ssp.reader import archive_named, read_system, unpack_ssp
+from cardsflow_fmu.ssp.system import Component, System
+
+from .open_system import OpenSystem
+from .result import SystemResult
+
+
+@contextlib.contextmanager
+def open_ssp(
+    path: Path, settings: Mapping[str, Any], hardware: str, aside: Path, folder: Path | None
+) -> Iterator[OpenSystem[SystemResult]]:
+    """The FMUs of an .ssp file, with their connections, ready to run.
+
+    Args:
+        path: The .ssp.
+        settings: Settings of the run, see `run_system`.
+        hardware: Address of the hardware; that of the environment or the .ssp when empty.
+        aside: Empty folder for temporary files.
+        folder: Folder of the results; None where nothing is written.
+
+    Raises:
+        InputError: The file cannot be run.
+        SimulationError: An FMU does not start.
+    """
+    runs = {k.removeprefix("run."): v for k, v in settings.items() if k.startswith("run.")}
+    values = {k: v for k, v in settings.items() if not k.startswith("run.") and k != "variant"}
+    variant = settings.get("variant")
+    carried = None if folder is None else system_experiment(path)
+    streamed = [RECORDING_FILE] if folder is not None and variant == HARDWARE else []
+    recording = folder / RECORDING_FILE if folder is not None and streamed else None
+    with (
+        Connection(hardware, recording=recording).exported(),
+        archive_named(path, aside / "system") as unpacked,
+    ):
+        unpack_ssp(path, unpacked)
+        system = read_system(unpacked, variant)
+        driven = _hardware(path) if variant == HARDWARE else None
+        step, steps, coupling = _run_settings(Table(runs, path, "run"), system)
+        parameters = _given(values, system, path)
+        files = {c.name: unpacked / c.source for c in system.components}
+        with _participants(system, files, aside, parameters) as participants:
+            loop = Master(
+                participants,
+                {".".join(c.target): ".".join(c.source) for c in system.connections},
+                step=step,
+                steps=steps,
+                coupling=coupling,
+                by_name=False,
+                changes={".".join(c.target): c.change for c in system.connections},
+            )
+            yield OpenSystem(
+                loop,
+                step,
+                driven,
+                partial(
+                    summarize_system,
+                    system.name,
+                    coupling=coupling.scheme,
+                    step=step,
+                    engine=system_engines(files),
+                ),
+                SystemResult,
+                {} if carried is None else {EXPERIMENT: carried},
+                streamed,
+            )
+
+
+def _hardware(path: Path) -> HardwareSettings | None:
+    """The hardware of the variant of that name; None where it is not known."""
+    known = system_hardware(path)
+    return None if known is None else with_link(known, path, Connection.from_environment().link)
+
+
+def _run_settings(table: Table, system: System) -> tuple[float, int, Coupling]:
+    """Step, number of steps and coupling."""
+    for key, known in (("step", system.step), ("duration", system.stop_time)):
+        if key not in table and known is None:
+            raise InputError(f"does not say its {key}: give run.{key}", file=table.file)
+    step = table.positive("step", system.step)
+    duration = table.positive("duration", system.stop_time)
+    names = [component.name for component in system.components]
+    default = "sampled" if "controller" in names else "jacobi"
+    scheme = cast(Scheme, table.choice("coupling", "coupling", SCHEMES, default))
+    order = table.value("order", ["controller"] if scheme == "sampled" else names)
+    if not isinstance(order, list) or not all(isinstance(name, str) for name in order):
+        raise table.error("order", f"must be a list of names, not {json.dumps(order)}")
+    table.close()
+    table.multiple("duration", duration, step, "run.step")
+    return step, round(duration / step), Coupling(scheme, tuple(order))
+
+
+def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, dict[str, float]]:
+    """Start values from the settings by component."""
+    given: dict[str, dict[str, float]] = {}
+    table = Table(values, path)
+    known = [component.name for component in system.components]
+    for key in values:
+        component, _, variable = key.partition(".")
+        if component not in known or not variable:
+            raise table.unknown(key, "component", component, known)
+        given.setdefault(component, {})[variable] = table.number(key)
+    return given
+
+
+@contextlib.contextmanager
+def _participants(
+    system: System,
+    files: Mapping[str, Path],
+    aside: Path,
+    given: Mapping[str, Mapping[str, float]],
+) -> Iterator[list[Participant]]:
+    with contextlib.ExitStack() as stack:
+        participants: list[Participant] = []
+        for number, component in enumerate(system.components):
+            file = files[component.name]
+            values = _start_values(component, file) | dict(given.get(component.name, {}))
+            participant = FmuInstance(component.name, file, aside / f"fmu_{number}", values)
+            stack.callback(participant.close)
+            _require_connectors(component, participant, file)
+            participants.append(participant)
+        yield participants
+
+
+def _start_values(component: Component, file: Path) -> dict[str, float]:
+    """The component's parameters in the units of the FMU's variables."""
+    import fmpy
+
+    units = {}
+    if any(parameter.unit for parameter in component.parameters):
+        try:
+            units = variable_units(fmpy.read_model_description(str(file), validate=False))
+        except Exception as error:
+            raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
+    values = {}
+    for p in component.parameters:
+        values[p.name] = p.value
+        if p.unit is not None and p.name in units:
+            change = conversion(p.unit, units[p.name])
+            values[p.name] = change.factor * p.value + change.offset
+    return values
+
+
+def _require_connectors(component: Component, fmu: Participant, file: Path) -> None:
+    for connector in component.connectors:
+        names = fmu.input_names if connector.kind == "input" else fmu.output_names
+        if connector.name not in names:
+            what = f"component {component.name}: the FMU has no {connector.kind}"
+            raise InputError(f"{what} {connector.name!r} that is a number", file=file)
