@@ -59,9 +59,9 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 def system_compiler() -> list[str] | None:
     """The command of the system's C compiler, or None."""
-    wanted = os.environ.get("CC")
-    if wanted:
-        return None if wanted == "ziglang" else shlex.split(wanted)
+    chosen = os.environ.get("CC")
+    if chosen:
+        return None if chosen == "ziglang" else shlex.split(chosen)
     for name in ("cc", "gcc", "clang"):
         if shutil.which(name):
             return [name]
@@ -134,14 +134,14 @@ def compile_all_prebuilt(platforms: list[str], output: Path) -> list[Path]:
         return [file for files in made for file in files]
 
 
-def wanted_platforms(names: str) -> list[str]:
+def parse_platforms(names: str) -> list[str]:
     """Platforms by their names: `all`, or some with commas between them; none in nothing."""
     known = _SOURCES.PREBUILT_PLATFORMS
-    wanted = list(known) if names == "all" else [name for name in names.split(",") if name]
-    unknown = sorted(set(wanted) - set(known))
+    platforms = list(known) if names == "all" else [name for name in names.split(",") if name]
+    unknown = sorted(set(platforms) - set(known))
     if unknown:
         sys.exit(f"no platform {', '.join(unknown)}; platforms: {', '.join(known)}, or all")
-    return wanted
+    return platforms
 
 
 def _make(target: Path, command_for: Callable[[Path], list[str]]) -> Path:
@@ -176,7 +176,7 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
             return
         self._aside = None if version == "editable" else tempfile.mkdtemp()
         output = Path(self._aside or ROOT)
-        platforms = wanted_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
+        platforms = parse_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
         compiled = compile_libraries(output, [])
         compiled += compile_all_prebuilt(platforms, output)
         for built in compiled:
@@ -201,7 +201,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     made = compile_libraries(arguments.output, SANITIZE if arguments.sanitize else [])
-    made += compile_all_prebuilt(wanted_platforms(arguments.platforms), arguments.output)
+    made += compile_all_prebuilt(parse_platforms(arguments.platforms), arguments.output)
     print(*made, sep="\n")
 
 

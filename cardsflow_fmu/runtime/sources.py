@@ -20,47 +20,42 @@ FLAGS = ("-std=c99", "-O3", *_NUMBERS, "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra")
 
 RUNTIME = "cardsflow_fmu/runtime/csrc"
-CORE = ("sim_dart/csrc", "sim_dart/csrc/along", "controllers/csrc")
+CORE, CONTROL = "sim_dart/csrc", "controllers/csrc"
+FREESTANDING = f"{CORE}/freestanding"
+"""In the place of a C library, on machines without one."""
+TANGENT = f"{CORE}/tangent"
+"""Derivatives, which only FMUs need."""
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
-
-_PYTHON: tuple[str, ...] = ("bell_", "channel", "environment", "interpreters", "process_")
-_PYTHON += ("python_", "shared_memory_", "waiting", "worker", "backend.c")
-_NATIVE = ("backend_native.",)
-_LOOP = ("native_loop.",)
 
 
 class Library(NamedTuple):
     """A shared library: the C files in folders make `target`, without a suffix.
 
     Attributes:
-        folders: Where its files are.
+        folders: Where its files are, at any depth.
         target: What they make.
+        without: Folders and files below these that are not for it.
         flags: Further flags.
-        without: How the names of files begin that are not for it.
     """
 
     folders: tuple[str, ...]
     target: str
+    without: tuple[str, ...]
     flags: tuple[str, ...] = ()
-    without: tuple[str, ...] = ()
 
     def sources(self, root: Path = ROOT) -> list[str]:
         """Its C files, relative to the root, in order."""
-        return sorted(
-            path.relative_to(root).as_posix()
-            for folder in self.folders
-            for path in (root / folder).glob("*.c")
-            if not (folder == RUNTIME and path.name.startswith(self.without or "?"))
-        )
+        return self._files(root, "*.c")
 
     def headers(self, root: Path = ROOT) -> list[str]:
         """The headers beside them."""
-        return sorted(
-            path.relative_to(root).as_posix()
-            for folder in self.folders
-            for path in (root / folder).glob("*.h")
-            if not (folder == RUNTIME and path.name.startswith(self.without or "?"))
-        )
+        return self._files(root, "*.h")
+
+    def _files(self, root: Path, pattern: str) -> list[str]:
+        paths = [path for folder in self.folders for path in (root / folder).rglob(pattern)]
+        without = [root / name for name in self.without]
+        mine = (path for path in paths if not any(map(path.is_relative_to, without)))
+        return sorted(path.relative_to(root).as_posix() for path in mine)
 
     def fingerprint(self, root: Path = ROOT) -> str:
         """Of all that it is made of: a compiled library beside other sources is not theirs."""
@@ -72,15 +67,17 @@ class Library(NamedTuple):
 
 
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
-FMI = Library((RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_fmi", _INSIDE, _NATIVE)
+_NATIVE = f"{RUNTIME}/native/backend_native.c"
+_PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
+_LIB = "cardsflow_fmu/runtime/lib"
+_ALL = (RUNTIME, CORE, CONTROL)
+FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE), _INSIDE)
 """That of FMUs whose model may be one in Python."""
-NATIVE = Library(
-    (RUNTIME, *CORE), "cardsflow_fmu/runtime/lib/cardsflow_native", _INSIDE, _PYTHON + _LOOP
-)
+NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _PYTHON, _LOOP), _INSIDE)
 """That of native FMUs: without what starts a Python."""
 LIBRARIES = (
-    Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core"),
-    Library(("controllers/csrc",), "controllers/lib/cardsflow_control"),
+    Library((CORE,), "sim_dart/lib/cardsflow_core", (FREESTANDING, TANGENT)),
+    Library((CONTROL,), "controllers/lib/cardsflow_control", ()),
     FMI,
     NATIVE,
 )

@@ -56,7 +56,7 @@ def library() -> ctypes.PyDLL:
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
     for name in ("step", "runge_kutta"):
         getattr(core, f"core_{name}").argtypes = [pointer, text, text, double, count]
-    core.core_push.argtypes = [pointer, count, pointer, pointer, pointer]
+    core.core_external_wrenches.argtypes = [pointer, count, pointer, pointer, pointer]
     core.core_trace.argtypes = [pointer]
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]
@@ -190,7 +190,7 @@ class Core:
         wrenches = np.zeros((len(frames), 6))
         self._wrenched = frames.astype(np.int32), np.array(points, dtype=np.float64), wrenches
         addresses = (array.ctypes.data for array in self._wrenched)
-        bad = library().core_push(self.handle, len(frames), *addresses)
+        bad = library().core_external_wrenches(self.handle, len(frames), *addresses)
         assert not bad, frames
         return wrenches
 

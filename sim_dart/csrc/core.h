@@ -5,12 +5,14 @@
 #ifndef CARDSFLOW_CORE_H
 #define CARDSFLOW_CORE_H
 
-#include "real.h"
+#include "numbers/real.h"
 
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(CARDSFLOW_INSIDE) /* another library */
+#if defined(CARDSFLOW_TANGENT)
+#define CORE_API CORE_INSIDE
+#elif defined(CARDSFLOW_INSIDE) /* another library */
 #define CORE_API
 #elif defined(_WIN32)
 #define CORE_API __declspec(dllexport)
@@ -137,7 +139,7 @@ CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h,
 /* Wrenches that act from now on in every step: on the point `point` (3) of frame `frame`, -1 for the world,
    a force and a moment (6), in world axes. The arrays are the caller's, who may write the wrenches between
    steps. 0; or 1 + the index of the first frame that there is not, and nothing changes.                */
-CORE_API int core_push(core *c, int32_t count, const int32_t *frame, const real *point,
+CORE_API int core_external_wrenches(core *c, int32_t count, const int32_t *frame, const real *point,
                        const real *wrench);
 
 /* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond

@@ -2,7 +2,7 @@
 
    Weak, so that those of a toolchain, which are faster, come first. Compile with -fno-builtin: a compiler
    may take the loops for what they are and call the function that it is in.                            */
-#include "../real_functions.h"
+#include "../numbers/real_functions.h"
 #include "string.h"
 
 #define WEAK __attribute__((weak))

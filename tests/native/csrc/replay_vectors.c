@@ -7,7 +7,7 @@
 
 #include "control_loop.h"
 #include "core.h"
-#include "real_functions.h"
+#include "../../sim_dart/csrc/numbers/real_functions.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,0 +1,384 @@
+/* FMI 2.0 for co-simulation: the functions of the standard, in its order. */
+#include "fmi2_types.h"
+
+#include "../instance/derivative.h"
+#include "../platform/file_uri.h"
+#include "fmi2_log.h"
+#include "../instance/instance.h"
+#include "../instance/state_calls.h"
+#include "../platform/text.h"
+#include "../instance/variables.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct component {
+    struct fmi2_log log;
+    struct instance *instance;
+};
+
+static struct instance *instance_of(fmi2Component c)
+{
+    return ((struct component *)c)->instance;
+}
+
+/* Answers a call for something that there is not; the instance stays as it is. */
+static fmi2Status refuse(fmi2Component c, enum status status, const char *text)
+{
+    if (c)
+        log_status(&instance_of(c)->log, status, text);
+    return (fmi2Status)status;
+}
+
+static void free_component(struct component *component)
+{
+    free(component->log.instance_name);
+    free(component);
+}
+
+static struct component *new_component(const char *name, const fmi2CallbackFunctions *functions)
+{
+    struct component *component = calloc(1, sizeof *component);
+    if (!component)
+        return NULL;
+    if (functions)
+        component->log.callbacks = *functions;
+    component->log.instance_name = text_copy(name ? name : "");
+    if (component->log.instance_name)
+        return component;
+    free_component(component);
+    return NULL;
+}
+
+static struct instance *open_at(const struct log *log, const char *guid,
+                                const char *resource_location)
+{
+    struct text error = {NULL};
+    struct instance *instance = NULL;
+    char *folder = resource_location ? path_from_file_uri(resource_location) : NULL;
+    if (folder) {
+        instance = instance_open(log, guid, folder);
+    } else {
+        text_set(&error, "the resource location %s is no file URI of this machine",
+                 resource_location ? resource_location : "(none)");
+        log_status(log, STATUS_ERROR, text_get(&error));
+        text_free(&error);
+    }
+    free(folder);
+    return instance;
+}
+
+static struct instance *open_instance(struct component *component, fmi2Type type, const char *guid,
+                                      const char *resource_location, int logging_on)
+{
+    struct log log = {fmi2_log_write, &component->log, logging_on};
+    if (type == fmi2CoSimulation)
+        return open_at(&log, guid, resource_location);
+    log_status(&log, STATUS_ERROR, "this FMU is for co-simulation, not for model exchange");
+    return NULL;
+}
+
+/* Common functions */
+
+FMI2_Export const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+FMI2_Export const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+FMI2_Export fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn,
+                                           size_t nCategories, const fmi2String categories[])
+{
+    if (!c)
+        return fmi2Error;
+    int asked = log_asks_for_events(categories ? nCategories : 0, categories);
+    instance_of(c)->log.events = loggingOn && asked == 1;
+    return asked < 0 ? refuse(c, STATUS_WARNING, "setDebugLogging: unknown category") : fmi2OK;
+}
+
+FMI2_Export fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType,
+                                          fmi2String fmuGUID, fmi2String fmuResourceLocation,
+                                          const fmi2CallbackFunctions *functions,
+                                          fmi2Boolean visible, fmi2Boolean loggingOn)
+{
+    (void)visible;
+    struct component *component = new_component(instanceName, functions);
+    if (!component)
+        return NULL;
+    component->instance = open_instance(component, fmuType, fmuGUID, fmuResourceLocation, loggingOn);
+    if (component->instance)
+        return component;
+    free_component(component);
+    return NULL;
+}
+
+FMI2_Export void fmi2FreeInstance(fmi2Component c)
+{
+    if (!c)
+        return;
+    instance_close(instance_of(c));
+    free_component(c);
+}
+
+FMI2_Export fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined,
+                                           fmi2Real tolerance, fmi2Real startTime,
+                                           fmi2Boolean stopTimeDefined, fmi2Real stopTime)
+{
+    (void)toleranceDefined, (void)tolerance;
+    if (!c)
+        return fmi2Error;
+    double stop = stopTimeDefined ? stopTime : INFINITY;
+    return (fmi2Status)instance_set_up(instance_of(c), "setupExperiment", startTime, stop);
+}
+
+FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    return c ? (fmi2Status)instance_enter_initialization_mode(instance_of(c)) : fmi2Error;
+}
+
+FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    return c ? (fmi2Status)instance_exit_initialization_mode(instance_of(c)) : fmi2Error;
+}
+
+FMI2_Export fmi2Status fmi2Terminate(fmi2Component c)
+{
+    return c ? (fmi2Status)instance_terminate(instance_of(c)) : fmi2Error;
+}
+
+FMI2_Export fmi2Status fmi2Reset(fmi2Component c)
+{
+    return c ? (fmi2Status)instance_reset(instance_of(c)) : fmi2Error;
+}
+
+/* Variables */
+
+/* Whether the arrays can be used; else the instance has failed. */
+static int has_arrays(fmi2Component c, const void *vr, size_t nvr, const void *value)
+{
+    if (!c)
+        return 0;
+    if (nvr == 0 || (vr && value))
+        return 1;
+    instance_fail(instance_of(c), "a variable was got or set with a null pointer");
+    return 0;
+}
+
+static const struct access GET_REAL = {"getReal", PORT_REAL, AS_DOUBLE};
+static const struct access SET_REAL = {"setReal", PORT_REAL, AS_DOUBLE};
+static const struct access GET_BOOLEAN = {"getBoolean", PORT_BOOLEAN, AS_INT};
+static const struct access SET_BOOLEAN = {"setBoolean", PORT_BOOLEAN, AS_INT};
+
+static struct variables scalars(const fmi2ValueReference vr[], size_t nvr)
+{
+    struct variables variables = {vr, nvr, nvr};
+    return variables;
+}
+
+FMI2_Export fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                   fmi2Real value[])
+{
+    if (!has_arrays(c, vr, nvr, value))
+        return fmi2Error;
+    return (fmi2Status)get_variables(instance_of(c), &GET_REAL, scalars(vr, nvr), value);
+}
+
+FMI2_Export fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                      fmi2Boolean value[])
+{
+    if (!has_arrays(c, vr, nvr, value))
+        return fmi2Error;
+    return (fmi2Status)get_variables(instance_of(c), &GET_BOOLEAN, scalars(vr, nvr), value);
+}
+
+FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                   const fmi2Real value[])
+{
+    if (!has_arrays(c, vr, nvr, value))
+        return fmi2Error;
+    return (fmi2Status)set_variables(instance_of(c), &SET_REAL, scalars(vr, nvr), value);
+}
+
+FMI2_Export fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                      const fmi2Boolean value[])
+{
+    if (!has_arrays(c, vr, nvr, value))
+        return fmi2Error;
+    return (fmi2Status)set_variables(instance_of(c), &SET_BOOLEAN, scalars(vr, nvr), value);
+}
+
+/* No variable is an integer or a string. */
+static fmi2Status no_variables_of_type(fmi2Component c, size_t nvr)
+{
+    if (c && nvr == 0)
+        return fmi2OK;
+    if (!c)
+        return fmi2Error;
+    return (fmi2Status)instance_fail(instance_of(c), "this FMU has no integer or string variables");
+}
+
+FMI2_Export fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                      fmi2Integer value[])
+{
+    (void)vr, (void)value;
+    return no_variables_of_type(c, nvr);
+}
+
+FMI2_Export fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                     fmi2String value[])
+{
+    (void)vr, (void)value;
+    return no_variables_of_type(c, nvr);
+}
+
+FMI2_Export fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                      const fmi2Integer value[])
+{
+    (void)vr, (void)value;
+    return no_variables_of_type(c, nvr);
+}
+
+FMI2_Export fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                     const fmi2String value[])
+{
+    (void)vr, (void)value;
+    return no_variables_of_type(c, nvr);
+}
+
+/* States */
+
+static struct instance *instance_or_null(fmi2Component c)
+{
+    return c ? instance_of(c) : NULL;
+}
+
+FMI2_Export fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
+{
+    return (fmi2Status)state_get(instance_or_null(c), FMUstate);
+}
+
+FMI2_Export fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
+{
+    return (fmi2Status)state_set(instance_or_null(c), FMUstate);
+}
+
+FMI2_Export fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
+{
+    (void)c;
+    return (fmi2Status)state_free(FMUstate);
+}
+
+FMI2_Export fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate,
+                                                  size_t *size)
+{
+    return (fmi2Status)state_size(instance_or_null(c), FMUstate, size);
+}
+
+FMI2_Export fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate,
+                                             fmi2Byte serializedState[], size_t size)
+{
+    return (fmi2Status)state_serialize(instance_or_null(c), FMUstate, serializedState, size);
+}
+
+FMI2_Export fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[],
+                                               size_t size, fmi2FMUstate *FMUstate)
+{
+    return (fmi2Status)state_deserialize(instance_or_null(c), serializedState, size, FMUstate);
+}
+
+FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
+                                                    const fmi2ValueReference vUnknown_ref[],
+                                                    size_t nUnknown,
+                                                    const fmi2ValueReference vKnown_ref[],
+                                                    size_t nKnown, const fmi2Real dvKnown[],
+                                                    fmi2Real dvUnknown[])
+{
+    if (!c)
+        return fmi2Error;
+    if ((nUnknown && (!vUnknown_ref || !dvUnknown)) || (nKnown && (!vKnown_ref || !dvKnown)))
+        return refuse(c, STATUS_ERROR, "getDirectionalDerivative: null pointer");
+    struct derivative_call call = {vUnknown_ref, nUnknown, vKnown_ref, nKnown,
+                                   dvKnown,      nKnown,   dvUnknown,  nUnknown};
+    return (fmi2Status)get_directional_derivative(instance_of(c), &call);
+}
+
+/* Co-simulation */
+
+FMI2_Export fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
+                                                   size_t nvr, const fmi2Integer order[],
+                                                   const fmi2Real value[])
+{
+    (void)vr, (void)nvr, (void)order, (void)value;
+    return refuse(c, STATUS_ERROR, "this FMU does not interpolate inputs");
+}
+
+FMI2_Export fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
+                                                    size_t nvr, const fmi2Integer order[],
+                                                    fmi2Real value[])
+{
+    (void)vr, (void)nvr, (void)order, (void)value;
+    return refuse(c, STATUS_ERROR, "this FMU has no output derivatives");
+}
+
+FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
+                                  fmi2Real communicationStepSize,
+                                  fmi2Boolean noSetFMUStatePriorToCurrentPoint)
+{
+    (void)noSetFMUStatePriorToCurrentPoint;
+    if (!c)
+        return fmi2Error;
+    return (fmi2Status)instance_step(instance_of(c), currentCommunicationPoint,
+                                     communicationStepSize);
+}
+
+FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    return refuse(c, STATUS_ERROR, "cancelStep: no step is under way, steps are synchronous");
+}
+
+static fmi2Status no_such_status(fmi2Component c)
+{
+    return c ? refuse(c, STATUS_DISCARD, "this FMU does not have this status") : fmi2Error;
+}
+
+FMI2_Export fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
+{
+    (void)s, (void)value;
+    return no_such_status(c);
+}
+
+FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
+{
+    if (!c || !value || s != fmi2LastSuccessfulTime)
+        return no_such_status(c);
+    *value = instance_of(c)->time;
+    return fmi2OK;
+}
+
+FMI2_Export fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s,
+                                            fmi2Integer *value)
+{
+    (void)s, (void)value;
+    return no_such_status(c);
+}
+
+FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s,
+                                            fmi2Boolean *value)
+{
+    if (!c || !value || s != fmi2Terminated)
+        return no_such_status(c);
+    *value = fmi2False; /* no model ends the simulation by itself */
+    return fmi2OK;
+}
+
+FMI2_Export fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s,
+                                           fmi2String *value)
+{
+    (void)s, (void)value;
+    return no_such_status(c);
+}

@@ -1,0 +1,188 @@
+/* FMI 3.0 for co-simulation: life cycle, states and steps. */
+#include "fmi3_types.h"
+
+#include "../instance/derivative.h"
+#include "fmi3_component.h"
+#include "../instance/instance.h"
+#include "../instance/state_calls.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Common functions */
+
+FMI3_Export const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+FMI3_Export fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn,
+                                           size_t nCategories, const fmi3String categories[])
+{
+    if (!instance)
+        return fmi3Error;
+    int asked = log_asks_for_events(categories ? nCategories : 0, categories);
+    fmi3_instance(instance)->log.events = loggingOn && asked == 1;
+    if (asked < 0)
+        return fmi3_refuse(instance, STATUS_ERROR, "setDebugLogging: unknown category");
+    return fmi3OK;
+}
+
+static struct instance *open_instance(struct fmi3_component *component, const char *token,
+                                      const char *folder, int logging_on)
+{
+    struct log log = {fmi3_log_write, component, logging_on};
+    if (folder)
+        return instance_open(&log, token, folder);
+    log_status(&log, STATUS_ERROR, "this FMU needs the path of its resources");
+    return NULL;
+}
+
+FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
+    fmi3Boolean visible, fmi3Boolean loggingOn, fmi3Boolean eventModeUsed,
+    fmi3Boolean earlyReturnAllowed, const fmi3ValueReference requiredIntermediateVariables[],
+    size_t nRequiredIntermediateVariables, fmi3InstanceEnvironment instanceEnvironment,
+    fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate)
+{
+    (void)instanceName, (void)visible, (void)eventModeUsed, (void)earlyReturnAllowed;
+    (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables;
+    struct fmi3_component *component = calloc(1, sizeof *component);
+    if (!component)
+        return NULL;
+    component->environment = instanceEnvironment;
+    component->log_message = logMessage;
+    component->intermediate_update = intermediateUpdate;
+    component->instance = open_instance(component, instantiationToken, resourcePath, loggingOn);
+    if (!component->instance) {
+        free(component);
+        return NULL;
+    }
+    component->instance->has_time_variable = 1;
+    return component;
+}
+
+FMI3_Export void fmi3FreeInstance(fmi3Instance instance)
+{
+    if (!instance)
+        return;
+    instance_close(fmi3_instance(instance));
+    free(instance);
+}
+
+FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance instance,
+                                                   fmi3Boolean toleranceDefined,
+                                                   fmi3Float64 tolerance, fmi3Float64 startTime,
+                                                   fmi3Boolean stopTimeDefined,
+                                                   fmi3Float64 stopTime)
+{
+    (void)toleranceDefined, (void)tolerance;
+    if (!instance)
+        return fmi3Error;
+    enum status status = instance_set_up(fmi3_instance(instance), "enterInitializationMode",
+                                         startTime, stopTimeDefined ? stopTime : INFINITY);
+    if (status == STATUS_OK)
+        status = instance_enter_initialization_mode(fmi3_instance(instance));
+    return (fmi3Status)status;
+}
+
+FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+{
+    return instance ? (fmi3Status)instance_exit_initialization_mode(fmi3_instance(instance))
+                    : fmi3Error;
+}
+
+FMI3_Export fmi3Status fmi3Terminate(fmi3Instance instance)
+{
+    return instance ? (fmi3Status)instance_terminate(fmi3_instance(instance)) : fmi3Error;
+}
+
+FMI3_Export fmi3Status fmi3Reset(fmi3Instance instance)
+{
+    return instance ? (fmi3Status)instance_reset(fmi3_instance(instance)) : fmi3Error;
+}
+
+/* States */
+
+FMI3_Export fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    return (fmi3Status)state_get(fmi3_instance(instance), FMUState);
+}
+
+FMI3_Export fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
+{
+    return (fmi3Status)state_set(fmi3_instance(instance), FMUState);
+}
+
+FMI3_Export fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    (void)instance;
+    return (fmi3Status)state_free(FMUState);
+}
+
+FMI3_Export fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState,
+                                                  size_t *size)
+{
+    return (fmi3Status)state_size(fmi3_instance(instance), FMUState, size);
+}
+
+FMI3_Export fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState,
+                                             fmi3Byte serializedState[], size_t size)
+{
+    return (fmi3Status)state_serialize(fmi3_instance(instance), FMUState, serializedState, size);
+}
+
+FMI3_Export fmi3Status fmi3DeserializeFMUState(fmi3Instance instance,
+                                               const fmi3Byte serializedState[], size_t size,
+                                               fmi3FMUState *FMUState)
+{
+    return (fmi3Status)state_deserialize(fmi3_instance(instance), serializedState, size, FMUState);
+}
+
+FMI3_Export fmi3Status fmi3GetDirectionalDerivative(
+    fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
+    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
+    fmi3Float64 sensitivity[], size_t nSensitivity)
+{
+    if (!instance)
+        return fmi3Error;
+    if ((nUnknowns && !unknowns) || (nKnowns && !knowns) || (nSeed && !seed) ||
+        (nSensitivity && !sensitivity))
+        return fmi3_refuse(instance, STATUS_ERROR, "getDirectionalDerivative: null pointer");
+    struct derivative_call call = {unknowns, nUnknowns, knowns,      nKnowns,
+                                   seed,     nSeed,     sensitivity, nSensitivity};
+    return (fmi3Status)get_directional_derivative(fmi3_instance(instance), &call);
+}
+
+/* Co-simulation */
+
+/* Tells the importer, who may get variables meanwhile, of a step that is done. */
+static void update(const struct fmi3_component *component)
+{
+    fmi3Boolean early_return_requested = fmi3False;
+    double time = component->instance->time, early_return_time = time;
+    if (component->intermediate_update)
+        component->intermediate_update(component->environment, time, fmi3False, fmi3True, fmi3True,
+                                       fmi3False, &early_return_requested, &early_return_time);
+}
+
+FMI3_Export fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint,
+                                  fmi3Float64 communicationStepSize,
+                                  fmi3Boolean noSetFMUStatePriorToCurrentPoint,
+                                  fmi3Boolean *eventHandlingNeeded,
+                                  fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn,
+                                  fmi3Float64 *lastSuccessfulTime)
+{
+    (void)noSetFMUStatePriorToCurrentPoint;
+    if (!instance)
+        return fmi3Error;
+    if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)
+        return fmi3_refuse(instance, STATUS_ERROR, "doStep: null pointer");
+    enum status status =
+        instance_step(fmi3_instance(instance), currentCommunicationPoint, communicationStepSize);
+    *eventHandlingNeeded = *terminateSimulation = *earlyReturn = fmi3False;
+    *lastSuccessfulTime = fmi3_instance(instance)->time;
+    if (status == STATUS_OK)
+        update(instance);
+    return (fmi3Status)status;
+}

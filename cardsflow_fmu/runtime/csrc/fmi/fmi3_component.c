@@ -1,0 +1,37 @@
+#include "fmi3_component.h"
+
+#include "../platform/utf8.h"
+
+#include <stdlib.h>
+
+struct instance *fmi3_instance(fmi3Instance instance)
+{
+    return instance ? ((struct fmi3_component *)instance)->instance : NULL;
+}
+
+/* Replaces what is not UTF-8 by question marks. */
+static void clean(char *text)
+{
+    for (; *text; text += utf8_next(text))
+        if (utf8_length(text) == 0)
+            *text = '?';
+}
+
+void fmi3_log_write(void *context, enum status status, const char *text)
+{
+    const struct fmi3_component *component = context;
+    char *message = component->log_message ? text_copy(text) : NULL;
+    if (!message)
+        return;
+    clean(message);
+    component->log_message(component->environment, (fmi3Status)status, log_category(status),
+                           message);
+    free(message);
+}
+
+fmi3Status fmi3_refuse(fmi3Instance instance, enum status status, const char *text)
+{
+    if (instance)
+        log_status(&fmi3_instance(instance)->log, status, text);
+    return instance ? (fmi3Status)status : fmi3Error;
+}

@@ -1,0 +1,24 @@
+/* What an FMI 3 instance pointer points to. */
+#ifndef FMI3_COMPONENT_H
+#define FMI3_COMPONENT_H
+
+#include "fmi3_types.h"
+#include "../instance/instance.h"
+
+struct fmi3_component {
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log_message;
+    fmi3IntermediateUpdateCallback intermediate_update;
+    struct instance *instance;
+};
+
+/* The instance, NULL for a null pointer. */
+struct instance *fmi3_instance(fmi3Instance instance);
+
+/* A log_writer; the context is a struct fmi3_component. */
+void fmi3_log_write(void *context, enum status status, const char *text);
+
+/* Answers a call for something that there is not; the instance stays as it is. */
+fmi3Status fmi3_refuse(fmi3Instance instance, enum status status, const char *text);
+
+#endif

@@ -1,0 +1,312 @@
+/* The controller as a native model: state, reference and known loads in, muscle forces and commands out.
+ *
+ * Values: q (n), qd (n), reference (3 r), loads (3 p), states of muscles (s); f (m), commands (d), slack
+ * (r), at_bound, solve_time, infeasible, limits_dropped in operational space; kp (r), kd (r), f_min (m),
+ * f_max (m), period, worker_timeout. */
+#include "controller.h"
+
+#include "../../../../../sim_dart/csrc/math/elementary.h"
+#include "../../platform/clock.h"
+#include "controller_settings.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double AT_BOUND = 1e-9;
+
+/* --------------------------------------------------------------- what the loop asks of the robot */
+
+static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
+{
+    struct native_robot *robot = self;
+    core_move(robot->core, q);
+    core_mass_matrix(robot->core);
+    core_bias(robot->core, qd);
+    memcpy(M, robot->mass_matrix, robot->n * robot->n * sizeof(double));
+    memcpy(L, robot->jacobian, robot->m * robot->n * sizeof(double));
+    for (size_t j = 0; j < robot->n; j++)
+        h[j] = robot->bias[j] + robot->damping[j] * qd[j];
+}
+
+/* An angle within half a turn, as Python's remainder has it. */
+static double nearest_turn(double angle)
+{
+    const double shifted = angle + PI, rest = fmod(shifted, 2 * PI);
+    return (rest < 0 ? rest + 2 * PI : rest) - PI;
+}
+
+static void tasks(void *self, const double *q, const double *qd, const double *position, double *error,
+                  double *J, double *bias)
+{
+    struct native_robot *robot = self;
+    const struct native_model *native =
+        (const struct native_model *)((const char *)self - offsetof(struct native_model, robot));
+    const struct controller *c = native->own;
+    core_move(robot->core, q);
+    core_task_jacobian(robot->core);
+    core_task_bias(robot->core, qd);
+    for (size_t i = 0; i < robot->k; i++) {
+        const size_t row = (size_t)robot->rows[i];
+        const double left = position[i] - robot->task_values[row];
+        error[i] = c->is_angle[i] != 0 ? nearest_turn(left) : left;
+        bias[i] = robot->task_bias[row];
+        memcpy(J + i * robot->n, robot->task_jacobian + row * robot->n, robot->n * sizeof(double));
+    }
+}
+
+/* ------------------------------------------------------------------------------------- the model */
+
+static void apply_parameters(struct native_model *native)
+{
+    const struct controller *c = native->own;
+    const size_t r = c->r, m = native->robot.m;
+    memcpy(law_array(c, "kp"), c->kp, r * sizeof(double));
+    memcpy(law_array(c, "kd"), c->kd, r * sizeof(double));
+    memcpy(law_array(c, "f_min"), c->f_min, m * sizeof(double));
+    memcpy(law_array(c, "f_max"), c->f_max, m * sizeof(double));
+}
+
+static int check_parameters(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    const struct controller *c = native->own;
+    for (size_t i = 0; i < native->robot.m; i++)
+        if (!(c->f_min[i] >= 0 && c->f_min[i] <= c->f_max[i] && isfinite(c->f_min[i]))) {
+            text_set(&model->error, "%s %.17g is negative or above f_max %.17g",
+                     native->ports->ports[c->f_min - native->values + i].name, c->f_min[i], c->f_max[i]);
+            return 1;
+        }
+    for (size_t i = 0; i < c->r; i++)
+        if (!(c->kp[i] > 0 && isfinite(c->kp[i]) && c->kd[i] >= 0 && isfinite(c->kd[i]))) {
+            text_set(&model->error, "%s %.17g must be above 0, and its kd not negative",
+                     native->ports->ports[c->kp - native->values + i].name, c->kp[i]);
+            return 1;
+        }
+    if (!(c->period[0] > 0 && isfinite(c->period[0]))) {
+        text_set(&model->error, "period must be a positive time in s, not %.17g", c->period[0]);
+        return 1;
+    }
+    return 0;
+}
+
+static void write_commands(const struct controller *c)
+{
+    for (size_t i = 0; i < c->muscles.d; i++)
+        c->commands[i] = c->muscles.commands[(size_t)c->muscles.driven[i]];
+}
+
+/* Muscles with laws hold the robot until the first tick. */
+static void hold(const struct native_model *native)
+{
+    struct controller *c = native->own;
+    const size_t size = native->robot.m * sizeof(double);
+    size_t length;
+    native_muscles_reset(&c->muscles);
+    memcpy(c->forces, c->muscles.start_forces, size);
+    memcpy(loop_array(c, "acting", &length), c->muscles.start_forces, size);
+    memcpy(loop_array(c, "coming", &length), c->muscles.start_forces, size);
+    write_commands(c);
+}
+
+static int initialize(struct model *model)
+{
+    struct native_model *native = model->backend;
+    const struct controller *c = native->own;
+    if (check_parameters(model))
+        return 1;
+    apply_parameters(native);
+    control_loop_reset(c->loop);
+    memcpy(c->forces, c->f_min, native->robot.m * sizeof(double));
+    if (c->muscles.are_modelled)
+        hold(native);
+    memset(c->slack, 0, (size_t)(c->kp - c->slack) * sizeof(double));
+    return 0;
+}
+
+static size_t count_at_bounds(const struct controller *c, size_t m)
+{
+    const double *forces = law_array(c, "forces");
+    const double *f_min = law_array(c, "f_min"), *f_max = law_array(c, "f_max");
+    size_t count = 0;
+    for (size_t i = 0; i < m; i++) {
+        const double low = f_min[i], high = isfinite(f_max[i]) ? f_max[i] : DBL_MAX;
+        count += forces[i] - low <= AT_BOUND * fmax(1, low) || high - forces[i] <= AT_BOUND * fmax(1, high);
+    }
+    return count;
+}
+
+static int all_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return 0;
+    return 1;
+}
+
+/* The loop is to choose among the forces that the muscles can come to. */
+static void bound_by_muscles(const struct native_model *native, double period)
+{
+    struct controller *c = native->own;
+    struct native_muscles *muscles = &c->muscles;
+    const struct native_robot *robot = &native->robot;
+    const size_t size = robot->m * sizeof(double);
+    size_t length;
+    native_muscles_set_state(muscles, robot, c->q, c->qd, c->states, c->f_min, c->f_max, period);
+    for (size_t i = 0; i < robot->m; i++)
+        for (size_t j = 0; muscles->passive_push[i] != 0 && j < robot->n; j++)
+            robot->load[j] += robot->jacobian[i * robot->n + j] * muscles->passive_push[i];
+    memcpy(law_array(c, "f_min"), muscles->least, size);
+    memcpy(law_array(c, "f_max"), muscles->most, size);
+    if (muscles->has_ticked[0] != 0) /* what they really pulled with is what the observer is to know */
+        memcpy(loop_array(c, "seen_forces", &length), muscles->applied, size);
+}
+
+static int step(struct model *model)
+{
+    struct native_model *native = model->backend;
+    struct native_robot *robot = &native->robot;
+    struct controller *c = native->own;
+    size_t length;
+    const size_t periods =
+        native_whole_steps(native->clock[1], c->period[0], "the controller's period", &model->error);
+    if (!periods || check_parameters(model))
+        return 1;
+    const double period = (double)periods * c->period[0];
+    apply_parameters(native);
+    loop_array(c, "gain", &length)[0] = 1 - exponential(-c->observer * period);
+    if (!all_finite(c->q, (size_t)(c->forces - c->q)) || core_move_checked(robot->core, c->q, c->qd)) {
+        text_set(&model->error, "the state or the reference of the controller is not finite");
+        return 1;
+    }
+    const double begin = monotonic_seconds();
+    native_robot_load(robot, c->loads, -1); /* w_e = -J'F */
+    if (c->muscles.are_modelled)
+        bound_by_muscles(native, period);
+    const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
+    if (status > COMPUTED_TORQUE_SOFT) {
+        text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
+        return 1;
+    }
+    memcpy(c->forces, loop_array(c, "acting", &length), robot->m * sizeof(double));
+    if (c->muscles.are_modelled) {
+        native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
+        write_commands(c);
+    }
+    memcpy(c->slack, law_array(c, "slack"), c->r * sizeof(double));
+    c->report[0] = (double)count_at_bounds(c, robot->m);
+    c->report[1] = monotonic_seconds() - begin;
+    c->report[2] = status == COMPUTED_TORQUE_SOFT;
+    if (c->k)
+        c->report[3] = law_array(c, "limits_dropped")[0];
+    return 0;
+}
+
+static int get_state(struct model *model, void **bytes, size_t *size)
+{
+    const struct native_model *native = model->backend;
+    const struct controller *c = native->own;
+    size_t sizes[3];
+    const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
+                                   computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory};
+    sizes[2] = native_muscles_memory(&c->muscles);
+    return native_save(parts, sizes, 3, bytes, size, &model->error);
+}
+
+static int set_state(struct model *model, const void *bytes, size_t size)
+{
+    const struct native_model *native = model->backend;
+    const struct controller *c = native->own;
+    size_t sizes[3];
+    double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
+                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory};
+    sizes[2] = native_muscles_memory(&c->muscles);
+    return native_restore(parts, sizes, 3, bytes, size, &model->error);
+}
+
+static void free_controller(struct controller *c)
+{
+    native_muscles_close(&c->muscles);
+    free(c->loop);
+    free(c);
+}
+
+static void close_controller(struct model *model)
+{
+    struct native_model *native = model->backend;
+    free_controller(native->own);
+    native_close(native);
+}
+
+static const struct model_functions FUNCTIONS = {
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .close = close_controller,
+};
+
+/* ----------------------------------------------------------------------------------- opening it */
+
+static int open_loop(struct native_model *native, struct controller *c)
+{
+    const struct native_robot *robot = &native->robot;
+    const control_robot asked = {&native->robot, terms, tasks};
+    const int n = (int)robot->n, m = (int)robot->m, k = (int)c->k;
+    const size_t size = control_loop_size(n, m, k);
+    void *memory = size ? malloc(size) : NULL;
+    c->loop = memory ? control_loop_open(&asked, n, m, k, memory) : NULL;
+    if (!c->loop)
+        return 1;
+    c->law = control_loop_law(c->loop);
+    return 0;
+}
+
+static void place_values(struct native_model *native, struct controller *c)
+{
+    const struct native_robot *robot = &native->robot;
+    c->q = native->values;
+    c->qd = c->q + robot->n;
+    c->reference = c->qd + robot->n;
+    c->loads = c->reference + 3 * c->r;
+    c->states = c->loads + 3 * robot->p;
+    c->forces = c->states + c->muscles.s;
+    c->commands = c->forces + robot->m;
+    c->slack = c->commands + c->muscles.d;
+    c->report = c->slack + c->r;
+    c->kp = c->report + (c->k ? 4 : 3);
+    c->kd = c->kp + c->r;
+    c->f_min = c->kd + c->r;
+    c->f_max = c->f_min + robot->m;
+    c->period = c->f_max + robot->m;
+}
+
+int native_controller_open(struct model *model, struct native_model *native, struct text *error)
+{
+    const struct native_robot *robot = &native->robot;
+    struct controller *c = calloc(1, sizeof *c);
+    if (!c) {
+        text_set(error, "there is no memory for the model");
+        return 1;
+    }
+    int failed = native_muscles_open(&c->muscles, robot, &native->file);
+    const double *operational = failed ? NULL : native_file_take(&native->file, 1);
+    c->k = operational && operational[0] != 0 ? robot->k : 0;
+    c->r = c->k ? c->k : robot->n;
+    if (!operational || open_loop(native, c) || native_controller_settings(c, native)) {
+        text_set(error, "native.bin does not fit its controller");
+        failed = 1;
+    }
+    const size_t count = 2 * robot->n + 6 * c->r + 3 * robot->p + 3 * robot->m + (c->k ? 4 : 3) + 2 +
+                         c->muscles.s + c->muscles.d;
+    if (failed || !native_has_values(native, count, error)) {
+        free_controller(c);
+        return 1;
+    }
+    native->own = c;
+    place_values(native, c);
+    model->functions = &FUNCTIONS;
+    return 0;
+}

@@ -1,0 +1,107 @@
+#include "muscles.h"
+
+#include "../../../../../sim_dart/csrc/math/elementary.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int take_settings(struct native_muscles *muscles, const struct native_robot *robot,
+                         struct native_file *file)
+{
+    const size_t m = robot->m;
+    if (native_file_take_indices(file, robot->s, &muscles->s, &muscles->order) ||
+        native_file_take_indices(file, m, &muscles->d, &muscles->driven))
+        return 1;
+    const double *modelled = native_file_take(file, 1);
+    if (!modelled || modelled[0] == 0)
+        return !modelled;
+    const double *ahead = native_file_take(file, 2);
+    muscles->start_forces = native_file_take(file, m);
+    muscles->start_commands = native_file_take(file, m);
+    if (!ahead || !muscles->start_forces || !muscles->start_commands)
+        return 1;
+    muscles->are_modelled = 1;
+    muscles->horizon = ahead[0];
+    muscles->periods = ahead[1];
+    return 0;
+}
+
+int native_muscles_open(struct native_muscles *muscles, const struct native_robot *robot,
+                        struct native_file *file)
+{
+    const size_t m = muscles->m = robot->m;
+    muscles->memory = calloc(6 * m + 1, sizeof *muscles->memory);
+    if (!muscles->memory)
+        return 1;
+    muscles->commands = muscles->memory;
+    muscles->began = muscles->commands + m;
+    muscles->has_ticked = muscles->began + m;
+    muscles->applied = muscles->has_ticked + 1;
+    muscles->passive_push = muscles->applied + m;
+    muscles->least = muscles->passive_push + m;
+    muscles->most = muscles->least + m;
+    return take_settings(muscles, robot, file);
+}
+
+void native_muscles_close(struct native_muscles *muscles)
+{
+    free(muscles->memory);
+}
+
+size_t native_muscles_memory(const struct native_muscles *muscles)
+{
+    return muscles->are_modelled ? 2 * muscles->m + 1 : 0;
+}
+
+void native_muscles_reset(struct native_muscles *muscles)
+{
+    memcpy(muscles->commands, muscles->start_commands, muscles->m * sizeof(double));
+    memset(muscles->began, 0, muscles->m * sizeof(double));
+    muscles->has_ticked[0] = 0;
+}
+
+static double ahead(const struct native_muscles *muscles, double period)
+{
+    return muscles->horizon > 0 ? larger(muscles->horizon, period) : muscles->periods * period;
+}
+
+static void go(const struct native_robot *robot, const double *q, const double *qd)
+{
+    core_move(robot->core, q);
+    core_rates(robot->core, qd);
+}
+
+void native_muscles_set_state(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                        const double *qd, const double *states, const double *f_min, const double *f_max,
+                        double period)
+{
+    size_t length;
+    const double *low = core_array(robot->core, "force_low", &length);
+    const double *high = core_array(robot->core, "force_high", &length);
+    go(robot, q, qd);
+    for (size_t i = 0; i < muscles->s; i++)
+        robot->states[(size_t)muscles->order[i]] = states[i];
+    core_drive(robot->core, qd, muscles->commands);
+    for (size_t i = 0; i < muscles->m; i++)
+        muscles->applied[i] = 0.5 * (muscles->began[i] + robot->tensions[i]);
+    core_reach(robot->core, ahead(muscles, period));
+    for (size_t i = 0; i < muscles->m; i++) {
+        const double least = smaller(larger(f_min[i], low[i]), high[i]);
+        const double most = smaller(larger(f_max[i], low[i]), high[i]);
+        muscles->least[i] = larger(least, 0);
+        muscles->most[i] = larger(most, 0);
+        muscles->passive_push[i] = smaller(most, 0);
+    }
+}
+
+void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                         const double *qd, const double *forces, double period)
+{
+    size_t length;
+    go(robot, q, qd);
+    core_invert(robot->core, forces, ahead(muscles, period));
+    memcpy(muscles->commands, core_array(robot->core, "commands", &length), muscles->m * sizeof(double));
+    core_drive(robot->core, qd, muscles->commands);
+    memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
+    muscles->has_ticked[0] = 1;
+}

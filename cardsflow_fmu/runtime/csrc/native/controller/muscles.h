@@ -1,0 +1,49 @@
+/* Muscles with tension laws under a control law that asks for forces: what they can come to, and the
+ * commands with which they do; see cardsflow_fmu/models/muscle_control.py. */
+#ifndef NATIVE_MUSCLES_H
+#define NATIVE_MUSCLES_H
+
+#include "../robot.h"
+
+#include <stddef.h>
+
+/* Settings: which of all muscles' states each input is, and which muscles take commands: of both a number,
+ * then the indices. Where a muscle has a law, further the horizon in s, or 0 for `periods` periods;
+ * periods; the tensions before the first tick (m), and their commands (m). */
+struct native_muscles {
+    int are_modelled;
+    size_t s, d;
+    const double *order, *driven;
+    double horizon, periods;
+    const double *start_forces, *start_commands;
+    double *memory;         /* commands, began, has_ticked: one after the other */
+    double *commands;       /* m */
+    double *began;          /* m: the tensions when the commands were set */
+    double *has_ticked;     /* 1 */
+    double *applied;        /* m: the mean tensions since the last tick */
+    double *passive_push;   /* m: what passive springs push with, never positive */
+    double *least, *most;   /* m: the tensions within reach and within the bounds */
+    size_t m;
+};
+
+/* 0, or nonzero where the settings do not fit or memory lacks; to be closed in any case. */
+int native_muscles_open(struct native_muscles *muscles, const struct native_robot *robot,
+                        struct native_file *file);
+void native_muscles_close(struct native_muscles *muscles);
+
+/* Numbers that they remember, at `memory`. */
+size_t native_muscles_memory(const struct native_muscles *muscles);
+
+void native_muscles_reset(struct native_muscles *muscles);
+
+/* Takes over a state, its inputs in their order. Afterwards `applied` counts if they have ticked; and
+ * `least`, `most`, `passive_push`, for forces within f_min and f_max. */
+void native_muscles_set_state(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                        const double *qd, const double *states, const double *f_min, const double *f_max,
+                        double period);
+
+/* Finds the commands with which the tensions become these; the core may have been elsewhere since. */
+void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                         const double *qd, const double *forces, double period);
+
+#endif

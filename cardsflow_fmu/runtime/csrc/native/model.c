@@ -1,0 +1,86 @@
+#include "model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double TOLERANCE = 1e-9; /* of a time that is to be whole steps */
+
+void native_close(struct native_model *native)
+{
+    if (!native)
+        return;
+    native_robot_close(&native->robot);
+    native_file_free(&native->file);
+    free(native->values);
+    free(native);
+}
+
+int native_has_values(const struct native_model *native, size_t count, struct text *error)
+{
+    if (native->ports->count == count)
+        return 1;
+    text_set(error, "the FMU has %lu variables, its model %lu", (unsigned long)native->ports->count,
+             (unsigned long)count);
+    return 0;
+}
+
+int native_reset(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    for (size_t i = 0; i < native->ports->count; i++)
+        model->values[i] = native->ports->ports[i].start;
+    return 0;
+}
+
+size_t native_whole_steps(double time, double step, const char *what, struct text *error)
+{
+    const double ratio = time / step, whole = floor(ratio + 0.5);
+    if (whole >= 1 && whole < 1e9 && fabs(ratio - whole) <= TOLERANCE * whole)
+        return (size_t)whole;
+    text_set(error, "%.17g s is not a whole multiple of %s, %.17g s", time, what, step);
+    return 0;
+}
+
+static size_t total(const size_t *sizes, size_t count)
+{
+    size_t sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += sizes[i];
+    return sum;
+}
+
+int native_save(const double *const *parts, const size_t *sizes, size_t count, void **bytes, size_t *size,
+                struct text *error)
+{
+    *size = total(sizes, count) * sizeof(double);
+    double *at = *bytes = malloc(*size + 1);
+    if (!at) {
+        text_set(error, "there is no memory for the state");
+        return 1;
+    }
+    for (size_t i = 0; i < count; at += sizes[i++])
+        memcpy(at, parts[i], sizes[i] * sizeof(double));
+    return 0;
+}
+
+int native_restore(double *const *parts, const size_t *sizes, size_t count, const void *bytes, size_t size,
+                   struct text *error)
+{
+    const char *at = bytes;
+    if (size != total(sizes, count) * sizeof(double)) {
+        text_set(error, "a state of this model does not have %lu bytes", (unsigned long)size);
+        return 1;
+    }
+    for (size_t i = 0; i < size; i += sizeof(double)) {
+        double value;
+        memcpy(&value, at + i, sizeof value);
+        if (!isfinite(value)) {
+            text_set(error, "a number of the state is not finite");
+            return 1;
+        }
+    }
+    for (size_t i = 0; i < count; at += sizes[i++] * sizeof(double))
+        memcpy(parts[i], at, sizes[i] * sizeof(double));
+    return 0;
+}

@@ -1,0 +1,207 @@
+/* The plant as a native model: commands, loads and wrenches in; positions, velocities, lengths, tasks,
+ * tensions, states of muscles, energies and momenta out. */
+#include "plant.h"
+
+#include "plant_derivative.h"
+#include "plant_inputs.h"
+#include "plant_settings.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int refuse_command(struct model *model, size_t muscle)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    for (size_t i = 0; i < plant->c; i++)
+        if ((size_t)plant->commanded[i] == muscle)
+            text_set(&model->error, "command %.17g of %s is not finite", plant->commands[i],
+                     native->ports->ports[plant->commands + i - native->values].name);
+    return 1;
+}
+
+/* Tensions and states of muscles, with the commands as they stand. */
+static int write_muscles(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    const int bad = core_drive(robot->core, robot->qd, native_plant_commands(plant));
+    if (bad)
+        return refuse_command(model, (size_t)bad - 1);
+    for (size_t i = 0; i < plant->t; i++)
+        plant->tensions[i] = robot->tensions[(size_t)plant->modelled[i]];
+    for (size_t i = 0; i < plant->s; i++)
+        plant->states[i] = robot->states[(size_t)plant->order[i]];
+    return 0;
+}
+
+static void write_energies(const struct plant *plant, const struct native_robot *robot)
+{
+    double *at = plant->energies;
+    core_energies(robot->core, robot->qd);
+    *at++ = robot->energies[0];
+    *at++ = robot->energies[1] + plant->standing + robot->energies[2];
+    memcpy(at, plant->work, sizeof plant->work);
+    memcpy(at + 3, robot->momenta, 6 * sizeof(double));
+}
+
+/* The outputs at the core's state. */
+static int write_outputs(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    memcpy(plant->q, robot->q, robot->n * sizeof(double));
+    memcpy(plant->qd, robot->qd, robot->n * sizeof(double));
+    memcpy(plant->lengths, robot->lengths, robot->m * sizeof(double));
+    native_robot_tasks(robot, plant->tasks);
+    if (plant->energy_count)
+        write_energies(plant, robot);
+    return plant->t ? write_muscles(model) : 0;
+}
+
+/* Moves the core to its q and qd, and shows where it is. */
+static int go(struct model *model)
+{
+    struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    const int bad = core_move_checked(native->robot.core, native->robot.q, native->robot.qd);
+    if (bad) {
+        text_set(&model->error, "%s or its rate is not finite, or beyond 1e9",
+                 native_port_name(native, plant->q + bad - 1));
+        return 1;
+    }
+    return write_outputs(model);
+}
+
+/* Muscles that have been at rest with their commands for long. */
+static int start_muscles(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    const int bad = core_start(native->robot.core, native_plant_commands(native->own));
+    return bad ? refuse_command(model, (size_t)bad - 1) : 0;
+}
+
+static int initialize(struct model *model)
+{
+    struct native_model *native = model->backend;
+    struct native_robot *robot = &native->robot;
+    struct plant *plant = native->own;
+    for (size_t j = 0; j < robot->n; j++)
+        if (!(plant->q_start[j] >= robot->lower[j] && plant->q_start[j] <= robot->upper[j])) {
+            text_set(&model->error, "%s, %.17g, is outside %.17g to %.17g",
+                     native_port_name(native, plant->q_start + j), plant->q_start[j], robot->lower[j],
+                     robot->upper[j]);
+            return 1;
+        }
+    if (!(plant->step[0] > 0 && plant->step[0] < 1e9)) {
+        text_set(&model->error, "the plant's step must be a positive time in s, not %.17g", plant->step[0]);
+        return 1;
+    }
+    plant->ticks = 0;
+    memset(plant->work, 0, sizeof plant->work);
+    memcpy(robot->q, plant->q_start, robot->n * sizeof(double));
+    memcpy(robot->qd, plant->qd_start, robot->n * sizeof(double));
+    if (core_move_checked(robot->core, robot->q, robot->qd) == 0 && start_muscles(model))
+        return 1;
+    return go(model);
+}
+
+static int refuse_step(struct model *model, int bad)
+{
+    struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    const double time = plant->ticks * plant->step[0];
+    if (bad < 0)
+        return refuse_command(model, (size_t)-bad - 1);
+    if ((size_t)bad > robot->n)
+        text_set(&model->error,
+                 "the robot diverged at t = %.6g s: a muscle's state is no number; use a smaller step", time);
+    else
+        text_set(&model->error,
+                 "the robot diverged at t = %.6g s: %s is %.17g with velocity %.17g; use a smaller step or "
+                 "softer gains",
+                 time, native_port_name(native, plant->q + bad - 1), robot->q[bad - 1], robot->qd[bad - 1]);
+    return 1;
+}
+
+/* One step of the plant, as of `muscle_commands` and `external_wrenches`. 0, or what core_step answers. */
+static int advance(const struct native_robot *robot, struct plant *plant)
+{
+    const int bad = plant->rule(robot->core, plant->muscle_commands, NULL, plant->step[0] / plant->substeps,
+                                (int32_t)plant->substeps);
+    plant->ticks++;
+    for (size_t i = 0; !bad && i < 3; i++)
+        plant->work[i] += robot->work[i];
+    return bad;
+}
+
+static int step(struct model *model)
+{
+    struct native_model *native = model->backend;
+    struct plant *plant = native->own;
+    const size_t steps =
+        native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
+    if (!steps || native_plant_apply_inputs(model))
+        return 1;
+    for (size_t i = 0; i < steps; i++) {
+        const int bad = advance(&native->robot, plant);
+        if (bad)
+            return refuse_step(model, bad);
+    }
+    return write_outputs(model);
+}
+
+static int get_state(struct model *model, void **bytes, size_t *size)
+{
+    const struct native_model *native = model->backend;
+    const struct native_robot *robot = &native->robot;
+    const struct plant *plant = native->own;
+    const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->energy_count ? 3 : 0};
+    return native_save(parts, sizes, 5, bytes, size, &model->error);
+}
+
+static int set_state(struct model *model, const void *bytes, size_t size)
+{
+    struct native_model *native = model->backend;
+    const struct native_robot *robot = &native->robot;
+    struct plant *plant = native->own;
+    double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->energy_count ? 3 : 0};
+    return native_restore(parts, sizes, 5, bytes, size, &model->error) || go(model);
+}
+
+static void close_plant(struct model *model)
+{
+    struct native_model *native = model->backend;
+    native_plant_free(native->own);
+    native_close(native);
+}
+
+static const struct model_functions FUNCTIONS = {
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .derivative = native_plant_derivative,
+    .close = close_plant,
+};
+
+int native_plant_open(struct model *model, struct native_model *native, struct text *error)
+{
+    struct plant *plant = calloc(1, sizeof *plant);
+    if (!plant)
+        text_set(error, "there is no memory for the model");
+    if (!plant || native_plant_settings(plant, native, error) ||
+        native_plant_place(plant, native, error)) {
+        native_plant_free(plant);
+        return 1;
+    }
+    native->own = plant;
+    model->functions = &FUNCTIONS;
+    return 0;
+}

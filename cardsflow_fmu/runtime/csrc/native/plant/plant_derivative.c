@@ -1,0 +1,243 @@
+/* Directional derivatives of a native plant, exact: over a step of the preferred length, of the outputs at
+ * its end by inputs, positions, velocities and states of muscles at its beginning; at the start, of the
+ * outputs there by commands and the start state. */
+#include "plant_derivative.h"
+
+#include "../../../../../sim_dart/csrc/tangent/tangent.h"
+#include "plant_inputs.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if HAS_CORE_TANGENT
+
+/* A direction: of all that a step begins with; later, of all that it ends with. */
+struct change {
+    double largest; /* seed: the directions are multiples of it */
+    double *commands, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions;
+    double energies[3], work[3], momenta[6]; /* as of the core; work adds up over steps */
+};
+
+/* It stays open for further questions. */
+static core_tangent *open_tangent(const struct native_model *native)
+{
+    struct plant *plant = native->own;
+    const core *plain = native->robot.core;
+    if (!plant->tangent && (plant->tangent = malloc(core_tangent_size(plain))))
+        core_tangent_open(plain, plant->tangent);
+    return plant->tangent;
+}
+
+static int open_change(struct change *change, const struct native_robot *robot, size_t externals)
+{
+    const size_t sizes[] = {robot->m, 6 * externals, robot->n,         robot->n,
+                            robot->s, robot->m,   3 * robot->tasks, robot->m};
+    double **const parts[] = {&change->commands, &change->wrenches,  &change->q,     &change->qd,
+                              &change->states,   &change->lengths, &change->tasks, &change->tensions};
+    size_t count = 1;
+    for (size_t i = 0; i < 8; i++)
+        count += sizes[i];
+    memset(change, 0, sizeof *change);
+    double *at = calloc(count, sizeof *at);
+    if (!at)
+        return 1;
+    for (size_t i = 0; i < 8; at += sizes[i++])
+        *parts[i] = at;
+    return 0;
+}
+
+/* Where a value stands in a row of them; `count` if it is none of these. */
+static size_t place_in(const double *value, const double *row, size_t count)
+{
+    return value >= row && value < row + count ? (size_t)(value - row) : count;
+}
+
+/* Adds a seed to the direction. Nonzero where there is no derivative by that value. */
+static int add_seed(const struct native_model *native, const struct change *change, const double *value,
+                    double seed, int is_at_start)
+{
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    const size_t n = robot->n, p = 3 * robot->p;
+    const double *q = is_at_start ? plant->q_start : plant->q, *qd = q + n;
+    size_t at;
+    if ((at = place_in(value, plant->commands, plant->c)) < plant->c)
+        change->commands[(size_t)plant->commanded[at]] += seed;
+    else if ((at = place_in(value, plant->loads, p)) < p)
+        change->wrenches[6 * (at / 3) + at % 3] += seed;
+    else if ((at = place_in(value, plant->wrenches, 6 * plant->k)) < 6 * plant->k)
+        change->wrenches[6 * robot->p + at] += seed;
+    else if ((at = place_in(value, q, n)) < n)
+        change->q[at] += seed;
+    else if ((at = place_in(value, qd, n)) < n)
+        change->qd[at] += seed;
+    else if (!is_at_start && (at = place_in(value, plant->states, plant->s)) < plant->s)
+        change->states[(size_t)plant->order[at]] += seed;
+    else
+        return !(is_at_start && value >= plant->step); /* of which nothing at the start depends */
+    return 0;
+}
+
+static int add_seeds(struct model *model, struct change *change, const struct derivative *request)
+{
+    const struct native_model *native = model->backend;
+    const int is_at_start = native->clock[1] == 0;
+    for (size_t i = 0; i < request->known_count; i++)
+        change->largest = fmax(change->largest, fabs(request->seeds[i]));
+    for (size_t i = 0; i < request->known_count; i++) {
+        const uint32_t known = request->knowns[i];
+        const double seed = change->largest > 0 ? request->seeds[i] / change->largest : 0;
+        if (add_seed(native, change, native->values + known, seed, is_at_start)) {
+            text_set(&model->error, "there is no derivative with respect to %s %s",
+                     native->ports->ports[known].name, is_at_start ? "at the start" : "over a step");
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static void begin(const struct native_model *native, core_tangent *tangent, const struct change *change)
+{
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    core_tangent_set(tangent, TANGENT_COMMANDS, plant->muscle_commands, change->commands);
+    core_tangent_set(tangent, TANGENT_Q, robot->q, change->q);
+    core_tangent_set(tangent, TANGENT_QD, robot->qd, change->qd);
+    core_tangent_set(tangent, TANGENT_STATES, robot->states, change->states);
+    core_tangent_set(tangent, TANGENT_WRENCHES, plant->external_wrenches, change->wrenches);
+}
+
+/* One step of the plant. */
+static int go_step(const struct plant *plant, core_tangent *tangent, struct change *change)
+{
+    const double h = plant->step[0] / plant->substeps;
+    const int32_t substeps = (int32_t)plant->substeps;
+    double work[3];
+    if (plant->rule == core_runge_kutta ? core_tangent_runge_kutta(tangent, h, substeps)
+                                        : core_tangent_step(tangent, h, substeps))
+        return 1;
+    core_tangent_changes(tangent, TANGENT_WORK, work);
+    for (size_t i = 0; i < 3; i++)
+        change->work[i] += work[i];
+    return 0;
+}
+
+/* To where the answers are. */
+static int go_with_tangent(struct model *model, core_tangent *tangent, struct change *change)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    const int is_at_start = native->clock[1] == 0;
+    size_t steps = 0;
+    if (!is_at_start && !(steps = native_whole_steps(native->clock[1], plant->step[0],
+                                                     "the plant's internal step", &model->error)))
+        return 1;
+    int failed = core_tangent_move(tangent) || (is_at_start && core_tangent_start(tangent));
+    for (size_t i = 0; i < steps && !failed; i++)
+        failed = go_step(plant, tangent, change);
+    if (failed || (plant->t && core_tangent_drive(tangent))) {
+        text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
+        return 1;
+    }
+    if (plant->energy_count)
+        core_tangent_energies(tangent);
+    return 0;
+}
+
+static void end(core_tangent *tangent, struct change *change)
+{
+    core_tangent_changes(tangent, TANGENT_Q, change->q);
+    core_tangent_changes(tangent, TANGENT_QD, change->qd);
+    core_tangent_changes(tangent, TANGENT_STATES, change->states);
+    core_tangent_changes(tangent, TANGENT_LENGTHS, change->lengths);
+    core_tangent_changes(tangent, TANGENT_TASKS, change->tasks);
+    core_tangent_changes(tangent, TANGENT_TENSIONS, change->tensions);
+    core_tangent_changes(tangent, TANGENT_ENERGIES, change->energies);
+    core_tangent_changes(tangent, TANGENT_MOMENTA, change->momenta);
+}
+
+/* Of an energy or momentum, in the order of the outputs. */
+static double energy(const struct change *change, size_t at)
+{
+    if (at < 2)
+        return at == 0 ? change->energies[0] : change->energies[1] + change->energies[2];
+    return at < 5 ? change->work[at - 2] : change->momenta[at - 5];
+}
+
+/* The change of an output; NaN if it is none of these. */
+static double answer(const struct native_model *native, const struct change *change, const double *value)
+{
+    const struct plant *plant = native->own;
+    const struct native_robot *robot = &native->robot;
+    const size_t n = robot->n;
+    size_t at;
+    if ((at = place_in(value, plant->q, n)) < n)
+        return change->q[at];
+    if ((at = place_in(value, plant->qd, n)) < n)
+        return change->qd[at];
+    if ((at = place_in(value, plant->lengths, robot->m)) < robot->m)
+        return change->lengths[at];
+    if ((at = place_in(value, plant->tasks, robot->k)) < robot->k)
+        return change->tasks[(size_t)robot->rows[at]];
+    if ((at = place_in(value, plant->tensions, plant->t)) < plant->t)
+        return change->tensions[(size_t)plant->modelled[at]];
+    if ((at = place_in(value, plant->states, plant->s)) < plant->s)
+        return change->states[(size_t)plant->order[at]];
+    if ((at = place_in(value, plant->energies, plant->energy_count)) < plant->energy_count)
+        return energy(change, at);
+    return NAN;
+}
+
+static int answer_all(struct model *model, const struct change *change, const struct derivative *request)
+{
+    const struct native_model *native = model->backend;
+    for (size_t i = 0; i < request->unknown_count; i++) {
+        const uint32_t unknown = request->unknowns[i];
+        request->answers[i] = change->largest * answer(native, change, native->values + unknown);
+        if (!isfinite(request->answers[i])) {
+            text_set(&model->error, "there is no derivative of %s", native->ports->ports[unknown].name);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static int derive(struct model *model, const struct derivative *request, core_tangent *tangent,
+                  struct change *change)
+{
+    if (add_seeds(model, change, request) || native_plant_apply_inputs(model))
+        return 1;
+    begin(model->backend, tangent, change);
+    if (go_with_tangent(model, tangent, change))
+        return 1;
+    end(tangent, change);
+    return answer_all(model, change, request);
+}
+
+int native_plant_derivative(struct model *model, const struct derivative *request)
+{
+    const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
+    struct change change;
+    core_tangent *tangent = open_tangent(native);
+    if (!tangent || open_change(&change, &native->robot, native->robot.p + plant->k)) {
+        text_set(&model->error, "there is no memory for a derivative");
+        return 1;
+    }
+    const int failed = derive(model, request, tangent, &change);
+    free(change.commands);
+    return failed;
+}
+
+#else
+
+int native_plant_derivative(struct model *model, const struct derivative *request)
+{
+    (void)request;
+    text_set(&model->error, "there are no derivatives: this FMU was compiled by a compiler that has no complex "
+                            "numbers");
+    return 1;
+}
+
+#endif

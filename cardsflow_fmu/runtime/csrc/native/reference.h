@@ -1,0 +1,10 @@
+/* The reference as a native model; it has no robot. */
+#ifndef NATIVE_REFERENCE_H
+#define NATIVE_REFERENCE_H
+
+#include "model.h"
+
+/* Fills in the functions. 0, or nonzero with a message. */
+int native_reference_open(struct model *model, struct native_model *native, struct text *error);
+
+#endif

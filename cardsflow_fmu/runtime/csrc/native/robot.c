@@ -1,0 +1,82 @@
+#include "robot.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static double *array(core *c, const char *name, size_t *length)
+{
+    return core_array(c, name, length);
+}
+
+static int take_settings(struct native_robot *robot, struct native_file *file)
+{
+    return native_file_take_indices(file, robot->tasks, &robot->p, &robot->points) ||
+           native_file_take_indices(file, 3 * robot->tasks, &robot->k, &robot->rows);
+}
+
+int native_robot_open(struct native_robot *robot, struct native_file *file, struct text *error)
+{
+    char message[256] = "";
+    memset(robot, 0, sizeof *robot);
+    const size_t size = core_size(file->blob, file->blob_size, message, sizeof message);
+    if (!size) {
+        text_set(error, "native.bin: %s", message);
+        return 1;
+    }
+    robot->memory = malloc(size);
+    if (!robot->memory || !(robot->core = core_open(file->blob, file->blob_size, robot->memory))) {
+        text_set(error, "there is no memory for the robot");
+        return 1;
+    }
+    core *c = robot->core;
+    size_t length;
+    robot->q = array(c, "q", &robot->n);
+    robot->qd = array(c, "qd", &length);
+    robot->lengths = array(c, "lengths", &robot->m);
+    robot->jacobian = array(c, "jacobian", &length);
+    robot->task_values = array(c, "task_values", &length);
+    robot->tasks = length / 3;
+    robot->task_jacobian = array(c, "task_jacobian", &length);
+    robot->task_bias = array(c, "task_bias", &length);
+    robot->mass_matrix = array(c, "mass_matrix", &length);
+    robot->bias = array(c, "coriolis", &length);
+    robot->tensions = array(c, "tensions", &length);
+    robot->states = array(c, "law_states", &robot->s);
+    robot->work = array(c, "work", &length);
+    robot->energies = array(c, "energies", &length);
+    robot->momenta = array(c, "momenta", &length);
+    robot->lower = core_coordinates(c, "lower");
+    robot->upper = core_coordinates(c, "upper");
+    robot->damping = core_coordinates(c, "damping");
+    robot->load = calloc(robot->n + 1, sizeof *robot->load);
+    if (!robot->load || take_settings(robot, file)) {
+        text_set(error, robot->load ? "native.bin does not fit its robot" : "there is no memory for the robot");
+        return 1;
+    }
+    return 0;
+}
+
+void native_robot_close(struct native_robot *robot)
+{
+    free(robot->memory);
+    free(robot->load);
+}
+
+void native_robot_load(struct native_robot *robot, const double *w, double sign)
+{
+    core_task_jacobian(robot->core);
+    memset(robot->load, 0, robot->n * sizeof *robot->load);
+    for (size_t i = 0; i < robot->p; i++)
+        for (size_t a = 0; a < 3; a++) {
+            const double force = sign * w[3 * i + a];
+            const double *row = robot->task_jacobian + (3 * (size_t)robot->points[i] + a) * robot->n;
+            for (size_t j = 0; j < robot->n; j++)
+                robot->load[j] += force * row[j];
+        }
+}
+
+void native_robot_tasks(const struct native_robot *robot, double *y)
+{
+    for (size_t i = 0; i < robot->k; i++)
+        y[i] = robot->task_values[(size_t)robot->rows[i]];
+}

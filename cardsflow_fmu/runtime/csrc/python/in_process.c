@@ -1,0 +1,396 @@
+#include "in_process.h"
+
+#include "python_api.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ENTRY_MODULE "cardsflow_fmu.runtime.in_process"
+
+enum { CLOCK_SIZE = 2 };
+
+/* The callables return None for success, text for a failure; get_state and
+ * derivative return bytes or text. */
+struct python_model {
+    struct python_api py;
+    python_object *memory; /* a bytearray, or a view of others' memory: the clock, then the values */
+    python_object *initialize;
+    python_object *step;
+    python_object *reset;
+    python_object *terminate;
+    python_object *get_state;
+    python_object *set_state;
+    python_object *derivative;
+};
+
+static void drop(const struct python_api *py, python_object *object)
+{
+    if (object)
+        py->Py_DecRef(object);
+}
+
+/* Sets the text from a str; 0, or nonzero when the object is none. */
+static int take_text(const struct python_api *py, python_object *object, struct text *text)
+{
+    const char *chars = py->PyUnicode_AsUTF8AndSize(object, NULL);
+    if (chars)
+        text_set(text, "%s", chars);
+    else
+        py->PyErr_Clear();
+    return chars == NULL;
+}
+
+/* As take_text, from what str(object) gives; an empty text counts as none. */
+static int take_str(const struct python_api *py, python_object *object, struct text *text)
+{
+    python_object *as_str = object ? py->PyObject_Str(object) : NULL;
+    int failed = !as_str || take_text(py, as_str, text) || !*text_get(text);
+    py->PyErr_Clear();
+    drop(py, as_str);
+    return failed;
+}
+
+/* Sets the text from the exception that is raised, and clears that. */
+static void take_exception(const struct python_api *py, struct text *text)
+{
+    python_object *type = NULL, *value = NULL, *traceback = NULL;
+    py->PyErr_Fetch(&type, &value, &traceback);
+    if (take_str(py, value, text) && take_str(py, type, text))
+        text_set(text, "an exception without a text");
+    drop(py, type);
+    drop(py, value);
+    drop(py, traceback);
+}
+
+/* Takes over the result of a callable. 0, or nonzero with a message. */
+static int finish(const struct python_api *py, python_object *result, struct text *error)
+{
+    if (!result) {
+        take_exception(py, error);
+        return 1;
+    }
+    int failed = py->PyObject_IsTrue(result);
+    if (failed && take_text(py, result, error))
+        text_set(error, "the model answered neither None nor a text");
+    drop(py, result);
+    return failed;
+}
+
+static int call(struct model *model, python_object *callable)
+{
+    const struct python_api *py = &((struct python_model *)model->backend)->py;
+    int gil = py->PyGILState_Ensure();
+    int failed = finish(py, py->PyObject_CallNoArgs(callable), &model->error);
+    py->PyGILState_Release(gil);
+    return failed;
+}
+
+static int initialize(struct model *model)
+{
+    return call(model, ((struct python_model *)model->backend)->initialize);
+}
+
+static int step(struct model *model)
+{
+    return call(model, ((struct python_model *)model->backend)->step);
+}
+
+static int reset(struct model *model)
+{
+    return call(model, ((struct python_model *)model->backend)->reset);
+}
+
+static int terminate(struct model *model)
+{
+    return call(model, ((struct python_model *)model->backend)->terminate);
+}
+
+static int copy_bytes(const struct python_api *py, python_object *object, void **bytes, size_t *size,
+                      struct text *error)
+{
+    char *chars = NULL;
+    python_ssize length = 0;
+    if (py->PyBytes_AsStringAndSize(object, &chars, &length) != 0) {
+        py->PyErr_Clear();
+        if (take_text(py, object, error))
+            text_set(error, "the model answered neither bytes nor a text");
+        return 1;
+    }
+    *size = (size_t)length;
+    *bytes = malloc(*size + 1);
+    if (!*bytes) {
+        text_set(error, "out of memory");
+        return 1;
+    }
+    memcpy(*bytes, chars, *size);
+    return 0;
+}
+
+static int get_state(struct model *model, void **bytes, size_t *size)
+{
+    struct python_model *self = model->backend;
+    const struct python_api *py = &self->py;
+    int failed = 1;
+    int gil = py->PyGILState_Ensure();
+    python_object *result = py->PyObject_CallNoArgs(self->get_state);
+    if (result)
+        failed = copy_bytes(py, result, bytes, size, &model->error);
+    else
+        take_exception(py, &model->error);
+    drop(py, result);
+    py->PyGILState_Release(gil);
+    return failed;
+}
+
+static int set_state(struct model *model, const void *bytes, size_t size)
+{
+    struct python_model *self = model->backend;
+    const struct python_api *py = &self->py;
+    python_object *result = NULL;
+    int gil = py->PyGILState_Ensure();
+    python_object *state = py->PyBytes_FromStringAndSize(bytes, (python_ssize)size);
+    if (state)
+        result = py->PyObject_CallFunctionObjArgs(self->set_state, state, NULL);
+    int failed = finish(py, result, &model->error);
+    drop(py, state);
+    py->PyGILState_Release(gil);
+    return failed;
+}
+
+static python_object *as_bytes(const struct python_api *py, const void *items, size_t size)
+{
+    return py->PyBytes_FromStringAndSize(items, (python_ssize)size);
+}
+
+/* The answers of the model, from the bytes that it gave. 0, or nonzero with a message. */
+static int take_answers(const struct python_api *py, python_object *result,
+                        const struct derivative *request, struct text *error)
+{
+    void *bytes = NULL;
+    size_t size = 0, wanted = request->unknown_count * sizeof *request->answers;
+    if (copy_bytes(py, result, &bytes, &size, error))
+        return 1;
+    if (size == wanted && size > 0)
+        memcpy(request->answers, bytes, size);
+    else if (size != wanted)
+        text_set(error, "the model answered another number of values");
+    free(bytes);
+    return size != wanted;
+}
+
+static int derivative(struct model *model, const struct derivative *request)
+{
+    struct python_model *self = model->backend;
+    const struct python_api *py = &self->py;
+    python_object *result = NULL;
+    int failed = 1;
+    int gil = py->PyGILState_Ensure();
+    python_object *unknowns =
+        as_bytes(py, request->unknowns, request->unknown_count * sizeof *request->unknowns);
+    python_object *knowns =
+        as_bytes(py, request->knowns, request->known_count * sizeof *request->knowns);
+    python_object *seeds =
+        as_bytes(py, request->seeds, request->known_count * sizeof *request->seeds);
+    if (unknowns && knowns && seeds)
+        result = py->PyObject_CallFunctionObjArgs(self->derivative, unknowns, knowns, seeds, NULL);
+    if (result)
+        failed = take_answers(py, result, request, &model->error);
+    else
+        take_exception(py, &model->error);
+    drop(py, unknowns);
+    drop(py, knowns);
+    drop(py, seeds);
+    drop(py, result);
+    py->PyGILState_Release(gil);
+    return failed;
+}
+
+static void drop_all(struct python_model *self)
+{
+    drop(&self->py, self->initialize);
+    drop(&self->py, self->step);
+    drop(&self->py, self->reset);
+    drop(&self->py, self->terminate);
+    drop(&self->py, self->get_state);
+    drop(&self->py, self->set_state);
+    drop(&self->py, self->derivative);
+    drop(&self->py, self->memory);
+}
+
+static void close_model(struct model *model)
+{
+    struct python_model *self = model->backend;
+    if (self->py.Py_IsInitialized()) { /* else Python has taken the objects with it */
+        int gil = self->py.PyGILState_Ensure();
+        drop_all(self);
+        self->py.PyGILState_Release(gil);
+    }
+    free(self);
+}
+
+static const struct model_functions FUNCTIONS = {
+    .initialize = initialize,
+    .step = step,
+    .reset = reset,
+    .terminate = terminate,
+    .get_state = get_state,
+    .set_state = set_state,
+    .derivative = derivative,
+    .close = close_model,
+};
+
+static void explain_import(const struct python_api *py, const char *version, struct text *error)
+{
+    struct text reason = {NULL}, executable = {NULL};
+    take_exception(py, &reason);
+    python_object *path = py->PySys_GetObject("executable"); /* borrowed */
+    if (!path || take_text(py, path, &executable))
+        text_set(&executable, "no executable");
+    text_set(error,
+             "this FMU needs the package cardsflow %s in the host's Python, which is %.*s at %s: %s",
+             version, (int)strcspn(py->Py_GetVersion(), " "), py->Py_GetVersion(),
+             text_get(&executable), text_get(&reason));
+    text_free(&reason);
+    text_free(&executable);
+}
+
+/* A new reference to what open_model returned, NULL with a message. */
+static python_object *call_entry(const struct python_model *self, python_object *entry,
+                                 const char *resources, struct text *error)
+{
+    const struct python_api *py = &self->py;
+    python_object *hosted = NULL;
+    python_object *folder = py->PyUnicode_DecodeFSDefault(resources);
+    if (folder)
+        hosted = py->PyObject_CallFunctionObjArgs(entry, folder, self->memory, NULL);
+    drop(py, folder);
+    if (!hosted) {
+        take_exception(py, error);
+    } else if (take_text(py, hosted, error) == 0) {
+        drop(py, hosted);
+        hosted = NULL;
+    }
+    return hosted;
+}
+
+static int bind(struct python_model *self, python_object *hosted, struct text *error)
+{
+    const struct python_api *py = &self->py;
+    self->initialize = py->PyObject_GetAttrString(hosted, "initialize");
+    self->step = py->PyObject_GetAttrString(hosted, "step");
+    self->reset = py->PyObject_GetAttrString(hosted, "reset");
+    self->terminate = py->PyObject_GetAttrString(hosted, "terminate");
+    self->get_state = py->PyObject_GetAttrString(hosted, "get_state");
+    self->set_state = py->PyObject_GetAttrString(hosted, "set_state");
+    self->derivative = py->PyObject_GetAttrString(hosted, "derivative");
+    if (self->initialize && self->step && self->reset && self->terminate && self->get_state &&
+        self->set_state && self->derivative)
+        return 0;
+    take_exception(py, error);
+    return 1;
+}
+
+static int get_memory(struct python_model *self, struct model *model,
+                      const struct python_memory *memory, struct text *error)
+{
+    enum { WRITABLE = 0x200 }; /* PyBUF_WRITE */
+    size_t size = (CLOCK_SIZE + memory->count) * sizeof(double);
+    if (memory->clock)
+        self->memory = self->py.PyMemoryView_FromMemory((char *)(void *)memory->clock,
+                                                        (python_ssize)size, WRITABLE);
+    else
+        self->memory = self->py.PyByteArray_FromStringAndSize(NULL, (python_ssize)size);
+    if (!self->memory) {
+        take_exception(&self->py, error);
+        return 1;
+    }
+    model->clock = memory->clock;
+    if (!model->clock)
+        model->clock = (double *)(void *)self->py.PyByteArray_AsString(self->memory);
+    model->values = model->clock + CLOCK_SIZE;
+    memset(model->clock, 0, size);
+    return 0;
+}
+
+/* A new reference to the attribute of the module that is called; NULL with a message. */
+static python_object *from_entry_module(const struct python_api *py, const char *name,
+                                        const char *version, struct text *error)
+{
+    python_object *module = py->PyImport_ImportModule(ENTRY_MODULE);
+    python_object *found = module ? py->PyObject_GetAttrString(module, name) : NULL;
+    drop(py, module);
+    if (!found)
+        explain_import(py, version, error);
+    return found;
+}
+
+static int open_hosted(struct python_model *self, const char *version, const char *resources,
+                       struct text *error)
+{
+    const struct python_api *py = &self->py;
+    python_object *entry = from_entry_module(py, "open_model", version, error);
+    if (!entry)
+        return 1;
+    python_object *hosted = call_entry(self, entry, resources, error);
+    drop(py, entry);
+    int failed = !hosted || bind(self, hosted, error);
+    drop(py, hosted);
+    return failed;
+}
+
+/* Finds Python in this process. 0, or nonzero with a message. */
+static int find_api(struct python_api *py, const char *version, struct text *error)
+{
+    struct text missing = {NULL};
+    if (python_api_find(py, &missing) == 0)
+        return 0;
+    text_set(error, "this FMU needs a Python with the package cardsflow %s as its host: %s", version,
+             text_get(&missing));
+    text_free(&missing);
+    return 1;
+}
+
+int python_in_process_fits(const char *version, struct text *why)
+{
+    struct python_api py;
+    struct text found = {NULL};
+    if (find_api(&py, version, why))
+        return 0;
+    int gil = py.PyGILState_Ensure();
+    python_object *object = from_entry_module(&py, "__version__", version, why);
+    int fits = object && take_text(&py, object, &found) == 0 && !strcmp(text_get(&found), version);
+    if (object && !fits)
+        text_set(why, "the host's Python has cardsflow %s", text_get(&found));
+    drop(&py, object);
+    py.PyGILState_Release(gil);
+    text_free(&found);
+    return fits;
+}
+
+int python_in_process_open(struct model *model, const char *version,
+                           const struct python_memory *memory, const char *resources,
+                           struct text *error)
+{
+    struct python_model *self = calloc(1, sizeof *self);
+    if (!self) {
+        text_set(error, "out of memory");
+        return 1;
+    }
+    if (find_api(&self->py, version, error)) {
+        free(self);
+        return 1;
+    }
+    int gil = self->py.PyGILState_Ensure();
+    int failed = get_memory(self, model, memory, error) ||
+                 open_hosted(self, version, resources, error);
+    if (failed)
+        drop_all(self);
+    self->py.PyGILState_Release(gil);
+    if (failed) {
+        free(self);
+        return 1;
+    }
+    model->functions = &FUNCTIONS;
+    model->backend = self;
+    return 0;
+}

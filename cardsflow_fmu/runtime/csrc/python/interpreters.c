@@ -1,0 +1,67 @@
+#include "interpreters.h"
+
+#include "environment.h"
+#include "../platform/read_file.h"
+#include "../platform/text.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _WIN32
+static const char IN_ENVIRONMENT[] = "Scripts/python.exe", ON_PATH[] = "python";
+#else
+static const char IN_ENVIRONMENT[] = "bin/python", ON_PATH[] = "python3";
+#endif
+
+/* The first line of resources/python.txt, on the heap; NULL without one. */
+static char *recorded(const char *resources)
+{
+    size_t size = 0;
+    struct text path = {NULL};
+    text_set(&path, "%s/python.txt", resources);
+    char *line = (char *)read_file(text_get(&path), &size);
+    text_free(&path);
+    if (!line)
+        return NULL;
+    line[size] = '\0'; /* there is room for it */
+    line[strcspn(line, "\r\n")] = '\0';
+    if (*line)
+        return line;
+    free(line);
+    return NULL;
+}
+
+static char *of_virtual_environment(void)
+{
+    struct text path = {NULL};
+    char *folder = environment_get("VIRTUAL_ENV");
+    if (folder)
+        text_set(&path, "%s/%s", folder, IN_ENVIRONMENT);
+    free(folder);
+    return path.chars;
+}
+
+static size_t add(struct interpreter found[], size_t count, const char *source, char *program)
+{
+    if (!program)
+        return count;
+    found[count].source = source;
+    found[count].program = program;
+    return count + 1;
+}
+
+size_t interpreters_find(const char *resources, struct interpreter found[MOST_INTERPRETERS])
+{
+    size_t count = add(found, 0, "CARDSFLOW_PYTHON", environment_get("CARDSFLOW_PYTHON"));
+    if (count)
+        return count;
+    count = add(found, count, "recorded in the FMU", recorded(resources));
+    count = add(found, count, "VIRTUAL_ENV", of_virtual_environment());
+    return add(found, count, "on the path", text_copy(ON_PATH));
+}
+
+void interpreters_free(struct interpreter found[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        free(found[i].program);
+}

@@ -1,0 +1,304 @@
+#include "client.h"
+
+#include "channel.h"
+#include "../environment.h"
+#include "../interpreters.h"
+#include "system/process.h"
+#include "system/shared_memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct python_worker {
+    struct shared_memory memory;
+    struct channel channel;
+    struct process process;
+    int is_alive;
+    char *program;   /* the interpreter */
+    char *library;   /* the file that this is in: the worker loads it too */
+    char *resources; /* folder */
+    char *version;   /* of the package */
+    size_t count;    /* of values */
+    double longest_start, longest_call;
+    const double *chosen_longest_call; /* the parameter for it, NULL without one */
+};
+
+/* Before the package is known to be there: any Python 3 understands it. Nothing is imported from the
+ * host's current folder. Files that the host has left open for its children are closed. What cannot be
+ * imported is told to the host. */
+static const char START[] =
+    "import sys\n"
+    "sys.path[:] = [p for p in sys.path if p]\n"
+    "import ctypes, os\n"
+    "os.name == 'posix' and os.closerange(5, 65536)\n"
+    "try:\n"
+    "    from cardsflow_fmu.runtime.worker import main\n"
+    "except BaseException as error:\n"
+    "    text = type(error).__name__ + ': ' + str(error)\n"
+    "    library = ctypes.CDLL(sys.argv[1])\n"
+    "    library.cardsflow_worker_refuse(sys.argv[-1].encode(), text.encode())\n"
+    "else:\n"
+    "    main(*sys.argv[1:])\n";
+
+/* Waits this long for a process that was told to quit, and at least for one to terminate, in s. */
+static const double LONGEST_QUIT = 5;
+
+static void stop(struct python_worker *self, double patience)
+{
+    if (self->is_alive)
+        process_end(&self->process, patience);
+    self->is_alive = 0;
+}
+
+static void quit(struct python_worker *self)
+{
+    if (self->is_alive)
+        channel_quit(&self->channel, &self->process);
+    stop(self, LONGEST_QUIT);
+}
+
+/* Asks; the bytes of the answer are in the channel. A worker that does not answer is ended: it may
+ * not write to the values later. 0, or nonzero with a message. */
+static int ask(struct python_worker *self, enum command command, const void *bytes, size_t size,
+               double longest, enum outcome *outcome, struct text *error)
+{
+    *outcome = OUTCOME_UNFIT;
+    if (!self->is_alive) {
+        text_set(error, "the worker process has ended: a reset starts another");
+        return 1;
+    }
+    if (channel_ask(&self->channel, &self->process, command, bytes, size, longest, outcome, error)) {
+        stop(self, 0);
+        *outcome = OUTCOME_UNFIT;
+        return 1;
+    }
+    if (*outcome == OUTCOME_DONE)
+        return 0;
+    text_set(error, "%s", self->channel.bytes.at ? (const char *)self->channel.bytes.at : "");
+    return 1;
+}
+
+/* Starts the worker and opens the model there. */
+static enum outcome start(struct python_worker *self, const char *program, struct text *error)
+{
+    const char *const arguments[] = {"-E",          "-c",          START,
+                                     self->library, self->version, self->resources,
+                                     NULL};
+    enum outcome outcome = OUTCOME_UNFIT;
+    channel_clear(&self->channel, self->count);
+    if (process_start(&self->process, program, arguments, &self->memory, error))
+        return OUTCOME_UNFIT;
+    self->is_alive = 1;
+    if (ask(self, COMMAND_OPEN, NULL, 0, self->longest_start, &outcome, error))
+        quit(self);
+    return outcome;
+}
+
+/* The parameter counts unless it makes no sense; NaN does not either. */
+static double longest_call(const struct python_worker *self)
+{
+    const double *chosen = self->chosen_longest_call;
+    return chosen && *chosen > 0 ? *chosen : self->longest_call;
+}
+
+/* A command to the model. */
+static int call_with(struct model *model, enum command command, const void *bytes, size_t size)
+{
+    struct python_worker *self = model->backend;
+    enum outcome outcome;
+    return ask(self, command, bytes, size, longest_call(self), &outcome, &model->error);
+}
+
+static int initialize(struct model *model)
+{
+    return call_with(model, COMMAND_INITIALIZE, NULL, 0);
+}
+
+static int step(struct model *model)
+{
+    return call_with(model, COMMAND_STEP, NULL, 0);
+}
+
+/* The way out after a failure, the end of the worker included. */
+static int reset(struct model *model)
+{
+    struct python_worker *self = model->backend;
+    if (self->is_alive && call_with(model, COMMAND_RESET, NULL, 0) == 0)
+        return 0;
+    return self->is_alive || start(self, self->program, &model->error) != OUTCOME_DONE;
+}
+
+/* A worker that has ended holds nothing any more. */
+static int terminate(struct model *model)
+{
+    struct python_worker *self = model->backend;
+    enum outcome outcome;
+    double longest = longest_call(self);
+    return self->is_alive &&
+           ask(self, COMMAND_TERMINATE, NULL, 0, longest > LONGEST_QUIT ? longest : LONGEST_QUIT,
+               &outcome, &model->error);
+}
+
+/* Takes the bytes of the answer over. */
+static int take_bytes(struct channel *channel, void **bytes, size_t *size, struct text *error)
+{
+    *size = channel->bytes.size;
+    *bytes = channel->bytes.at ? channel->bytes.at : malloc(1);
+    channel->bytes.at = NULL;
+    channel->bytes.size = 0;
+    if (!*bytes)
+        text_set(error, "out of memory");
+    return *bytes == NULL;
+}
+
+static int get_state(struct model *model, void **bytes, size_t *size)
+{
+    struct python_worker *self = model->backend;
+    return call_with(model, COMMAND_GET_STATE, NULL, 0) ||
+           take_bytes(&self->channel, bytes, size, &model->error);
+}
+
+static int set_state(struct model *model, const void *bytes, size_t size)
+{
+    return call_with(model, COMMAND_SET_STATE, bytes, size);
+}
+
+/* As bytes: both counts, unknowns, knowns, seeds. */
+static int derivative(struct model *model, const struct derivative *request)
+{
+    struct python_worker *self = model->backend;
+    size_t n = request->unknown_count, m = request->known_count;
+    size_t indices = (2 + n + m) * sizeof(uint32_t), size = indices + m * sizeof(double);
+    unsigned char *bytes = malloc(size);
+    uint32_t counts[2] = {(uint32_t)n, (uint32_t)m};
+    if (!bytes) {
+        text_set(&model->error, "out of memory");
+        return 1;
+    }
+    memcpy(bytes, counts, sizeof counts);
+    memcpy(bytes + sizeof counts, request->unknowns, n * sizeof(uint32_t));
+    memcpy(bytes + sizeof counts + n * sizeof(uint32_t), request->knowns, m * sizeof(uint32_t));
+    memcpy(bytes + indices, request->seeds, m * sizeof(double));
+    int failed = call_with(model, COMMAND_DERIVATIVE, bytes, size);
+    free(bytes);
+    if (!failed && self->channel.bytes.size != n * sizeof(double)) {
+        text_set(&model->error, "the worker process has answered another number of derivatives");
+        return 1;
+    }
+    if (!failed && n)
+        memcpy(request->answers, self->channel.bytes.at, n * sizeof(double));
+    return failed;
+}
+
+static void free_worker(struct python_worker *self)
+{
+    stop(self, 0);
+    channel_free(&self->channel);
+    shared_memory_close(&self->memory);
+    free(self->program);
+    free(self->library);
+    free(self->resources);
+    free(self->version);
+    free(self);
+}
+
+static void close_model(struct model *model)
+{
+    quit(model->backend);
+    free_worker(model->backend);
+}
+
+static const struct model_functions FUNCTIONS = {
+    .initialize = initialize,
+    .step = step,
+    .reset = reset,
+    .terminate = terminate,
+    .get_state = get_state,
+    .set_state = set_state,
+    .derivative = derivative,
+    .close = close_model,
+};
+
+/* The value of the parameter `worker_timeout`, NULL when there is none or the environment decides. */
+static const double *find_timeout(const struct python_worker *self, const struct port_table *ports)
+{
+    char *decided = environment_get("CARDSFLOW_FMU_TIMEOUT");
+    free(decided);
+    for (size_t i = 0; i < ports->count && !decided; i++)
+        if (ports->ports[i].causality == CAUSALITY_PARAMETER && ports->ports[i].size == 1 &&
+            strcmp(ports->ports[i].name, "worker_timeout") == 0)
+            return channel_clock(&self->channel) + 2 + i;
+    return NULL;
+}
+
+static struct python_worker *make_worker(const struct port_table *ports, const char *resources,
+                                         struct text *error)
+{
+    const double start = 60, call = 60; /* in s */
+    struct python_worker *self = calloc(1, sizeof *self);
+    if (self && shared_memory_create(&self->memory, channel_size(ports->count), error)) {
+        free(self);
+        return NULL;
+    }
+    if (self) {
+        channel_attach(&self->channel, &self->memory);
+        self->count = ports->count;
+        self->longest_start = environment_get_positive("CARDSFLOW_FMU_START_TIMEOUT", start);
+        self->longest_call = environment_get_positive("CARDSFLOW_FMU_TIMEOUT", call);
+        self->chosen_longest_call = find_timeout(self, ports);
+        self->library = process_own_library();
+        self->resources = text_copy(resources);
+        self->version = text_copy(ports->package_version);
+        if (self->library && self->resources && self->version)
+            return self;
+        free_worker(self);
+    }
+    text_set(error, "out of memory, or the file of this library cannot be told");
+    return NULL;
+}
+
+/* The first line only: what was tried is told in one. */
+static int first_line(const char *text)
+{
+    return (int)strcspn(text, "\n");
+}
+
+/* Tries interpreters until one fits. */
+static enum outcome start_any(struct python_worker *self, struct text *error)
+{
+    struct interpreter found[MOST_INTERPRETERS];
+    struct text tried = {NULL}, reason = {NULL};
+    enum outcome outcome = OUTCOME_UNFIT;
+    size_t count = interpreters_find(self->resources, found);
+    text_set(&tried, "no Python with the package cardsflow %s; tried", self->version);
+    for (size_t i = 0; i < count && outcome == OUTCOME_UNFIT; i++) {
+        outcome = start(self, found[i].program, &reason);
+        if (outcome == OUTCOME_DONE)
+            self->program = text_copy(found[i].program);
+        text_set(&tried, "%s%s %s (%s): %.*s", text_get(&tried), i ? ";" : "", found[i].program,
+                 found[i].source, first_line(text_get(&reason)), text_get(&reason));
+    }
+    if (outcome != OUTCOME_DONE)
+        text_set(error, "%s", text_get(outcome == OUTCOME_FAILED ? &reason : &tried));
+    interpreters_free(found, count);
+    text_free(&tried);
+    text_free(&reason);
+    return outcome;
+}
+
+int python_worker_open(struct model *model, const struct port_table *ports, const char *resources,
+                       struct text *error)
+{
+    struct python_worker *self = make_worker(ports, resources, error);
+    if (!self)
+        return 1;
+    if (start_any(self, error) != OUTCOME_DONE || !self->program) {
+        free_worker(self);
+        return 1;
+    }
+    model->functions = &FUNCTIONS;
+    model->backend = self;
+    model->clock = channel_clock(&self->channel);
+    model->values = model->clock + 2;
+    return 0;
+}

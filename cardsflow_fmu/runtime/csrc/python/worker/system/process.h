@@ -1,0 +1,39 @@
+/* A process that works for this one, over shared memory and a bell. */
+#ifndef PROCESS_H
+#define PROCESS_H
+
+#include "bell.h"
+#include "shared_memory.h"
+#include "../../../platform/text.h"
+
+struct process {
+    struct bell bell;
+    int is_running;
+#ifdef _WIN32
+    void *handle, *job;
+#else
+    long id;
+    int status; /* as waitpid tells, once it runs no more */
+#endif
+};
+
+/* Starts a program with `arguments`, its own name not among them, NULL behind the last, and one more
+ * behind them for process_attach. A name without a slash is looked for as a shell does. 0, or nonzero
+ * with a message. */
+int process_start(struct process *process, const char *program, const char *const arguments[],
+                  const struct shared_memory *memory, struct text *error);
+
+/* Whether it has ended by itself, or does so within some seconds, and how. */
+int process_has_ended(struct process *process, double seconds, struct text *how);
+
+/* Waits for its end, as long as told, then ends it. Nothing of it is left. */
+void process_end(struct process *process, double patience);
+
+/* In the process that was started: finds memory and bell by the last argument. From then on this
+ * process ends as soon as the other one has. 0, or nonzero. */
+int process_attach(const char *argument, struct shared_memory *memory, struct bell *bell);
+
+/* Path of the file that holds this function, in UTF-8, on the heap; NULL when it cannot be told. */
+char *process_own_library(void);
+
+#endif

@@ -1,0 +1,63 @@
+#include "waiting.h"
+
+#include "../../platform/clock.h"
+
+#ifdef _WIN32
+#include <windows.h>
+
+static void let_others_run(void)
+{
+    SwitchToThread();
+}
+#else
+#include <sched.h>
+
+static void let_others_run(void)
+{
+    sched_yield();
+}
+#endif
+
+/* In s. A sleep and a wake-up take some 50 us: who usually waits longer than the first is put to sleep
+ * soon. A look that takes as long as the last has lent the processor to others, who want it. */
+static const double LONGEST_USUAL = 500e-6, LONGEST = 1e-3, SHORTEST = 20e-6, CROWDED = 200e-6;
+
+static void pause_processor(void)
+{
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+static int is_there(const uint32_t *word, uint32_t value)
+{
+    return __atomic_load_n(word, __ATOMIC_ACQUIRE) == value;
+}
+
+int wait_looking(const uint32_t *word, uint32_t value, const struct patience *patience)
+{
+    enum { LOOKS = 100 };
+    double now = monotonic_seconds(), before;
+    double end = now + (patience->usual < LONGEST_USUAL ? LONGEST : SHORTEST);
+    do {
+        for (int i = 0; i < LOOKS; i++) {
+            if (is_there(word, value))
+                return 1;
+            pause_processor();
+        }
+        let_others_run();
+        before = now;
+        now = monotonic_seconds();
+    } while (now < end && now - before < CROWDED);
+    return is_there(word, value);
+}
+
+void patience_learn(struct patience *patience, double waited)
+{
+    const double weight = 0.125;
+    if (waited > 2 * LONGEST_USUAL)
+        waited = 2 * LONGEST_USUAL;
+    patience->usual += weight * (waited - patience->usual);
+}

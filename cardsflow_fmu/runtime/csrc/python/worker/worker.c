@@ -1,0 +1,161 @@
+/* The worker's end: what Python calls in a process that the host has started. */
+#include "channel.h"
+#include "../../model/model.h"
+#include "system/process.h"
+#include "../in_process.h"
+#include "../../platform/text.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(_WIN32)
+#define WORKER_EXPORT __declspec(dllexport)
+#else
+#define WORKER_EXPORT __attribute__((visibility("default")))
+#endif
+
+/* Runs the model in `resources` for the host, until that has had enough. 0, or nonzero without a
+ * host. */
+WORKER_EXPORT int cardsflow_worker_run(const char *links, const char *resources,
+                                       const char *version);
+
+/* Tells the host why no model can run here. */
+WORKER_EXPORT int cardsflow_worker_refuse(const char *links, const char *reason);
+
+struct worker {
+    struct shared_memory memory;
+    struct bell bell;
+    struct channel channel;
+};
+
+static int attach(struct worker *worker, const char *links)
+{
+    if (process_attach(links, &worker->memory, &worker->bell))
+        return 1;
+    channel_attach(&worker->channel, &worker->memory);
+    return 0;
+}
+
+static void answer_text(struct worker *worker, enum outcome outcome, const char *text)
+{
+    char *copy = text_copy(text);
+    channel_answer(&worker->channel, &worker->bell, outcome, copy, copy ? strlen(copy) : 0);
+}
+
+int cardsflow_worker_refuse(const char *links, const char *reason)
+{
+    struct worker worker;
+    if (attach(&worker, links))
+        return 1;
+    while (channel_next(&worker.channel, &worker.bell) != COMMAND_QUIT)
+        answer_text(&worker, OUTCOME_UNFIT, reason);
+    return 0;
+}
+
+/* Whether the bytes are a request, which then points into them. */
+static int read_request(const struct bytes *bytes, struct derivative *request)
+{
+    uint32_t counts[2];
+    if (bytes->size < sizeof counts)
+        return 0;
+    memcpy(counts, bytes->at, sizeof counts);
+    size_t n = counts[0], m = counts[1];
+    if (bytes->size != sizeof counts + (n + m) * sizeof(uint32_t) + m * sizeof(double))
+        return 0;
+    request->unknown_count = n;
+    request->known_count = m;
+    request->unknowns = (const uint32_t *)(const void *)(bytes->at + sizeof counts);
+    request->knowns = request->unknowns + n;
+    return 1;
+}
+
+/* The answers are taken over by the caller. */
+static int derive(struct model *model, const struct bytes *bytes, void **answers, size_t *size)
+{
+    struct derivative request;
+    if (!model->functions->derivative || !read_request(bytes, &request)) {
+        text_set(&model->error, "there are no directional derivatives");
+        return 1;
+    }
+    size_t m = request.known_count;
+    double *seeds = malloc((m + 1) * sizeof *seeds);
+    double *values = malloc((request.unknown_count + 1) * sizeof *values);
+    int failed = !seeds || !values;
+    if (failed) {
+        text_set(&model->error, "out of memory");
+    } else {
+        memcpy(seeds, request.knowns + m, m * sizeof *seeds);
+        request.seeds = seeds;
+        request.answers = values;
+        failed = model->functions->derivative(model, &request);
+    }
+    free(seeds);
+    *answers = values;
+    *size = request.unknown_count * sizeof *values;
+    return failed;
+}
+
+static int carry_out(struct model *model, enum command command, const struct bytes *bytes,
+                     void **answer, size_t *size)
+{
+    switch (command) {
+    case COMMAND_INITIALIZE:
+        return model->functions->initialize(model);
+    case COMMAND_STEP:
+        return model->functions->step(model);
+    case COMMAND_RESET:
+        return model->functions->reset(model);
+    case COMMAND_TERMINATE:
+        return model->functions->terminate(model);
+    case COMMAND_GET_STATE:
+        return model->functions->get_state(model, answer, size);
+    case COMMAND_SET_STATE:
+        return model->functions->set_state(model, bytes->at, bytes->size);
+    case COMMAND_DERIVATIVE:
+        return derive(model, bytes, answer, size);
+    default:
+        text_set(&model->error, "there is no command %d", (int)command);
+        return 1;
+    }
+}
+
+/* Answers commands until the host says to quit. */
+static void serve(struct worker *worker, struct model *model)
+{
+    for (;;) {
+        void *answer = NULL;
+        size_t size = 0;
+        enum command command = channel_next(&worker->channel, &worker->bell);
+        if (command == COMMAND_QUIT)
+            return;
+        if (carry_out(model, command, &worker->channel.bytes, &answer, &size)) {
+            free(answer);
+            answer_text(worker, OUTCOME_FAILED, text_get(&model->error));
+        } else {
+            channel_answer(&worker->channel, &worker->bell, OUTCOME_DONE, answer, size);
+        }
+    }
+}
+
+int cardsflow_worker_run(const char *links, const char *resources, const char *version)
+{
+    struct worker worker;
+    struct model model;
+    struct text error = {NULL};
+    memset(&model, 0, sizeof model);
+    if (attach(&worker, links) || channel_next(&worker.channel, &worker.bell) != COMMAND_OPEN)
+        return 1;
+    struct python_memory memory = {channel_clock(&worker.channel), channel_count(&worker.channel)};
+    if (python_in_process_open(&model, version, &memory, resources, &error)) {
+        answer_text(&worker, OUTCOME_FAILED, text_get(&error));
+        text_free(&error);
+        channel_next(&worker.channel, &worker.bell);
+        return 0;
+    }
+    channel_answer(&worker.channel, &worker.bell, OUTCOME_DONE, NULL, 0);
+    serve(&worker, &model);
+    model.functions->close(&model);
+    text_free(&model.error);
+    channel_free(&worker.channel);
+    return 0;
+}

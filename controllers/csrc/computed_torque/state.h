@@ -1,0 +1,51 @@
+/* The inside of a computed-torque handle. */
+#ifndef CARDSFLOW_COMPUTED_TORQUE_STATE_H
+#define CARDSFLOW_COMPUTED_TORQUE_STATE_H
+
+#include "computed_torque.h"
+#include "../dual_newton/state.h"
+
+/* ARRAY(name, number of doubles): those of computed_torque_array first. */
+#define TORQUE_ARRAYS(ARRAY)                                                                           \
+    ARRAY(M, n *n)                                                                                     \
+    ARRAY(h, n)                                                                                        \
+    ARRAY(L, m *n)                                                                                     \
+    ARRAY(error, r)                                                                                    \
+    ARRAY(rate_error, r)                                                                               \
+    ARRAY(acceleration, r)                                                                             \
+    ARRAY(q, n)                                                                                        \
+    ARRAY(qd, n)                                                                                       \
+    ARRAY(J, k *n)                                                                                     \
+    ARRAY(bias, k)                                                                                     \
+    ARRAY(kp, r)                                                                                       \
+    ARRAY(kd, r)                                                                                       \
+    ARRAY(f_min, m)                                                                                    \
+    ARRAY(f_max, m)                                                                                    \
+    ARRAY(H_f, m)                                                                                      \
+    ARRAY(H_q, n)                                                                                      \
+    ARRAY(H_r, m)                                                                                      \
+    ARRAY(f_p, m)                                                                                      \
+    ARRAY(W, k)                                                                                        \
+    ARRAY(posture_kp, n)                                                                               \
+    ARRAY(posture_kd, n)                                                                               \
+    ARRAY(q0, n)                                                                                       \
+    ARRAY(q_min, n)                                                                                    \
+    ARRAY(q_max, n)                                                                                    \
+    ARRAY(limit_bandwidth, 1)                                                                          \
+    ARRAY(forces, m)                                                                                   \
+    ARRAY(slack, r)                                                                                    \
+    ARRAY(limits_dropped, 1)                                                                           \
+    ARRAY(memory, m + 2 * rows) /* last forces, and where both programs start */                       \
+    ARRAY(desired, r)           /* torque or task acceleration */                                      \
+    ARRAY(factor, n *n)                                                                                \
+    ARRAY(column, n)
+
+#define TORQUE_MEMBER(name, length) real *name;
+struct computed_torque {
+    size_t n, m, k, r, rows;
+    dual_newton *hard, *soft; /* the program with hard rows, and that in which some give way */
+    TORQUE_ARRAYS(TORQUE_MEMBER)
+};
+#undef TORQUE_MEMBER
+
+#endif

@@ -1,0 +1,97 @@
+/* The inside of a handle.
+
+   All work is done in scaled numbers, in which H is the identity and every row of A has length 1: then
+   no unit and no scale of the caller's matters.
+       x_i sqrt(H_i),   g_i / sqrt(H_i),   A_ji / (sqrt(H_i) norm_j),   b_j / norm_j,   y_j norm_j
+   With lam the scaled multipliers, x(lam) = clip(A'lam - g, low, high), and what is left is
+   r(lam) = b - eps lam - A x(lam) = 0, the gradient of a concave, piecewise quadratic function.        */
+#ifndef CARDSFLOW_DUAL_NEWTON_STATE_H
+#define CARDSFLOW_DUAL_NEWTON_STATE_H
+
+#include "dual_newton.h"
+#include "vectors.h"
+
+#include <stdint.h>
+
+/* Where a search meets a bound, and by how much the curvature along the search changes there. */
+typedef struct breakpoint {
+    real at, change;
+} breakpoint;
+
+/* ARRAY(type, name, number of elements) in the working memory behind the handle; every type has a
+   multiple of a real's bytes, none must be aligned to more.                                           */
+#define STATE_ARRAYS(ARRAY)                                                                            \
+    /* the problem, its start and its answer: see dual_newton_array */                                 \
+    ARRAY(real, H_diagonal, n)                                                                         \
+    ARRAY(real, g, n)                                                                                  \
+    ARRAY(real, lb, n)                                                                                 \
+    ARRAY(real, ub, n)                                                                                 \
+    ARRAY(real, A, n *m)                                                                               \
+    ARRAY(real, b, m)                                                                                  \
+    ARRAY(real, softness, m)                                                                           \
+    ARRAY(real, start, m)                                                                              \
+    ARRAY(real, x, n)                                                                                  \
+    ARRAY(real, multipliers, m)                                                                        \
+    ARRAY(real, slack, m)                                                                              \
+    ARRAY(real, residuals, 2)                                                                          \
+    /* the scaled problem */                                                                           \
+    ARRAY(real, root, n) /* sqrt(H) */                                                                 \
+    ARRAY(real, norm, m) /* of a row of A */                                                           \
+    ARRAY(real, sg, n)                                                                                 \
+    ARRAY(real, low, n)                                                                                \
+    ARRAY(real, high, n)                                                                               \
+    ARRAY(real, sA, n *m)                                                                              \
+    ARRAY(real, sb, m)                                                                                 \
+    ARRAY(real, eps, m)                                                                                \
+    /* the iterate */                                                                                  \
+    ARRAY(real, lam, m)                                                                                \
+    ARRAY(real, v, n)  /* A'lam - g */                                                                 \
+    ARRAY(real, sx, n) /* clip(v) */                                                                   \
+    ARRAY(real, r, m)                                                                                  \
+    ARRAY(whole_number, side, n) /* of v: -1 at or below low, 1 at or above high, 0 between */         \
+    /* a step */                                                                                       \
+    ARRAY(real, centre, m)                                                                             \
+    ARRAY(real, pull, m) /* r - ridge (lam - centre) */                                                \
+    ARRAY(real, d, m)                                                                                  \
+    ARRAY(real, dv, n)                                                                                 \
+    ARRAY(real, factor, m *m)                                                                          \
+    ARRAY(real, size, m)                                                                               \
+    ARRAY(breakpoint, heap, 2 * n)                                                                     \
+    /* the end, while it is refined */                                                                 \
+    ARRAY(real, end_x, n)                                                                              \
+    ARRAY(real, end_lam, m)                                                                            \
+    ARRAY(real, rest, m)                                                                               \
+    ARRAY(real, correction, m)
+
+#define STATE_MEMBER(type, name, length) type *name;
+struct dual_newton {
+    size_t n, m;
+    int64_t steps;
+    STATE_ARRAYS(STATE_MEMBER)
+};
+#undef STATE_MEMBER
+
+/* scale.c: the scaled problem from the caller's; an enum dual_newton_status. */
+int scale_problem(dual_newton *s);
+
+/* dual.c */
+void dual_evaluate(dual_newton *s);                  /* v, sx, side and r at lam */
+void dual_direction(dual_newton *s);                 /* dv = A'd */
+void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size);
+
+/* factor.c: S = A_F A_F' + diag(eps + ridge) over the variables F between their bounds. */
+void factor_build(dual_newton *s, real ridge);
+void factor_solve(const dual_newton *s, const real *r, real *d);
+
+/* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |lam - centre|^2; far
+   if it is beyond every bend.                                                                         */
+real search_peak(dual_newton *s, real ridge, int *is_far);
+
+/* settle.c: 1 if the bounds that the step began with are those of the optimum; then sx and lam are it, and
+   no row is off by more than the tolerance, relative to its terms.                                    */
+int settle(dual_newton *s, real tolerance);
+
+/* certificate.c: 1 if y, cleared in soft rows, proves that no x fulfils the hard rows. */
+int certificate_holds(const dual_newton *s, real *y);
+
+#endif

@@ -1,0 +1,40 @@
+/* Small vector algebra. */
+#ifndef CARDSFLOW_DUAL_NEWTON_VECTORS_H
+#define CARDSFLOW_DUAL_NEWTON_VECTORS_H
+
+#include "../../../sim_dart/csrc/numbers/real_functions.h"
+
+#include <stddef.h>
+
+/* The sum in four parts: a fixed order, and no chain of additions that wait for each other. */
+static inline real dot(size_t count, const real *restrict a, const real *restrict b)
+{
+    real s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+    size_t k = 0;
+    for (; k + 4 <= count; k += 4) {
+        s0 += a[k] * b[k];
+        s1 += a[k + 1] * b[k + 1];
+        s2 += a[k + 2] * b[k + 2];
+        s3 += a[k + 3] * b[k + 3];
+    }
+    for (; k < count; k++) s0 += a[k] * b[k];
+    return (s0 + s1) + (s2 + s3);
+}
+
+/* y += c x */
+static inline void add(size_t count, real *restrict y, real c, const real *restrict x)
+{
+    for (size_t k = 0; k < count; k++) y[k] += c * x[k];
+}
+
+static inline real clip(real v, real low, real high)
+{
+    return v < low ? low : v > high ? high : v;
+}
+
+static inline real larger(real a, real b)
+{
+    return a > b ? a : b;
+}
+
+#endif

@@ -1,0 +1,89 @@
+#include "check_paths.h"
+
+#include "../math/vectors.h"
+#include "check_points.h"
+#include "message.h"
+
+#include <math.h>
+
+#define MOST_TURNS 1000000
+
+static int is_unit(const real a[3])
+{
+    return fabs(dot3(a, a) - 1) < UNIT_TOLERANCE;
+}
+
+static int is_size(real value)
+{
+    return value > 0 && isfinite(value);
+}
+
+static int check_surfaces(const blob_view *b, char *message, size_t capacity)
+{
+    for (int k = 0; k < b->counts.surfaces; k++) {
+        if (b->surface_kind[k] < 0 || b->surface_kind[k] >= SURFACES)
+            return refuse(message, capacity, "surface %d: unknown kind %d", k, (int)b->surface_kind[k]);
+        if (!is_unit(b->surface_axis + 3 * k))
+            return refuse(message, capacity, "surface %d: its axis is no unit vector", k);
+        if (!is_size(b->surface_radius[k]) || (b->surface_half[k] != 0 && !is_size(b->surface_half[k])))
+            return refuse(message, capacity, "surface %d: its size is not above zero and finite", k);
+        if (b->surface_half[k] != 0 && b->surface_kind[k] != SURFACE_CYLINDER)
+            return refuse(message, capacity, "surface %d: only a cylinder has ends", k);
+    }
+    return 0;
+}
+
+static int check_wraps(const blob_view *b, char *message, size_t capacity)
+{
+    int32_t here = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0;
+    for (int k = 0; k < b->counts.wraps; k++) {
+        const int32_t point = b->wrap_point[k];
+        if (point < 0 || point >= b->counts.points - 1)
+            return refuse(message, capacity, "wrap %d: no segment begins at via point %d", k, (int)point);
+        if (k && point < b->wrap_point[k - 1])
+            return refuse(message, capacity, "wrap %d is out of order", k);
+        while (end <= point) end += b->muscle_points[++muscle];
+        if (point == end - 1)
+            return refuse(message, capacity, "wrap %d: via point %d is its muscle's last", k, (int)point);
+        here = k && point == b->wrap_point[k - 1] ? here + 1 : 1;
+        if (here > LARGEST_SEQUENCE)
+            return refuse(message, capacity, "wrap %d: more than %d in one segment", k, LARGEST_SEQUENCE);
+        if (b->wrap_surface[k] < 0 || b->wrap_surface[k] >= b->counts.surfaces)
+            return refuse(message, capacity, "wrap %d: there is no surface %d", k, (int)b->wrap_surface[k]);
+        if (b->wrap_side[k] < -1 || b->wrap_side[k] > WRAP_INSIDE)
+            return refuse(message, capacity, "wrap %d: unknown side %d", k, (int)b->wrap_side[k]);
+        if (b->wrap_turns[k] < 0 || b->wrap_turns[k] > MOST_TURNS)
+            return refuse(message, capacity, "wrap %d: turns %d are not within 0 to %d", k,
+                          (int)b->wrap_turns[k], MOST_TURNS);
+        if (b->wrap_side[k] == WRAP_INSIDE && b->wrap_turns[k])
+            return refuse(message, capacity, "wrap %d: inside a surface there are no turns", k);
+    }
+    return 0;
+}
+
+static int check_pulleys(const blob_view *b, char *message, size_t capacity)
+{
+    int32_t first = 0, muscle = 0;
+    for (int k = 0; k < b->counts.pulleys; k++) {
+        if (k && b->pulley_point[k] <= b->pulley_point[k - 1])
+            return refuse(message, capacity, "pulley %d is out of order", k);
+        while (muscle < b->counts.muscles && first < b->pulley_point[k])
+            first += b->muscle_points[muscle++];
+        if (muscle == b->counts.muscles || first != b->pulley_point[k])
+            return refuse(message, capacity, "pulley %d: no muscle begins at via point %d", k,
+                          (int)b->pulley_point[k]);
+        if (!is_unit(b->pulley_direction + 3 * k))
+            return refuse(message, capacity, "pulley %d: its direction is no unit vector", k);
+        if (!is_size(b->pulley_radius[k]))
+            return refuse(message, capacity, "pulley %d: its radius is not above zero and finite", k);
+    }
+    return 0;
+}
+
+int check_paths(const blob_view *b, char *message, size_t capacity)
+{
+    return check_points("surface", b->surface_frame, b->surface_centre, b->counts.surfaces, b->counts.dofs,
+                        message, capacity) ||
+           check_surfaces(b, message, capacity) || check_wraps(b, message, capacity) ||
+           check_pulleys(b, message, capacity);
+}

@@ -1,0 +1,24 @@
+#include "check_points.h"
+
+#include "message.h"
+
+#include <math.h>
+
+int all_finite(const real *values, size_t count)
+{
+    for (size_t k = 0; k < count; k++)
+        if (!isfinite(values[k])) return 0;
+    return 1;
+}
+
+int check_points(const char *what, const int32_t *frame, const real *position, int32_t points,
+                 int32_t dofs, char *message, size_t capacity)
+{
+    for (int32_t k = 0; k < points; k++) {
+        if (frame[k] < -1 || frame[k] >= dofs)
+            return refuse(message, capacity, "%s %d: there is no frame %d", what, (int)k, (int)frame[k]);
+        if (!all_finite(position + 3 * k, 3))
+            return refuse(message, capacity, "%s %d: its position is not finite", what, (int)k);
+    }
+    return 0;
+}

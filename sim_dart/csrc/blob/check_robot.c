@@ -1,0 +1,104 @@
+#include "check_robot.h"
+
+#include "../math/vectors.h"
+#include "check_points.h"
+#include "message.h"
+
+#include <math.h>
+
+static int is_rotation(const real R[9])
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k <= i; k++)
+            if (!(fabs(dot3(R + 3 * i, R + 3 * k) - (i == k)) < UNIT_TOLERANCE)) return 0;
+    return 1;
+}
+
+/* Every frame is driven by a coordinate of its own. Quadratic, but only once, and without memory. */
+static int check_coordinates(const blob_view *b, char *message, size_t capacity)
+{
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (b->coordinate[i] < 0 || b->coordinate[i] >= b->counts.dofs)
+            return refuse(message, capacity, "frame %d: there is no coordinate %d", i,
+                          (int)b->coordinate[i]);
+        for (int k = 0; k < i; k++)
+            if (b->coordinate[k] == b->coordinate[i])
+                return refuse(message, capacity, "frames %d and %d share coordinate %d", k, i,
+                              (int)b->coordinate[i]);
+    }
+    return 0;
+}
+
+/* Inertias that are no bodies' make a mass matrix that is not positive definite: the caller's check. */
+static int check_masses(const blob_view *b, char *message, size_t capacity)
+{
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (!(b->mass[i] >= 0) || !all_finite(b->mass + i, 1))
+            return refuse(message, capacity, "frame %d: its mass is not from 0 on", i);
+        if (!all_finite(b->mass_centre + 3 * i, 3) || !all_finite(b->inertia + 6 * i, 6))
+            return refuse(message, capacity, "frame %d: its inertia is not finite", i);
+        if (!(b->damping[i] >= 0) || !all_finite(b->damping + i, 1))
+            return refuse(message, capacity, "coordinate %d: its damping is not from 0 on", i);
+        if (!(b->friction[i] >= 0) || !all_finite(b->friction + i, 1))
+            return refuse(message, capacity, "coordinate %d: its friction is not from 0 on", i);
+        if (!(b->stiffness[i] >= 0) || !all_finite(b->stiffness + i, 1) || !all_finite(b->rest + i, 1))
+            return refuse(message, capacity, "coordinate %d: its spring is not from 0 on, or not finite", i);
+        if (!(b->lower[i] <= b->upper[i]))
+            return refuse(message, capacity, "coordinate %d: its limits are no interval", i);
+    }
+    if (b->counts.robots != 1 || !all_finite(b->gravity, 3))
+        return refuse(message, capacity, "there is no finite gravity");
+    return 0;
+}
+
+static int check_frames(const blob_view *b, char *message, size_t capacity)
+{
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (b->parent[i] < -1 || b->parent[i] >= i)
+            return refuse(message, capacity, "frame %d: parent %d does not come before it", i,
+                          (int)b->parent[i]);
+        if (b->motion[i] < 0 || b->motion[i] >= MOTIONS)
+            return refuse(message, capacity, "frame %d: unknown motion %d", i, (int)b->motion[i]);
+        if (!is_rotation(b->offset_rotation + 9 * i))
+            return refuse(message, capacity, "frame %d: its rotation is not orthonormal", i);
+        if (!all_finite(b->offset_position + 3 * i, 3))
+            return refuse(message, capacity, "frame %d: its position is not finite", i);
+        const real *a = b->axis + 3 * i;
+        if (!(fabs(dot3(a, a) - 1) < UNIT_TOLERANCE))
+            return refuse(message, capacity, "frame %d: its axis is no unit vector", i);
+    }
+    return 0;
+}
+
+static int check_tasks(const blob_view *b, char *message, size_t capacity)
+{
+    for (int k = 0; k < b->counts.tasks; k++) {
+        if (b->task_kind[k] < 0 || b->task_kind[k] >= TASKS)
+            return refuse(message, capacity, "task %d: unknown kind %d", k, (int)b->task_kind[k]);
+        if (!is_rotation(b->task_rotation + 9 * k))
+            return refuse(message, capacity, "task %d: its rotation is not orthonormal", k);
+    }
+    return check_points("task", b->task_frame, b->task_position, b->counts.tasks, b->counts.dofs, message,
+                        capacity);
+}
+
+static int check_muscles(const blob_view *b, char *message, size_t capacity)
+{
+    int64_t points = 0;
+    for (int k = 0; k < b->counts.muscles; k++) {
+        if (b->muscle_points[k] < 2) return refuse(message, capacity, "muscle %d: fewer than 2 points", k);
+        points += b->muscle_points[k];
+    }
+    if (points != b->counts.points)
+        return refuse(message, capacity, "the muscles' points do not add up to %d", (int)b->counts.points);
+    return 0;
+}
+
+int check_robot(const blob_view *b, char *message, size_t capacity)
+{
+    return check_frames(b, message, capacity) || check_coordinates(b, message, capacity) ||
+           check_masses(b, message, capacity) || check_muscles(b, message, capacity) ||
+           check_points("via point", b->point_frame, b->point_position, b->counts.points, b->counts.dofs,
+                        message, capacity) ||
+           check_tasks(b, message, capacity);
+}

@@ -1,0 +1,148 @@
+/* The robot blob: one flat, read-only piece of memory that holds a robot's numbers.
+
+   This is the only place that states the order of its fields. Python asks the library for it as text
+   (core_layout), so that both ends agree by construction; the hash of that text stands in every blob.
+
+   A blob is a header, then the fields one after the other, each padded to 8 bytes; it begins at a multiple
+   of 8 bytes. All this holds for numbers of single precision too, where reals have 4 bytes, and the first
+   word of the header tells such a blob from one of doubles. Frames are the
+   moving frames of the tree, one a degree of freedom, parents first; frame -1 is the world. Links that
+   a fixed joint connects share a frame.                                                               */
+#ifndef CARDSFLOW_LAYOUT_H
+#define CARDSFLOW_LAYOUT_H
+
+#include "../numbers/real.h"
+
+#include <stdint.h>
+
+#define BLOB_MAGIC_DOUBLE 0x45524f43u /* "CORE" */
+#define BLOB_MAGIC_FLOAT 0x66524f43u  /* "CORf" */
+#define BLOB_MAGIC PRECISE(BLOB_MAGIC_DOUBLE, BLOB_MAGIC_FLOAT)
+#define BLOB_VERSION 1u
+
+/* COUNT(name, largest value) */
+#define BLOB_COUNTS(COUNT)                                                                             \
+    COUNT(dofs, 4096)                                                                                  \
+    COUNT(muscles, 65536)                                                                              \
+    COUNT(points, 1048576)                                                                             \
+    COUNT(tasks, 4096)                                                                                 \
+    COUNT(law_parameters, 4194304)                                                                     \
+    COUNT(surfaces, 65536)                                                                             \
+    COUNT(wraps, 1048576)                                                                              \
+    COUNT(pulleys, 65536)                                                                              \
+    COUNT(robots, 1)
+
+/* FIELD(element type, name, elements an item, count that says how many items)
+     parent           frame that this one is fixed to at q = 0, or -1
+     motion           enum motion: what moves it
+     coordinate       index in q of what drives it
+     offset_rotation  the frame at q = 0 in the parent frame, row by row
+     offset_position  its origin, in [m]
+     axis             of the motion: unit vector in the frame
+     mass             of the bodies that the frame carries, in [kg]; may be 0
+     mass_centre      of these bodies, in the frame, in [m]
+     inertia          of these bodies about their mass centre, along the frame's axes: xx, yy, zz, xy,
+                      xz, yz, in [kg m2]
+     damping          of a coordinate, by its index in q
+     friction         Coulomb's, of a coordinate, by its index in q: largest force or torque
+     stiffness, rest  spring of a coordinate, by its index in q: torque -stiffness (q - rest)
+     lower, upper     limits of a coordinate, by its index in q; infinite where there is none
+     gravity          in the world, in [m/s2]
+     muscle_points    via points of a muscle, at least 2
+     point_frame      frame that a via point is fixed to, or -1
+     point_position   in that frame, in [m]; muscle after muscle
+     task_kind        enum task: what of the frame counts
+     task_frame       frame that a task is fixed to, or -1
+     task_position    of a point in that frame, in [m]
+     task_rotation    of a link in that frame, row by row
+     law_kind         which tension law: the how many-th law of core_layout()
+     law_parameter    of every muscle's law, muscle after muscle, in SI units
+     surface_kind     enum surface
+     surface_frame    frame that a surface is fixed to, or -1
+     surface_centre   in that frame, in [m]
+     surface_axis     its z axis there: unit vector
+     surface_radius   in [m]
+     surface_half     half the length of a cylinder, in [m]; 0 if it has no ends
+     wrap_point       via point before it, one of all, in order; never a muscle's last
+     wrap_surface     what it goes over
+     wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way; 2 inside it
+     wrap_turns       whole turns besides
+     pulley_point     first via point of a muscle, one of all, in order
+     pulley_direction in which the cable comes on: unit vector in that point's frame
+     pulley_radius    in [m]                                                                           */
+#define BLOB_FIELDS(FIELD)                                                                             \
+    FIELD(int32_t, parent, 1, dofs)                                                                    \
+    FIELD(int32_t, motion, 1, dofs)                                                                    \
+    FIELD(int32_t, coordinate, 1, dofs)                                                                \
+    FIELD(real, offset_rotation, 9, dofs)                                                              \
+    FIELD(real, offset_position, 3, dofs)                                                              \
+    FIELD(real, axis, 3, dofs)                                                                         \
+    FIELD(real, mass, 1, dofs)                                                                         \
+    FIELD(real, mass_centre, 3, dofs)                                                                  \
+    FIELD(real, inertia, 6, dofs)                                                                      \
+    FIELD(real, damping, 1, dofs)                                                                      \
+    FIELD(real, friction, 1, dofs)                                                                     \
+    FIELD(real, stiffness, 1, dofs)                                                                    \
+    FIELD(real, rest, 1, dofs)                                                                         \
+    FIELD(real, lower, 1, dofs)                                                                        \
+    FIELD(real, upper, 1, dofs)                                                                        \
+    FIELD(real, gravity, 3, robots)                                                                    \
+    FIELD(int32_t, muscle_points, 1, muscles)                                                          \
+    FIELD(int32_t, point_frame, 1, points)                                                             \
+    FIELD(real, point_position, 3, points)                                                             \
+    FIELD(int32_t, task_kind, 1, tasks)                                                                \
+    FIELD(int32_t, task_frame, 1, tasks)                                                               \
+    FIELD(real, task_position, 3, tasks)                                                               \
+    FIELD(real, task_rotation, 9, tasks)                                                               \
+    FIELD(int32_t, law_kind, 1, muscles)                                                               \
+    FIELD(real, law_parameter, 1, law_parameters)                                                      \
+    FIELD(int32_t, surface_kind, 1, surfaces)                                                          \
+    FIELD(int32_t, surface_frame, 1, surfaces)                                                         \
+    FIELD(real, surface_centre, 3, surfaces)                                                           \
+    FIELD(real, surface_axis, 3, surfaces)                                                             \
+    FIELD(real, surface_radius, 1, surfaces)                                                           \
+    FIELD(real, surface_half, 1, surfaces)                                                             \
+    FIELD(int32_t, wrap_point, 1, wraps)                                                               \
+    FIELD(int32_t, wrap_surface, 1, wraps)                                                             \
+    FIELD(int32_t, wrap_side, 1, wraps)                                                                \
+    FIELD(int32_t, wrap_turns, 1, wraps)                                                               \
+    FIELD(int32_t, pulley_point, 1, pulleys)                                                           \
+    FIELD(real, pulley_direction, 3, pulleys)                                                          \
+    FIELD(real, pulley_radius, 1, pulleys)
+
+/* The most surfaces in one segment: the working memory of a sequence lies on the stack. */
+#define LARGEST_SEQUENCE 8
+
+/* A wrap_side: the cable is led through the surface, which it touches from within. */
+#define WRAP_INSIDE 2
+
+enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACES };
+
+enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
+
+/* Task coordinates are three a task: x, y, z of a point, or the angles alpha, beta, gamma of
+   R = Rx(alpha) Ry(beta) Rz(gamma), which are singular at beta = +-pi/2.                              */
+enum task { TASK_POINT = 0, TASK_ORIENTATION = 1, TASKS };
+
+#define BLOB_COUNT_MEMBER(name, largest) int32_t name;
+typedef struct {
+    BLOB_COUNTS(BLOB_COUNT_MEMBER)
+} blob_counts;
+#undef BLOB_COUNT_MEMBER
+
+typedef struct {
+    uint32_t magic, version, layout_hash, reserved;
+    uint64_t size; /* of the whole blob, in bytes */
+    blob_counts counts;
+} blob_header;
+
+/* A validated blob: pointers into the caller's memory. */
+#define BLOB_FIELD_MEMBER(type, name, per_item, count) const type *name;
+typedef struct {
+    blob_counts counts;
+    int32_t law_states, law_constants; /* of all muscles together */
+    BLOB_FIELDS(BLOB_FIELD_MEMBER)
+} blob_view;
+#undef BLOB_FIELD_MEMBER
+
+#endif

@@ -1,0 +1,99 @@
+/* The inside of a handle. */
+#ifndef CARDSFLOW_STATE_H
+#define CARDSFLOW_STATE_H
+
+#include "../core.h"
+#include "layout.h"
+
+/* ARRAY(name, number of doubles) in the working memory behind the handle.
+   A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */
+#define STATE_ARRAYS(ARRAY)                                                                            \
+    ARRAY(rotation_sin, 9 * dofs)                                                                      \
+    ARRAY(rotation_cos, 9 * dofs)                                                                      \
+    ARRAY(rotation, 9 * dofs) /* frame in the world, row by row */                                     \
+    ARRAY(origin, 3 * dofs)   /* of the frame in the world; on the axis */                             \
+    ARRAY(axis, 3 * dofs)     /* in the world */                                                       \
+    ARRAY(point, 3 * points)  /* via points in the world */                                            \
+    ARRAY(link, 3 * dofs)     /* from the parent frame's origin to this one's, in the world */         \
+    ARRAY(spin, 3 * dofs)     /* angular velocity of the frame, in the world */                        \
+    ARRAY(slide, 3 * dofs)    /* what the motion's own velocity is: axis * qd */                       \
+    ARRAY(velocity, 3 * dofs) /* of the origin */                                                      \
+    ARRAY(centre, 3 * dofs)   /* first moment of mass about the origin, m r */                         \
+    ARRAY(moment, 9 * dofs)   /* second moment: inertia about the origin */                            \
+    ARRAY(drift, 6 * dofs)    /* acceleration of the frame beyond the parent's, at qdd = 0 */          \
+    ARRAY(acceleration, 6 * dofs)                                                                      \
+    ARRAY(wrench, 6 * dofs)   /* moment about the origin, force */                                     \
+    ARRAY(articulated, 27 * dofs)                                                                      \
+    ARRAY(reaction, 6 * dofs)                                                                          \
+    ARRAY(pivot, dofs)                                                                                 \
+    ARRAY(drive, dofs)                                                                                 \
+    ARRAY(mass_matrix, dofs *dofs)                                                                     \
+    ARRAY(coriolis, dofs)                                                                              \
+    ARRAY(gravity, dofs)                                                                               \
+    ARRAY(qdd, dofs)                                                                                   \
+    ARRAY(at, dofs)           /* q of the last move */                                                 \
+    ARRAY(q, dofs)            /* where the robot is */                                                 \
+    ARRAY(qd, dofs)                                                                                    \
+    ARRAY(load, dofs)         /* generalised forces of a step */                                       \
+    ARRAY(outer, dofs)        /* those from outside */                                                 \
+    ARRAY(work, 3)            /* of muscles, of what acts from outside, of damping */                  \
+    ARRAY(energies, 3)        /* kinetic, of the weight, of springs */                                 \
+    ARRAY(momenta, 6)         /* linear, angular */                                                    \
+    ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the step's beginning */               \
+    ARRAY(slopes, 2 * dofs + law_states) /* sum of their rates over the stages */                      \
+    ARRAY(armature, dofs)                                                                              \
+    ARRAY(response, dofs *dofs) /* rows: what a unit impulse on a coordinate does to qd */             \
+    ARRAY(factor, dofs *dofs)                                                                          \
+    ARRAY(impulse, dofs)                                                                               \
+    ARRAY(low, dofs)          /* velocities that limits leave */                                       \
+    ARRAY(high, dofs)                                                                                  \
+    ARRAY(target, dofs)                                                                                \
+    ARRAY(free, dofs)         /* velocities without any limit */                                       \
+    ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
+    ARRAY(grip, dofs)         /* the largest impulse of friction */                                    \
+    ARRAY(unbraked, dofs)     /* velocities without limits and friction */                             \
+    ARRAY(slides, dofs)       /* 0 if it is held; else -1 below 0, if it rubs, 1 above */              \
+    ARRAY(sliding, dofs)      /* velocities found so far */                                            \
+    ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
+    ARRAY(task_bias, 3 * tasks)                                                                        \
+    ARRAY(lengths, muscles)                                                                            \
+    ARRAY(jacobian, muscles *dofs)                                                                     \
+    ARRAY(torques, dofs)                                                                               \
+    ARRAY(task_values, 3 * tasks)                                                                      \
+    ARRAY(task_jacobian, 3 * tasks *dofs)                                                              \
+    ARRAY(rates, muscles)                                                                              \
+    ARRAY(tensions, muscles)                                                                           \
+    ARRAY(law_states, law_states)                                                                      \
+    ARRAY(law_rates, law_states)                                                                       \
+    ARRAY(law_constants, law_constants) /* what a law makes of its parameters once */                  \
+    ARRAY(force_low, muscles)                                                                          \
+    ARRAY(force_high, muscles)                                                                         \
+    ARRAY(commands, muscles)                                                                           \
+    ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
+    ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */  \
+    ARRAY(wrap_half, wraps)            /* infinite where there are no ends */                          \
+    ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
+    ARRAY(wrap_sense, wraps)           /* its side */                                                  \
+    ARRAY(wrap_is_special, wraps)      /* what wrap_simd.c is not for */                              \
+    ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
+    ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
+    ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
+
+/* Seven vectors and an angle: see core_trace. */
+#define CONTACT_NUMBERS 22
+
+#define STATE_MEMBER(name, length) real *name;
+struct core {
+    blob_view blob;
+    int32_t is_counting; /* whether wraps remember their turns */
+    int32_t has_laws;    /* whether any muscle is more than an ideal cable */
+    int32_t has_friction;
+    int32_t wrap_ends;   /* which directions any wrap is asked for */
+    int32_t externals;   /* points that core_external_wrenches has given; the arrays are the caller's */
+    const int32_t *external_frame;
+    const real *external_point, *external_wrench;
+    STATE_ARRAYS(STATE_MEMBER)
+};
+#undef STATE_MEMBER
+
+#endif

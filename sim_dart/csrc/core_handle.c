@@ -1,0 +1,117 @@
+/* The handle: its memory, its arrays, and the calls that a step makes. */
+#include "blob/blob.h"
+#include "blob/law_parameters.h"
+#include "kinematics/tree.h"
+#include "laws/laws.h"
+#include "paths/paths.h"
+
+#include <string.h>
+
+static size_t working_size(const blob_view *view)
+{
+    const blob_counts *n = &view->counts;
+    const size_t law_states = (size_t)view->law_states, law_constants = (size_t)view->law_constants;
+    const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;
+    const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;
+    const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;
+    const size_t pulleys = (size_t)n->pulleys;
+    size_t doubles = 0;
+#define ADD_LENGTH(name, length) doubles += length;
+    STATE_ARRAYS(ADD_LENGTH)
+#undef ADD_LENGTH
+    return sizeof(core) + doubles * sizeof(real);
+}
+
+static int open_view(blob_view *view, const void *blob, size_t size, char *message, size_t capacity)
+{
+    return blob_open(view, blob, size, message, capacity) || laws_check(view, message, capacity);
+}
+
+size_t core_size(const void *blob, size_t size, char *message, size_t capacity)
+{
+    blob_view view;
+    return open_view(&view, blob, size, message, capacity) ? 0 : working_size(&view);
+}
+
+core *core_open(const void *blob, size_t size, void *memory)
+{
+    blob_view view;
+    if (!memory || (uintptr_t)memory % 8 || open_view(&view, blob, size, NULL, 0)) return NULL;
+    memset(memory, 0, working_size(&view));
+    core *c = memory;
+    c->blob = view;
+    const size_t dofs = (size_t)view.counts.dofs, muscles = (size_t)view.counts.muscles;
+    const size_t points = (size_t)view.counts.points, tasks = (size_t)view.counts.tasks;
+    const size_t law_states = (size_t)view.law_states, law_constants = (size_t)view.law_constants;
+    const size_t surfaces = (size_t)view.counts.surfaces, wraps = (size_t)view.counts.wraps;
+    const size_t pulleys = (size_t)view.counts.pulleys;
+    real *at = (real *)(void *)(c + 1);
+#define PLACE(name, length) c->name = at, at += length;
+    STATE_ARRAYS(PLACE)
+#undef PLACE
+    for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
+    for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
+    tree_prepare(c);
+    paths_prepare(c);
+    laws_prepare(c);
+    return c;
+}
+
+real *core_array(core *c, const char *name, size_t *length)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs, muscles = (size_t)c->blob.counts.muscles;
+    const size_t tasks = (size_t)c->blob.counts.tasks, law_states = (size_t)c->blob.law_states;
+    const size_t points = (size_t)c->blob.counts.points, wraps = (size_t)c->blob.counts.wraps;
+    const size_t pulleys = (size_t)c->blob.counts.pulleys;
+    const size_t surfaces = (size_t)c->blob.counts.surfaces;
+    const struct {
+        const char *name;
+        real *array;
+        size_t length;
+    } arrays[] = {
+        {"lengths", c->lengths, muscles},
+        {"jacobian", c->jacobian, muscles * dofs},
+        {"torques", c->torques, dofs},
+        {"task_values", c->task_values, 3 * tasks},
+        {"task_jacobian", c->task_jacobian, 3 * tasks * dofs},
+        {"points", c->point, 3 * points},
+        {"surface_places", c->surface_place, 6 * surfaces},
+        {"wrap_contacts", c->wrap_contact, CONTACT_NUMBERS * wraps},
+        {"pulley_contacts", c->pulley_contact, CONTACT_NUMBERS * pulleys},
+        {"wrap_turning", c->wrap_turning, wraps},
+        {"rates", c->rates, muscles},
+        {"tensions", c->tensions, muscles},
+        {"law_states", c->law_states, law_states},
+        {"law_rates", c->law_rates, law_states},
+        {"force_low", c->force_low, muscles},
+        {"force_high", c->force_high, muscles},
+        {"commands", c->commands, muscles},
+        {"task_bias", c->task_bias, 3 * tasks},
+        {"mass_matrix", c->mass_matrix, dofs * dofs},
+        {"coriolis", c->coriolis, dofs},
+        {"gravity", c->gravity, dofs},
+        {"qdd", c->qdd, dofs},
+        {"q", c->q, dofs},
+        {"qd", c->qd, dofs},
+        {"outer", c->outer, dofs},
+        {"work", c->work, 3},
+        {"energies", c->energies, 3},
+        {"momenta", c->momenta, 6},
+        {"frame_rotation", c->rotation, 9 * dofs},
+        {"frame_origin", c->origin, 3 * dofs},
+        {"frame_axis", c->axis, 3 * dofs},
+    };
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;
+    return NULL;
+}
+
+const real *core_coordinates(const core *c, const char *field)
+{
+    const blob_view *blob = &c->blob;
+    return !strcmp(field, "damping") ? blob->damping
+           : !strcmp(field, "friction") ? blob->friction
+           : !strcmp(field, "lower") ? blob->lower
+           : !strcmp(field, "upper") ? blob->upper
+                                     : NULL;
+}

@@ -1,0 +1,43 @@
+/* Energies and momenta of what moves, body after body, at the last q. */
+#include "../kinematics/bodies.h"
+#include "../blob/state.h"
+#include "../math/vectors.h"
+
+#include <string.h>
+
+/* Momentum of what frame i carries: linear, and angular about the frame's origin. */
+static void momentum_of(const core *c, int32_t i, real linear[3], real angular[3])
+{
+    const real *w = c->spin + 3 * i, *v = c->velocity + 3 * i, *first = c->centre + 3 * i;
+    for (int k = 0; k < 3; k++) linear[k] = c->blob.mass[i] * v[k];
+    add_cross3(linear, w, first);
+    rotate3(angular, c->moment + 9 * i, w);
+    add_cross3(angular, first, v);
+}
+
+static void add_body(core *c, int32_t i)
+{
+    const real *origin = c->origin + 3 * i, *first = c->centre + 3 * i, m = c->blob.mass[i];
+    real linear[3], angular[3], place[3];
+    momentum_of(c, i, linear, angular);
+    c->energies[0] += 0.5 * (dot3(c->velocity + 3 * i, linear) + dot3(c->spin + 3 * i, angular));
+    for (int k = 0; k < 3; k++) place[k] = m * origin[k] + first[k];
+    c->energies[1] -= dot3(c->blob.gravity, place);
+    add3(c->momenta, linear);
+    add3(c->momenta + 3, angular);
+    add_cross3(c->momenta + 3, origin, linear);
+}
+
+void core_energies(core *c, const real *qd)
+{
+    memset(c->energies, 0, 3 * sizeof(real));
+    memset(c->momenta, 0, 6 * sizeof(real));
+    bodies_links(c);
+    bodies_inertias(c);
+    bodies_velocities(c, qd);
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) add_body(c, i);
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const real bent = c->at[j] - c->blob.rest[j];
+        c->energies[2] += 0.5 * c->blob.stiffness[j] * bent * bent;
+    }
+}

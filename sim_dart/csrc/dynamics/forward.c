@@ -1,0 +1,186 @@
+/* Forward dynamics by articulated bodies (Featherstone). The inertia of an articulated body is kept as
+   three 3x3 blocks: moment = I alpha + H a, force = H' alpha + M a.                                    */
+#include "forward.h"
+
+#include "../kinematics/bodies.h"
+#include "spatial.h"
+
+#include <string.h>
+
+typedef struct {
+    real I[9], H[9], M[9];
+} articulated;
+
+static articulated *body(core *c, int32_t i)
+{
+    return (articulated *)(void *)(c->articulated + 27 * i);
+}
+
+static void begin_body(core *c, int32_t i)
+{
+    articulated *A = body(c, i);
+    const real *h = c->centre + 3 * i, m = c->blob.mass[i];
+    const real skew[9] = {0, -h[2], h[1], h[2], 0, -h[0], -h[1], h[0], 0};
+    memcpy(A->I, c->moment + 9 * i, sizeof A->I);
+    memcpy(A->H, skew, sizeof A->H);
+    memset(A->M, 0, sizeof A->M);
+    A->M[0] = A->M[4] = A->M[8] = m;
+    /* what velocity alone asks of it: w x I w, w x (w x c) */
+    real *wrench = c->wrench + 6 * i, Iw[3];
+    const real *w = c->spin + 3 * i;
+    memset(wrench, 0, 6 * sizeof(real));
+    rotate3(Iw, A->I, w);
+    add_cross3(wrench, w, Iw);
+    add_centripetal(wrench + 3, w, h);
+}
+
+static inline void transposed3(real out[3], const real R[9], const real v[3])
+{
+    for (int k = 0; k < 3; k++) out[k] = R[k] * v[0] + R[3 + k] * v[1] + R[6 + k] * v[2];
+}
+
+/* wrench = A motion */
+static void apply(const articulated *A, const real motion[6], real wrench[6])
+{
+    real other[3];
+    rotate3(wrench, A->I, motion);
+    rotate3(other, A->H, motion + 3);
+    add3(wrench, other);
+    transposed3(wrench + 3, A->H, motion);
+    rotate3(other, A->M, motion + 3);
+    add3(wrench + 3, other);
+}
+
+/* U = A S */
+static void react(const core *c, int32_t i, const articulated *A, real U[6])
+{
+    const real *axis = c->axis + 3 * i;
+    if (c->blob.motion[i] == ROTATION) {
+        rotate3(U, A->I, axis);
+        transposed3(U + 3, A->H, axis);
+    } else {
+        rotate3(U, A->H, axis);
+        rotate3(U + 3, A->M, axis);
+    }
+}
+
+/* A - U U'/d: what is left when the joint gives way. */
+static void release(articulated *A, const real U[6], real d)
+{
+    const real share = 1 / d; /* divisions are slow */
+    for (int a = 0; a < 3; a++) {
+        const real n = U[a] * share, f = U[3 + a] * share;
+        for (int b = 0; b < 3; b++) {
+            A->I[3 * a + b] -= n * U[b];
+            A->H[3 * a + b] -= n * U[3 + b];
+            A->M[3 * a + b] -= f * U[3 + b];
+        }
+    }
+}
+
+/* out = [r] K, column by column the cross product */
+static void skewed(real out[9], const real r[3], const real K[9])
+{
+    for (int b = 0; b < 3; b++) {
+        out[b] = r[1] * K[6 + b] - r[2] * K[3 + b];
+        out[3 + b] = r[2] * K[b] - r[0] * K[6 + b];
+        out[6 + b] = r[0] * K[3 + b] - r[1] * K[b];
+    }
+}
+
+/* Add A about the origin of a frame to P about its parent's:
+     M + M,   H + [r] M,   I + [r] H' + ([r] H')' + [r] M [r]'                                          */
+static void add_articulated(articulated *P, const articulated *A, const real r[3])
+{
+    real rM[9], rH[9], Ht[9], rMt[9], rMr[9];
+    if (r[0] == 0 && r[1] == 0 && r[2] == 0) { /* the motions of one joint share their origin */
+        for (int k = 0; k < 9; k++) P->I[k] += A->I[k], P->H[k] += A->H[k], P->M[k] += A->M[k];
+        return;
+    }
+    skewed(rM, r, A->M);
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) Ht[3 * a + b] = A->H[3 * b + a], rMt[3 * a + b] = rM[3 * b + a];
+    skewed(rH, r, Ht);
+    skewed(rMr, r, rMt);
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            const int k = 3 * a + b, t = 3 * b + a;
+            P->M[k] += A->M[k];
+            P->H[k] += A->H[k] + rM[k];
+            P->I[k] += A->I[k] + rH[k] + rH[t] + rMr[k];
+        }
+}
+
+static void backward(core *c, const real *tau, const real *armature)
+{
+    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+        const int32_t parent = c->blob.parent[i], j = c->blob.coordinate[i];
+        articulated *A = body(c, i);
+        real *U = c->reaction + 6 * i, *wrench = c->wrench + 6 * i, more[6];
+        react(c, i, A, U);
+        const real d = c->pivot[i] = generalised_force(c, i, U) + armature[j];
+        const real u = c->drive[i] = tau[j] - generalised_force(c, i, wrench);
+        if (parent < 0) continue;
+        release(A, U, d);
+        apply(A, c->drift + 6 * i, more);
+        for (int k = 0; k < 6; k++) wrench[k] += more[k] + U[k] * (u / d);
+        add_to_parent(c, i, wrench, c->wrench + 6 * parent);
+        add_articulated(body(c, parent), A, c->link + 3 * i);
+    }
+}
+
+void dynamics_factor(core *c, const real *armature)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) begin_body(c, i);
+    backward(c, c->load, armature);
+}
+
+void dynamics_respond(core *c, const real *impulse, real *change)
+{
+    memset(c->wrench, 0, 6 * (size_t)c->blob.counts.dofs * sizeof(real));
+    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+        real *wrench = c->wrench + 6 * i;
+        const real *U = c->reaction + 6 * i;
+        c->drive[i] = impulse[c->blob.coordinate[i]] - generalised_force(c, i, wrench);
+        if (c->blob.parent[i] < 0) continue;
+        for (int k = 0; k < 6; k++) wrench[k] += U[k] * (c->drive[i] / c->pivot[i]);
+        add_to_parent(c, i, wrench, c->wrench + 6 * c->blob.parent[i]);
+    }
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        real *jump = c->acceleration + 6 * i;
+        const real *U = c->reaction + 6 * i;
+        bodies_carry(c, i, c->acceleration, jump);
+        const real taken = dot3(U, jump) + dot3(U + 3, jump + 3);
+        const real own = change[c->blob.coordinate[i]] = (c->drive[i] - taken) / c->pivot[i];
+        real *moved = jump + (c->blob.motion[i] == ROTATION ? 0 : 3);
+        for (int k = 0; k < 3; k++) moved[k] += own * c->axis[3 * i + k];
+    }
+}
+
+/* Gravity is an acceleration upwards of the world. */
+static void forward(core *c)
+{
+    const real *g = c->blob.gravity;
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        real *acceleration = c->acceleration + 6 * i;
+        const real *U = c->reaction + 6 * i, *drift = c->drift + 6 * i;
+        bodies_carry(c, i, c->acceleration, acceleration);
+        if (c->blob.parent[i] < 0)
+            for (int k = 0; k < 3; k++) acceleration[3 + k] = -g[k];
+        for (int k = 0; k < 6; k++) acceleration[k] += drift[k];
+        const real taken = dot3(U, acceleration) + dot3(U + 3, acceleration + 3);
+        const real qdd = c->qdd[c->blob.coordinate[i]] = (c->drive[i] - taken) / c->pivot[i];
+        real *own = acceleration + (c->blob.motion[i] == ROTATION ? 0 : 3);
+        for (int k = 0; k < 3; k++) own[k] += qdd * c->axis[3 * i + k];
+    }
+}
+
+void core_accelerate(core *c, const real *qd, const real *tau, const real *armature)
+{
+    bodies_links(c);
+    bodies_inertias(c);
+    bodies_velocities(c, qd);
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) begin_body(c, i);
+    backward(c, tau, armature);
+    forward(c);
+}

@@ -1,0 +1,12 @@
+/* Responses to impulses, by articulated bodies. */
+#ifndef CARDSFLOW_FORWARD_H
+#define CARDSFLOW_FORWARD_H
+
+#include "../blob/state.h"
+
+/* Factorise M + diag(armature); links, inertias and velocities are those of the last q. */
+CORE_INSIDE void dynamics_factor(core *c, const real *armature);
+/* change = M^-1 impulse, with the articulated bodies of the last factorisation. */
+CORE_INSIDE void dynamics_respond(core *c, const real *impulse, real *change);
+
+#endif

@@ -1,0 +1,132 @@
+/* Inverse dynamics by Newton and Euler, C and G; the mass matrix by composite bodies; J' qd. */
+#include "../kinematics/bodies.h"
+#include "spatial.h"
+
+#include <string.h>
+
+/* wrench of frame i for its acceleration and spin:
+     f = m a + alpha x c + w x (w x c),   n = I alpha + c x a + w x I w,   with c = m r                 */
+static void newton_euler(const core *c, int32_t i, const real acceleration[6], const real spin[3],
+                         real wrench[6])
+{
+    const real *centre = c->centre + 3 * i, *moment = c->moment + 9 * i;
+    const real *alpha = acceleration, *a = acceleration + 3;
+    real Iw[3];
+    for (int k = 0; k < 3; k++) wrench[3 + k] = c->blob.mass[i] * a[k];
+    add_cross3(wrench + 3, alpha, centre);
+    add_centripetal(wrench + 3, spin, centre);
+    rotate3(wrench, moment, alpha);
+    add_cross3(wrench, centre, a);
+    rotate3(Iw, moment, spin);
+    add_cross3(wrench, spin, Iw);
+}
+
+/* Generalised forces of all frames' wrenches, each passed on to the parent. */
+static void collect(core *c, real *forces)
+{
+    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+        const int32_t parent = c->blob.parent[i];
+        forces[c->blob.coordinate[i]] = generalised_force(c, i, c->wrench + 6 * i);
+        if (parent >= 0) add_to_parent(c, i, c->wrench + 6 * i, c->wrench + 6 * parent);
+    }
+}
+
+static void add_springs(const core *c, real *forces)
+{
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++)
+        forces[j] += c->blob.stiffness[j] * (c->at[j] - c->blob.rest[j]);
+}
+
+void core_gravity(core *c)
+{
+    static const real still[3] = {0, 0, 0};
+    const real *g = c->blob.gravity;
+    const real up[6] = {0, 0, 0, -g[0], -g[1], -g[2]};
+    bodies_links(c);
+    bodies_inertias(c);
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) newton_euler(c, i, up, still, c->wrench + 6 * i);
+    collect(c, c->gravity);
+    add_springs(c, c->gravity);
+}
+
+/* The forces of motion at qdd = 0 in a world that is accelerated by `world`. */
+static void coast(core *c, const real *qd, const real world[3], real *forces)
+{
+    bodies_links(c);
+    bodies_inertias(c);
+    bodies_velocities(c, qd);
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        real *acceleration = c->acceleration + 6 * i;
+        bodies_carry(c, i, c->acceleration, acceleration);
+        if (c->blob.parent[i] < 0) add3(acceleration + 3, world);
+        add3(acceleration, c->drift + 6 * i);
+        add3(acceleration + 3, c->drift + 6 * i + 3);
+        newton_euler(c, i, acceleration, c->spin + 3 * i, c->wrench + 6 * i);
+    }
+    collect(c, forces);
+}
+
+void core_coriolis(core *c, const real *qd)
+{
+    static const real still[3] = {0, 0, 0};
+    coast(c, qd, still, c->coriolis);
+}
+
+void core_bias(core *c, const real *qd)
+{
+    const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
+    coast(c, qd, up, c->coriolis);
+    add_springs(c, c->coriolis);
+}
+
+/* Add the moments of a composite body about the origin of frame i to its parent's:
+     I + 2 (c.r) 1 - c r' - r c' + m (r.r 1 - r r')                                                     */
+static void add_composite(core *c, int32_t i, real *mass)
+{
+    const int32_t parent = c->blob.parent[i];
+    const real *r = c->link + 3 * i, *centre = c->centre + 3 * i, m = mass[i];
+    const real *from = c->moment + 9 * i;
+    real *to = c->moment + 9 * parent;
+    const real trace = 2 * dot3(centre, r) + m * dot3(r, r);
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++)
+            to[3 * a + b] += from[3 * a + b] - centre[a] * r[b] - r[a] * centre[b] - m * r[a] * r[b] +
+                             (a == b ? trace : 0);
+    for (int k = 0; k < 3; k++) c->centre[3 * parent + k] += centre[k] + m * r[k];
+    mass[parent] += m;
+}
+
+/* The wrench that makes a composite body follow a unit acceleration of its frame's motion. */
+static void unit_wrench(const core *c, int32_t i, real mass, real wrench[6])
+{
+    const real *axis = c->axis + 3 * i, *centre = c->centre + 3 * i;
+    if (c->blob.motion[i] == ROTATION) {
+        rotate3(wrench, c->moment + 9 * i, axis);
+        cross3(wrench + 3, axis, centre);
+    } else {
+        cross3(wrench, centre, axis);
+        for (int k = 0; k < 3; k++) wrench[3 + k] = mass * axis[k];
+    }
+}
+
+void core_mass_matrix(core *c)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    real *mass = c->drive;
+    bodies_links(c);
+    bodies_inertias(c);
+    memcpy(mass, c->blob.mass, dofs * sizeof(real));
+    memset(c->mass_matrix, 0, dofs * dofs * sizeof(real));
+    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+        real wrench[6];
+        unit_wrench(c, i, mass[i], wrench);
+        const size_t row = (size_t)c->blob.coordinate[i];
+        for (int32_t j = i; j >= 0; j = c->blob.parent[j]) {
+            const size_t column = (size_t)c->blob.coordinate[j];
+            const real entry = generalised_force(c, j, wrench);
+            c->mass_matrix[row * dofs + column] = c->mass_matrix[column * dofs + row] = entry;
+            add_cross3(wrench, c->link + 3 * j, wrench + 3); /* about the parent's origin */
+        }
+        if (c->blob.parent[i] >= 0) add_composite(c, i, mass);
+    }
+}

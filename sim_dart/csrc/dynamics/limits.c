@@ -1,0 +1,124 @@
+/* Joint limits: inelastic stops. With v the velocities that a step would end with, the impulses p solve
+
+     v + M^-1 p  within  low  and  high,   p_i pushing inwards, and only at a limit.
+
+   The set of limits that are met is found by exchange: take in the limit that is passed furthest, drop
+   those whose impulse would pull. M is positive definite, so that almost every step needs one or two
+   exchanges; their number is bounded all the same.                                                     */
+#include "limits.h"
+
+#include "../numbers/real_functions.h"
+#include "forward.h"
+
+#include <math.h>
+#include <string.h>
+
+static real *entry(const core *c, real *matrix, int32_t row, int32_t column)
+{
+    return matrix + (size_t)row * (size_t)c->blob.counts.dofs + (size_t)column;
+}
+
+/* By how much a velocity is under its lower bound (negative) or over its upper one. */
+static real excess(const core *c, int32_t j)
+{
+    const real v = c->qd[j], low = c->low[j], high = c->high[j];
+    return value_of(v) < value_of(low) ? v - low : value_of(v) > value_of(high) ? v - high : 0;
+}
+
+/* The coordinate that is furthest beyond a limit that is not met yet, or -1. */
+static int32_t furthest(const core *c)
+{
+    int32_t found = -1;
+    real most = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const real by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
+        if (value_of(by) > value_of(most)) most = by, found = j;
+    }
+    return found;
+}
+
+/* Impulses of the coordinates met that bring each to its bound, by Cholesky's factors. */
+void limits_solve(core *c, int32_t count)
+{
+    real *p = c->impulse;
+    for (int32_t a = 0; a < count; a++) {
+        const int32_t i = (int32_t)c->met[a];
+        for (int32_t b = 0; b <= a; b++) {
+            real sum = *entry(c, c->response, i, (int32_t)c->met[b]);
+            for (int32_t k = 0; k < b; k++) sum -= *entry(c, c->factor, a, k) * *entry(c, c->factor, b, k);
+            *entry(c, c->factor, a, b) = a == b ? sqrt(sum) : sum / *entry(c, c->factor, b, b);
+        }
+        real sum = c->target[i] - c->free[i];
+        for (int32_t k = 0; k < a; k++) sum -= *entry(c, c->factor, a, k) * p[k];
+        p[a] = sum / *entry(c, c->factor, a, a);
+    }
+    for (int32_t a = count; a-- > 0;) {
+        for (int32_t k = a + 1; k < count; k++) p[a] -= *entry(c, c->factor, k, a) * p[k];
+        p[a] /= *entry(c, c->factor, a, a);
+    }
+}
+
+/* Drop the coordinate whose impulse pulls most; the number of those left. */
+static int32_t drop_pulling(core *c, int32_t count)
+{
+    int32_t worst = -1;
+    real most = 0;
+    for (int32_t a = 0; a < count; a++) {
+        const real pull = c->impulse[a] * c->side[(int32_t)c->met[a]];
+        if (value_of(pull) > value_of(most)) most = pull, worst = a;
+    }
+    if (worst < 0) return count;
+    c->side[(int32_t)c->met[worst]] = 0;
+    for (int32_t a = worst; a + 1 < count; a++) c->met[a] = c->met[a + 1];
+    return count - 1;
+}
+
+void limits_respond(core *c, int32_t j)
+{
+    real *unit = c->impulse;
+    memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(real));
+    unit[j] = 1;
+    dynamics_respond(c, unit, entry(c, c->response, j, 0));
+}
+
+static void meet(core *c, int32_t j, int32_t count)
+{
+    const int under = value_of(excess(c, j)) < 0;
+    c->side[j] = under ? -1 : 1;
+    c->target[j] = under ? c->low[j] : c->high[j];
+    c->met[count] = j;
+    limits_respond(c, j);
+}
+
+/* qd = free + M^-1 p; exactly the bound where a limit is met. */
+void limits_apply(core *c, int32_t count)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    memcpy(c->qd, c->free, (size_t)dofs * sizeof(real));
+    for (int32_t a = 0; a < count; a++) {
+        const real *row = entry(c, c->response, (int32_t)c->met[a], 0);
+        for (int32_t j = 0; j < dofs; j++) c->qd[j] += c->impulse[a] * row[j];
+    }
+    for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
+}
+
+void limits_keep(core *c)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    memset(c->side, 0, dofs * sizeof(real));
+    int32_t count = 0, next = furthest(c);
+    if (next < 0) return;
+    memcpy(c->free, c->qd, dofs * sizeof(real));
+    memset(c->armature, 0, dofs * sizeof(real));
+    dynamics_factor(c, c->armature);
+    for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
+        meet(c, next, count++);
+        for (int32_t left = -1; left != count;) {
+            if (left >= 0) count = left;
+            limits_solve(c, count);
+            left = drop_pulling(c, count);
+        }
+        limits_apply(c, count);
+        next = furthest(c);
+    }
+}

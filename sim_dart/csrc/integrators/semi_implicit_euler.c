@@ -1,0 +1,88 @@
+/* Steps of the plant: muscles, forward dynamics, semi-implicit Euler, joint limits. */
+#include "../dynamics/external_wrenches.h"
+#include "../dynamics/friction.h"
+#include "../dynamics/limits.h"
+#include "../laws/laws.h"
+#include "../math/elementary.h"
+
+#include <string.h>
+
+/* Damping and springs act at the end of the step, to first order: h D + h^2 K beside M. */
+static void accelerate(core *c, real h)
+{
+    const blob_view *b = &c->blob;
+    for (int32_t j = 0; j < b->counts.dofs; j++) {
+        c->armature[j] = h * (b->damping[j] + h * b->stiffness[j]);
+        c->load[j] = c->torques[j] + c->outer[j] - b->damping[j] * c->qd[j] -
+                     b->stiffness[j] * (c->q[j] + h * c->qd[j] - b->rest[j]);
+    }
+    core_accelerate(c, c->qd, c->load, c->armature);
+}
+
+/* qd += h qdd; whether q then passes a limit within h. */
+static int speed_up(core *c, real h)
+{
+    int passes = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        c->before[j] = c->qd[j];
+        c->qd[j] += h * c->qdd[j];
+        const real next = c->q[j] + h * c->qd[j];
+        passes |= value_of(next) < value_of(c->blob.lower[j]) || value_of(next) > value_of(c->blob.upper[j]);
+    }
+    return passes;
+}
+
+/* In rad/s or m/s: how fast a coordinate that was put beyond a limit has to come back, at most. DART's. */
+static const real LARGEST_RETURN = 10;
+
+/* No coordinate may pass a limit within h, and those that rub are braked. */
+static void stay_within(core *c, real h)
+{
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, LARGEST_RETURN);
+        c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -LARGEST_RETURN);
+    }
+    if (c->has_friction) friction_keep(c, h);
+    else limits_keep(c);
+}
+
+/* Forces as at the step's beginning, at the mean of its velocities: what they do to the kinetic energy,
+   exactly, if M is constant. */
+static void add_step_work(core *c, real h)
+{
+    real muscles = 0, outer = 0, damping = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const real way = 0.5 * h * (c->before[j] + c->qd[j]);
+        muscles += c->torques[j] * way;
+        outer += c->outer[j] * way;
+        damping -= c->blob.damping[j] * c->qd[j] * way;
+    }
+    c->work[0] += muscles, c->work[1] += outer, c->work[2] += damping;
+}
+
+/* Muscles remember with the lengthening that the step ends with. */
+static int advance_muscles(core *c, const real *u, real h)
+{
+    core_rates(c, c->qd);
+    core_advance(c, u, h);
+    return muscles_are_sound(c);
+}
+
+int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    memset(c->work, 0, 3 * sizeof(real));
+    for (; steps > 0; steps--) {
+        int bad = muscles_pull(c, u);
+        if (bad) return -bad;
+        external_wrenches_add(c, extra);
+        accelerate(c, h);
+        if (speed_up(c, h) || c->has_friction) stay_within(c, h);
+        add_step_work(c, h);
+        if (c->has_laws && !advance_muscles(c, u, h)) return dofs + 1;
+        for (int32_t j = 0; j < dofs; j++) c->q[j] += h * c->qd[j];
+        bad = core_move_checked(c, c->q, c->qd);
+        if (bad) return bad;
+    }
+    return 0;
+}

@@ -1,0 +1,70 @@
+#include "bodies.h"
+
+#include "../math/vectors.h"
+
+#include <string.h>
+
+void bodies_links(core *c)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        const int32_t parent = c->blob.parent[i];
+        for (int k = 0; k < 3; k++)
+            c->link[3 * i + k] = c->origin[3 * i + k] - (parent < 0 ? 0 : c->origin[3 * parent + k]);
+    }
+}
+
+/* The moments of mass of frame i about its origin: m r and R I R' + m (r.r 1 - r r'). */
+static void place_inertia(core *c, int32_t i)
+{
+    const real *R = c->rotation + 9 * i, *I = c->blob.inertia + 6 * i, m = c->blob.mass[i];
+    const real local[9] = {I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2]};
+    real *moment = c->moment + 9 * i, *centre = c->centre + 3 * i, r[3], RI[9];
+    rotate3(r, R, c->blob.mass_centre + 3 * i);
+    multiply3(RI, R, local);
+    const real rr = m * dot3(r, r);
+    for (int a = 0; a < 3; a++) {
+        centre[a] = m * r[a];
+        for (int b = 0; b < 3; b++)
+            moment[3 * a + b] = dot3(RI + 3 * a, R + 3 * b) - m * r[a] * r[b] + (a == b ? rr : 0);
+    }
+}
+
+void bodies_inertias(core *c)
+{
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) place_inertia(c, i);
+}
+
+void bodies_velocities(core *c, const real *qd)
+{
+    static const real rest[3] = {0, 0, 0};
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        const int32_t parent = c->blob.parent[i];
+        const int turns = c->blob.motion[i] == ROTATION;
+        const real rate = qd[c->blob.coordinate[i]], *r = c->link + 3 * i;
+        const real *w = parent < 0 ? rest : c->spin + 3 * parent;
+        real *spin = c->spin + 3 * i, *velocity = c->velocity + 3 * i, *own = c->slide + 3 * i;
+        for (int k = 0; k < 3; k++) own[k] = rate * c->axis[3 * i + k];
+        memcpy(spin, w, 3 * sizeof(real));
+        memcpy(velocity, parent < 0 ? rest : c->velocity + 3 * parent, 3 * sizeof(real));
+        add_cross3(velocity, w, r);
+        add3(turns ? spin : velocity, own);
+
+        real *drift = c->drift + 6 * i;
+        memset(drift, 0, 6 * sizeof(real));
+        add_centripetal(drift + 3, w, r);
+        add_cross3(turns ? drift : drift + 3, w, own);
+        if (!turns) add_cross3(drift + 3, w, own); /* Coriolis: twice */
+    }
+}
+
+void bodies_carry(const core *c, int32_t i, const real *accelerations, real out[6])
+{
+    const int32_t parent = c->blob.parent[i];
+    if (parent < 0) {
+        memset(out, 0, 6 * sizeof(real));
+        return;
+    }
+    const real *from = accelerations + 6 * parent;
+    memcpy(out, from, 6 * sizeof(real));
+    add_cross3(out + 3, from, c->link + 3 * i);
+}

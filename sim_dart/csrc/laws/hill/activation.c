@@ -1,0 +1,163 @@
+/* Activation follows excitation: a' = (u - a) / tau, tau = rise (1/2 + 3/2 a) while it rises and
+   fall / (1/2 + 3/2 a) while it falls. The change between the two is a switch (Thelen 2003, Millard et al.
+   2013), or smooth (De Groote et al. 2016, eq. 1-2).                                                  */
+#include "activation.h"
+
+#include "../../math/elementary.h"
+
+#include <math.h>
+
+/* In a step of a rule that is not stable for any. */
+#define LARGEST_DECAY 0.14
+#define MOST_ACTIVATION_STEPS 256
+
+/* tanh of |y| <= 0.11, to 2e-11 of it, which no step of order four tells from the whole. */
+#define SMALL_TANH 0.11
+static inline real small_tanh(real y)
+{
+    const real z = y * y;
+    return y * ((1 - 0.3333333321329352 * z) + z * z * (0.13333154591577318 - 0.05357358173625689 * z));
+}
+
+static inline real quick_tanh(real y)
+{
+    return value_of(fabs(y)) > SMALL_TANH ? hyperbolic_tangent(y) : small_tanh(y);
+}
+
+/* The largest 1 / tau between a and u: it falls with a while rising, and grows while falling. */
+static inline real quickest(const real *k, real a, real u)
+{
+    const int is_rising = value_of(u) > value_of(a);
+    const real rise = k[HILL_RISE] / (0.5 + 1.5 * (is_rising ? a : u));
+    const real fall = (0.5 + 1.5 * (is_rising ? u : a)) * k[HILL_FALL];
+    if (k[HILL_SMOOTHING] == 0) return is_rising ? rise : fall;
+    return larger(rise, fall);
+}
+
+/* 1 / tau */
+static inline real activation_quickness(const real *k, real a, real u)
+{
+    const real slowness = 0.5 + 1.5 * a;
+    if (k[HILL_SMOOTHING] == 0)
+        return value_of(u) > value_of(a) ? k[HILL_RISE] / slowness : slowness * k[HILL_FALL];
+    const real rising = 0.5 + 0.5 * quick_tanh(k[HILL_SMOOTHING] * (u - a)), fall = slowness * k[HILL_FALL];
+    return fall + rising * (k[HILL_RISE] / slowness - fall);
+}
+
+real activation_rate(const real *k, real a, real u)
+{
+    a = hill_activation(k, a);
+    return (u - a) * activation_quickness(k, a, u);
+}
+
+/* The classical Runge-Kutta rule of order 4. */
+static inline real accurate_step(const real *k, real a, real u, real h)
+{
+    const real one = (u - a) * activation_quickness(k, a, u);
+    real b = a + h / 2 * one;
+    const real two = (u - b) * activation_quickness(k, b, u);
+    b = a + h / 2 * two;
+    const real three = (u - b) * activation_quickness(k, b, u);
+    b = a + h * three;
+    const real four = (u - b) * activation_quickness(k, b, u);
+    return a + h / 6 * (one + 2 * two + 2 * three + four);
+}
+
+/* The exponential midpoint rule, for steps that are long against tau: a never passes u. */
+static real stable_step(const real *k, real a, real u, real h)
+{
+    const real middle = u + (a - u) / (1 + activation_quickness(k, a, u) * h / 2);
+    return u + (a - u) * exponential(-h * activation_quickness(k, middle, u));
+}
+
+real activation_after(const real *k, real a, real u, real h)
+{
+    a = hill_activation(k, a);
+    if (value_of(2 * h * larger(k[HILL_RISE], k[HILL_FALL])) <= LARGEST_DECAY) /* no 1 / tau is larger */
+        return hill_activation(k, accurate_step(k, a, u, h));
+    const real decay = h * quickest(k, a, u);
+    if (value_of(decay) <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
+    const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_ACTIVATION_STEPS);
+    const real part = h / steps;
+    if (value_of(decay) <= LARGEST_DECAY * steps)
+        for (int i = 0; i < steps; i++) a = accurate_step(k, a, u, part);
+    else
+        for (int i = 0; i < steps; i++) a = stable_step(k, a, u, part);
+    return hill_activation(k, a);
+}
+
+/* ------------------------------------------------------------------------------------ side by side */
+
+/* As quickness, times (u - a); no smoothing is 0. */
+static void find_rates(const activations *s, const real *at, real *restrict rate)
+{
+    for (int i = 0; i < s->count; i++) {
+        const real away = s->u[i] - at[i], rising = 0.5 + 0.5 * small_tanh(s->smoothing[i] * away);
+        const real slowness = 0.5 + 1.5 * at[i], fall = slowness * s->fall[i];
+        rate[i] = away * (fall + rising * (s->rise[i] / slowness - fall));
+    }
+}
+
+static void step_to(const activations *s, real part, const real *rate, real *restrict to)
+{
+    for (int i = 0; i < s->count; i++) to[i] = s->a[i] + part * s->step[i] * rate[i];
+}
+
+/* As quickest, times h. */
+static void find_decays(activations *s, real h)
+{
+    for (int i = 0; i < s->count; i++) {
+        const real low = smaller(s->a[i], s->u[i]), high = larger(s->a[i], s->u[i]);
+        s->decay[i] = h * larger(s->rise[i] / (0.5 + 1.5 * low), (0.5 + 1.5 * high) * s->fall[i]);
+    }
+}
+
+/* As accurate_step. */
+static void step_all(activations *s)
+{
+    real at[ACTIVATIONS] = {0}, one[ACTIVATIONS], two[ACTIVATIONS], three[ACTIVATIONS], four[ACTIVATIONS];
+    find_rates(s, s->a, one);
+    step_to(s, 0.5, one, at);
+    find_rates(s, at, two);
+    step_to(s, 0.5, two, at);
+    find_rates(s, at, three);
+    step_to(s, 1, three, at);
+    find_rates(s, at, four);
+    for (int i = 0; i < s->count; i++)
+        s->a[i] += s->step[i] / 6 * (one[i] + 2 * two[i] + 2 * three[i] + four[i]);
+}
+
+/* One step, or two halves of it; where that is too long, by itself. */
+void activations_finish(activations *s, real h)
+{
+    int is_any_halved = 0;
+    find_decays(s, h);
+    for (int i = 0; i < s->count; i++) {
+        const int is_halved = value_of(s->decay[i]) > LARGEST_DECAY;
+        is_any_halved |= is_halved;
+        s->step[i] = is_halved ? h / 2 : h;
+    }
+    step_all(s);
+    for (int i = 0; i < s->count; i++) s->step[i] = h - s->step[i];
+    if (is_any_halved) step_all(s);
+    for (int i = 0; i < s->count; i++) {
+        const real *k = s->k[i], a = *s->state[i];
+        const int is_slow = value_of(s->decay[i]) <= 2 * LARGEST_DECAY;
+        *s->state[i] = is_slow ? hill_activation(k, s->a[i]) : activation_after(k, a, s->u[i], h);
+    }
+    s->count = 0;
+}
+
+void activations_add(activations *s, const real *k, real *a, real u, real h)
+{
+    const real smoothing = k[HILL_SMOOTHING];
+    if (smoothing == 0 || value_of(smoothing) > SMALL_TANH) { /* a switch is soon done by itself */
+        *a = activation_after(k, *a, u, h);
+        return;
+    }
+    const int i = s->count++;
+    s->k[i] = k, s->state[i] = a;
+    s->a[i] = hill_activation(k, *a), s->u[i] = u;
+    s->rise[i] = k[HILL_RISE], s->fall[i] = k[HILL_FALL], s->smoothing[i] = smoothing;
+    if (s->count == ACTIVATIONS) activations_finish(s, h);
+}

@@ -1,0 +1,183 @@
+#include "bezier.h"
+
+#include "../../math/elementary.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define MOST_BEZIER_STEPS 40
+/* Of Newton's rule: what is left is about its square. */
+#define LAST_BEZIER_STEP PRECISE(1e-9, 1e-4)
+/* Of Chebyshev's rule: what is left is about its cube. */
+#define LAST_LONG_STEP PRECISE(4e-5, 1e-3)
+/* Slopes that differ by less meet nowhere, but for rounding errors. */
+#define LEAST_TURN PRECISE(1.5e-8, 3.5e-4)
+/* Of values of a curve, which are about 1. */
+#define BEZIER_ROUNDING PRECISE(1e-12, 1e-4)
+
+enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
+
+/* Where the tangents of two knots meet; the middle of equal ones. */
+static real corner(const real *start, const real *end)
+{
+    const real turn = start[2] - end[2];
+    if (value_of(fabs(turn)) <= LEAST_TURN) return (start[0] + end[0]) / 2;
+    return (end[1] - start[1] - end[0] * end[2] + start[0] * start[2]) / turn;
+}
+
+int bezier_is_sound(const real *curve, int pieces)
+{
+    for (int i = 0; i < pieces; i++) {
+        const real *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
+        if (!(value_of(start[0]) < value_of(x) && value_of(x) < value_of(end[0]))) return 0;
+        const real y = (x - end[0]) * end[2] + end[1], slack = BEZIER_ROUNDING;
+        const real low = smaller(start[1], end[1]) - slack, high = larger(start[1], end[1]) + slack;
+        if (value_of(y) < value_of(low) || value_of(y) > value_of(high)) return 0;
+    }
+    return 1;
+}
+
+/* The coefficients of a quintic with the control points a, b, b, c, c, d, from that of t on. */
+static void expand(real a, real b, real c, real d, real *k)
+{
+    const real one = 5 * (b - a), two = 30 * (c - b), three = 5 * (d - c);
+    k[0] = one, k[1] = -2 * one, k[2] = (6 * one + two) / 3;
+    k[3] = -(2 * one + two) / 2, k[4] = (one + two + three) / 5;
+}
+
+/* A quintic that begins with 0. */
+static inline real quintic(const real *k, real t)
+{
+    const real tt = t * t;
+    return t * ((k[0] + t * k[1]) + tt * ((k[2] + t * k[3]) + tt * k[4]));
+}
+
+static inline real quintic_rate(const real *k, real t)
+{
+    const real tt = t * t;
+    return (k[0] + t * (2 * k[1])) + tt * ((3 * k[2] + t * (4 * k[3])) + tt * (5 * k[4]));
+}
+
+/* t where x(t) is x; x(t) rises from 0 to `width`. By Newton's rule, from the straight line. */
+static real searched(const real *k, real width, real x)
+{
+    real low = 0, high = 1, t = x / width;
+    for (int i = 0; i < MOST_BEZIER_STEPS; i++) {
+        const real off = quintic(k, t) - x;
+        if (value_of(off) < 0)
+            low = t;
+        else
+            high = t;
+        real next = t - off / quintic_rate(k, t);
+        if (!(value_of(next) >= value_of(low) && value_of(next) <= value_of(high))) next = (low + high) / 2;
+        const real moved = fabs(next - t);
+        t = next;
+        if (value_of(moved) <= LAST_BEZIER_STEP) break;
+    }
+    return t;
+}
+
+/* What a piece is made of, between two knots with the tangents' share `part`. */
+static void prepare_piece(const real *start, real part, real *piece)
+{
+    const real *end = start + 3, width = end[0] - start[0];
+    const real x = corner(start, end), y = (x - end[0]) * end[2] + end[1];
+    expand(start[0], start[0] + part * (x - start[0]), end[0] + part * (x - end[0]), end[0], piece + X);
+    expand(start[1], start[1] + part * (y - start[1]), end[1] + part * (y - end[1]), end[1], piece + Y);
+    piece[CELLS] = BEZIER_CELLS / width;
+    for (int i = 0; i <= BEZIER_CELLS; i++) {
+        real *at = piece + TABLE + 2 * i;
+        at[0] = i == 0 ? 0 : i == BEZIER_CELLS ? 1 : searched(piece + X, width, i * width / BEZIER_CELLS);
+        at[1] = width / BEZIER_CELLS / quintic_rate(piece + X, at[0]);
+    }
+}
+
+void bezier_prepare(real *curve, int pieces, const real *curviness)
+{
+    real *piece = curve + 3 * (pieces + 1);
+    for (int i = 0; i < pieces; i++, piece += BEZIER_PIECE)
+        prepare_piece(curve + 3 * i, 0.1 + 0.8 * curviness[i], piece);
+}
+
+/* One step of Chebyshev's rule, of order three, from t to where x(t) is x. */
+static inline real improved(const real *k, real x, real t)
+{
+    const real tt = t * t, per = 1 / quintic_rate(k, t), off = (quintic(k, t) - x) * per;
+    const real half_bend = (k[1] + t * (3 * k[2])) + tt * (6 * k[3] + t * (10 * k[4]));
+    return t - off * (1 + off * (half_bend * per));
+}
+
+/* Where x lies on a curve: its piece, which begins at a knot, x from there, and about the parameter. */
+typedef struct {
+    const real *knot, *piece;
+    real x, t;
+} place;
+
+/* The parameter is that of a cubic through the ends of its cell. 0 if x is beyond all pieces. */
+static inline int find(const real *curve, int pieces, real x, place *at)
+{
+    const real *last = curve + 3 * pieces;
+    if (!(value_of(x) > value_of(curve[0]) && value_of(x) < value_of(last[0]))) return 0;
+    int i = 0;
+    for (int k = 1; k < pieces; k++) i += value_of(x) >= value_of(curve[3 * k]);
+    at->knot = curve + 3 * i, at->piece = last + 3 + BEZIER_PIECE * i, at->x = x - at->knot[0];
+    const real cells = at->x * at->piece[CELLS];
+    const int cell = value_of(cells) < BEZIER_CELLS ? (int)value_of(cells) : BEZIER_CELLS - 1;
+    const real *end = at->piece + TABLE + 2 * cell, z = cells - cell, grown = end[2] - end[0];
+    const real over = grown - end[1], twist = end[3] - grown - over;
+    at->t = end[0] + z * (end[1] + z * ((over - twist) + z * twist));
+    return 1;
+}
+
+/* From the first step, which took the parameter from `was` to at->t, and is all that most need. */
+static inline real search(const place *at, real was)
+{
+    real t = at->t;
+    for (int i = 0; i < 2; i++) {
+        if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
+        was = t, t = improved(at->piece + X, at->x, was);
+    }
+    if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
+    return searched(at->piece + X, at->knot[3] - at->knot[0], at->x);
+}
+
+/* As search; with the parameter's tangent, which comes to rest one step later than its value. */
+static inline real parameter(const place *at, real was)
+{
+    const real t = search(at, was), *k = at->piece + X;
+    return HAS_TANGENT ? t - (quintic(k, t) - at->x) / quintic_rate(k, t) : t;
+}
+
+static real beyond(const real *curve, int pieces, real x, real *slope)
+{
+    const real *last = curve + 3 * pieces, *knot = value_of(x) <= value_of(curve[0]) ? curve : last;
+    if (slope) *slope = knot[2];
+    return knot[2] == 0 ? knot[1] : knot[1] + knot[2] * (x - knot[0]);
+}
+
+real bezier_value(const real *curve, int pieces, real x, real *slope)
+{
+    place at;
+    if (!find(curve, pieces, x, &at)) return beyond(curve, pieces, x, slope);
+    const real was = at.t;
+    at.t = improved(at.piece + X, at.x, was);
+    const real t = parameter(&at, was);
+    if (slope) *slope = quintic_rate(at.piece + Y, t) / quintic_rate(at.piece + X, t);
+    return at.knot[1] + quintic(at.piece + Y, t);
+}
+
+void bezier_values(const bezier_point *of, real y[BEZIER_POINTS])
+{
+    place at[BEZIER_POINTS];
+    real was[BEZIER_POINTS] = {0};
+    int is_within[BEZIER_POINTS];
+    for (int i = 0; i < BEZIER_POINTS; i++) {
+        is_within[i] = find(of[i].curve, of[i].pieces, of[i].x, at + i);
+        if (is_within[i]) was[i] = at[i].t;
+    }
+    for (int i = 0; i < BEZIER_POINTS; i++)
+        if (is_within[i]) at[i].t = improved(at[i].piece + X, at[i].x, was[i]);
+    for (int i = 0; i < BEZIER_POINTS; i++)
+        y[i] = is_within[i] ? at[i].knot[1] + quintic(at[i].piece + Y, parameter(at + i, was[i]))
+                            : beyond(of[i].curve, of[i].pieces, of[i].x, NULL);
+}

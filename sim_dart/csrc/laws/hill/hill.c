@@ -1,0 +1,195 @@
+/* Muscles of Hill's type: rigid and elastic tendons. */
+#include "hill.h"
+
+#include "../../math/elementary.h"
+#include "../../math/root.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct {
+    HILL_PARAMETERS(PARAMETER)
+} hill_parameters;
+
+/* Last steps of Newton's rule, in optimal fibre lengths and in largest contraction velocities. */
+#define LAST_HILL_STEP PRECISE(1e-8, 1e-4)
+/* Fibre velocities are looked for within this many largest contraction velocities. */
+#define LARGEST_VELOCITY 1e6
+
+const char *hill_refusal(const void *parameters)
+{
+    const hill_parameters *p = parameters;
+    if (!(value_of(p->max_isometric_force) > 0)) return "max_isometric_force must be positive";
+    if (!(value_of(p->optimal_fibre_length) > 0)) return "optimal_fibre_length must be positive";
+    if (value_of(p->tendon_slack_length) < 0) return "tendon_slack_length must not be negative";
+    if (value_of(p->pennation_at_optimal) < 0 || value_of(p->pennation_at_optimal) > 1.47)
+        return "pennation_at_optimal must be from 0 to 1.47 rad";
+    if (!(value_of(p->max_contraction_velocity) > 0)) return "max_contraction_velocity must be positive";
+    if (!(value_of(p->activation_time_constant) > 0)) return "activation_time_constant must be positive";
+    if (!(value_of(p->deactivation_time_constant) > 0))
+        return "deactivation_time_constant must be positive";
+    if (value_of(p->minimum_activation) < 0 || value_of(p->minimum_activation) > 1)
+        return "minimum_activation must be from 0 to 1";
+    if (p->elastic_tendon != 0 && p->elastic_tendon != 1) return "elastic_tendon must be 0 or 1";
+    if (p->elastic_tendon && !(value_of(p->tendon_slack_length) > 0))
+        return "an elastic tendon needs a positive tendon_slack_length";
+    return NULL;
+}
+
+void hill_prepare(const void *parameters, real shortest, real steepest, real damping, real smoothing,
+                  real *k)
+{
+    const hill_parameters *p = parameters;
+    const real optimum = p->optimal_fibre_length;
+    const real height = optimum * sine(p->pennation_at_optimal);
+    k[LAW_LOW] = 0, k[LAW_HIGH] = 1;
+    k[HILL_FORCE] = p->max_isometric_force, k[HILL_OPTIMUM] = optimum;
+    k[HILL_SLACK] = p->tendon_slack_length, k[HILL_HEIGHT2] = height * height;
+    k[HILL_SPEED] = p->max_contraction_velocity * optimum, k[HILL_DAMPING] = damping;
+    k[HILL_SHORTEST] = larger(shortest * optimum, height / sine(steepest));
+    k[HILL_NEAREST] = sqrt(larger(k[HILL_SHORTEST] * k[HILL_SHORTEST] - k[HILL_HEIGHT2], 0));
+    k[HILL_ELASTIC] = p->elastic_tendon;
+    k[HILL_PER_OPTIMUM] = 1 / optimum, k[HILL_PER_SPEED] = 1 / k[HILL_SPEED];
+    k[HILL_RISE] = 1 / p->activation_time_constant;
+    k[HILL_FALL] = 1 / p->deactivation_time_constant;
+    k[HILL_LEAST_ACTIVATION] = p->minimum_activation, k[HILL_SMOOTHING] = smoothing;
+}
+
+int hill_states(const void *parameters)
+{
+    const hill_parameters *p = parameters;
+    return p->elastic_tendon ? 2 : 1;
+}
+
+/* Fibre force over F0, along the fibre; with its derivatives by fibre length [1/m] and velocity. */
+static real fibre_force(const hill_curves *f, const real *k, real a, real fibre, real w,
+                        real *by_length, real *by_velocity)
+{
+    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const real speed = f->speed ? f->speed(a) : 1;
+    real active_slope, velocity_slope, passive_slope;
+    const real active = f->active(k, z, &active_slope), passive = f->passive(k, z, &passive_slope);
+    const real scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
+    const real velocity = f->velocity(k, scaled, &velocity_slope);
+    *by_length = (a * active_slope * velocity + passive_slope) * k[HILL_PER_OPTIMUM];
+    *by_velocity = a * active * velocity_slope / speed + k[HILL_DAMPING];
+    return a * active * velocity + passive + k[HILL_DAMPING] * w;
+}
+
+static real tendon_force(const hill_curves *f, const real *k, real tendon, real *slope)
+{
+    const real stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_FARTHEST);
+    if (value_of(stretch) <= 1) return *slope = 0;
+    const real force = f->tendon(k, stretch, slope);
+    *slope /= k[HILL_SLACK];
+    return force;
+}
+
+static real projected_length(const real *k, real fibre)
+{
+    return sqrt(larger(fibre * fibre - k[HILL_HEIGHT2], 0));
+}
+
+real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l)
+{
+    real slope;
+    const real fibre = larger(x[1], k[HILL_SHORTEST]);
+    return k[HILL_FORCE] * tendon_force(f, k, l - projected_length(k, fibre), &slope);
+}
+
+/* Fibre force along the tendon less tendon force, over F0. The fibre's velocity is `w`, or, where
+   `time` > 0, that which brings it from `from` to its length in that time.                            */
+typedef struct {
+    const hill_curves *curves;
+    const real *k;
+    real a, l, w, from, time;
+} balance;
+
+static real excess_by_length(const void *data, real fibre, real *derivative)
+{
+    const balance *b = data;
+    const real per_metre = value_of(b->time) > 0 ? b->k[HILL_PER_SPEED] / b->time : 0;
+    const real w = (fibre - b->from) * per_metre, along = projected_length(b->k, fibre);
+    const real cosine = larger(along / fibre, 1e-9);
+    real by_length, by_velocity, tendon_slope;
+    const real force = fibre_force(b->curves, b->k, b->a, fibre, w, &by_length, &by_velocity);
+    const real tendon = tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
+    *derivative = (by_length + by_velocity * per_metre) * cosine +
+                  force * b->k[HILL_HEIGHT2] / (fibre * fibre * fibre * cosine) + tendon_slope / cosine;
+    return force * cosine - tendon;
+}
+
+static real excess_by_velocity(const void *data, real w, real *derivative)
+{
+    const balance *b = data;
+    real by_length, tendon_slope;
+    const real along = projected_length(b->k, b->from), cosine = along / b->from;
+    const real force = fibre_force(b->curves, b->k, b->a, b->from, w, &by_length, derivative);
+    *derivative *= cosine;
+    return force * cosine - tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
+}
+
+/* The fibre length at which the forces are in balance. At `longest` the tendon is slack and the fibre does
+   not push, so the excess is not negative there.                                                      */
+static real balanced_length(const balance *b, real guess)
+{
+    const real *k = b->k, along = b->l - k[HILL_SLACK];
+    const real taut = value_of(along) > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
+    const real longest = larger(larger(taut, value_of(b->time) > 0 ? b->from : 0), k[HILL_SHORTEST]);
+    return bracketed_root(excess_by_length, b, k[HILL_SHORTEST], longest,
+                          clamped(guess, k[HILL_SHORTEST], longest), LAST_HILL_STEP * k[HILL_OPTIMUM]);
+}
+
+void hill_start(const hill_curves *f, const real *k, real l, real u, real *x)
+{
+    x[0] = hill_activation(k, u);
+    if (!k[HILL_ELASTIC]) return;
+    const balance b = {f, k, x[0], l, 0, 0, 0};
+    x[1] = balanced_length(&b, k[HILL_OPTIMUM]);
+}
+
+void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u,
+                real *xd)
+{
+    (void)v;
+    xd[0] = activation_rate(k, x[0], u);
+    if (!k[HILL_ELASTIC]) return;
+    const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_SHORTEST]), 0};
+    real slope, w;
+    if (value_of(excess_by_velocity(&b, -LARGEST_VELOCITY, &slope)) >= 0)
+        w = -LARGEST_VELOCITY;
+    else if (value_of(excess_by_velocity(&b, LARGEST_VELOCITY, &slope)) <= 0)
+        w = LARGEST_VELOCITY;
+    else
+        w = bracketed_root(excess_by_velocity, &b, -LARGEST_VELOCITY, LARGEST_VELOCITY, 0, LAST_HILL_STEP);
+    xd[1] = value_of(x[1]) <= value_of(k[HILL_SHORTEST]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
+}
+
+/* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
+   a stage is a balance of forces with the fibre's mean velocity, which exists also for a muscle that is
+   not active and not damped.                                                                          */
+static const real STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
+
+void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u,
+                  real h)
+{
+    const real a = x[0];
+    x[0] = activation_after(k, a, u, h);
+    if (!k[HILL_ELASTIC] || !(value_of(h) > 0)) return;
+    const real time = STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
+    const balance first = {f, k, activation_after(k, a, u, time), l + v * time, 0, fibre, time};
+    const real middle = balanced_length(&first, fibre);
+    const real from = fibre + (1 - STAGE) / STAGE * (middle - fibre);
+    const balance second = {f, k, x[0], l + v * h, 0, from, time};
+    x[1] = balanced_length(&second, fibre + (middle - fibre) / STAGE);
+}
+
+real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x,
+                        real *slope)
+{
+    if (!strcmp(name, "active_force_length")) return f->active(k, x, slope);
+    if (!strcmp(name, "force_velocity")) return f->velocity(k, x, slope);
+    if (!strcmp(name, "passive_force_length")) return f->passive(k, x, slope);
+    if (!strcmp(name, "tendon_force_length")) return f->tendon(k, x, slope);
+    return NAN;
+}

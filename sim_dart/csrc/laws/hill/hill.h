@@ -1,0 +1,96 @@
+/* What muscles of Hill's type share: a fibre at an angle to its tendon, and activation.
+
+       F0 (a fL(z) fV(w) + fPE(z) + beta w) cos(alpha) = F0 fT(lT)
+
+   with z the fibre length over its optimum, w the fibre's velocity over the largest contraction velocity,
+   positive while lengthening, lT the tendon length over its slack length. The fibre's thickness is
+   constant: (fibre length) sin(alpha) = height.                                                       */
+#ifndef CARDSFLOW_HILL_H
+#define CARDSFLOW_HILL_H
+
+#include "activation.h"
+
+#include <math.h>
+
+/* Beyond this normalised length or velocity curves go on as constants: nothing overflows. */
+#define HILL_FARTHEST 1e6
+
+/* y(x) and, unless `slope` is NULL, dy/dx. */
+typedef real hill_curve(const real *k, real x, real *slope);
+
+typedef struct {
+    hill_curve *active, *velocity, *passive, *tendon;
+    /* By activation, what the largest contraction velocity is multiplied with; NULL for 1. */
+    real (*speed)(real a);
+    /* fL(z) fV(w), and fPE(z), at once, where that is quicker; NULL where it is not. */
+    real (*product)(const real *k, real z, real w, real *passive);
+} hill_curves;
+
+/* Fibres stay longer than `shortest` optimal lengths, and their angle below `steepest`. */
+CORE_INSIDE void hill_prepare(const void *parameters, real shortest, real steepest, real damping,
+                              real smoothing, real *k);
+CORE_INSIDE const char *hill_refusal(const void *parameters);
+CORE_INSIDE int hill_states(const void *parameters);
+CORE_INSIDE real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l);
+CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u, real *xd);
+CORE_INSIDE void hill_start(const hill_curves *f, const real *k, real l, real u, real *x);
+CORE_INSIDE void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u, real h);
+CORE_INSIDE real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x, real *slope);
+
+/* fL(z) fV(w), and fPE(z) */
+static inline real hill_product(const hill_curves *f, const real *k, real z, real w, real *passive)
+{
+    if (f->product) return f->product(k, z, w, passive);
+    *passive = f->passive(k, z, NULL);
+    return f->active(k, z, NULL) * f->velocity(k, w, NULL);
+}
+
+/* Here, so that it is compiled together with the curves: it is what most muscles ask for in each step. */
+static inline real hill_rigid_tension(const hill_curves *f, const real *k, real a, real l,
+                                      real v)
+{
+    const real along = l - k[HILL_SLACK];
+    if (value_of(along) <= 0 || value_of(along) < value_of(k[HILL_NEAREST])) return 0; /* the tendon is slack */
+    const real fibre = sqrt(along * along + k[HILL_HEIGHT2]), cosine = along / fibre;
+    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const real w = v * cosine * k[HILL_PER_SPEED], speed = f->speed ? f->speed(a) : 1;
+    const real scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
+    real passive;
+    const real active = a * hill_product(f, k, z, scaled, &passive);
+    return k[HILL_FORCE] * (active + passive + k[HILL_DAMPING] * w) * cosine;
+}
+
+/* The functions of `law` that its curves, `law`_curves, decide on. */
+#define HILL_FUNCTIONS(law)                                                                            \
+    static real law##_tension(const real *k, const real *x, real l, real v, real u)                    \
+    {                                                                                                  \
+        (void)u;                                                                                       \
+        if (k[HILL_ELASTIC]) return hill_elastic_tension(&law##_curves, k, x, l);                      \
+        return hill_rigid_tension(&law##_curves, k, hill_activation(k, x[0]), l, v);                   \
+    }                                                                                                  \
+    static void law##_rates(const real *k, const real *x, real l, real v, real u, real *xd)            \
+    {                                                                                                  \
+        hill_rates(&law##_curves, k, x, l, v, u, xd);                                                  \
+    }                                                                                                  \
+    static void law##_start(const real *k, real l, real u, real *x)                                    \
+    {                                                                                                  \
+        hill_start(&law##_curves, k, l, u, x);                                                         \
+    }                                                                                                  \
+    static void law##_advance(const real *k, real *x, real l, real v, real u, real h)                  \
+    {                                                                                                  \
+        hill_advance(&law##_curves, k, x, l, v, u, h);                                                 \
+    }                                                                                                  \
+    static real law##_curve(const real *k, const char *name, real x, real *slope)                      \
+    {                                                                                                  \
+        return hill_curve_by_name(&law##_curves, k, name, x, slope);                                   \
+    }
+
+#define HILL_LAW(law, constant_count, shared)                                                          \
+    {                                                                                                  \
+        .parameters = PARAMETER_COUNT(law##_parameters), .constants = constant_count, .driven = 1,     \
+        .refusal = law##_refusal, .prepare = law##_prepare, .tension = law##_tension,                  \
+        .states = hill_states, .rates = law##_rates, .start = law##_start, .advance = law##_advance,   \
+        .curve = law##_curve, .is_hill = 1, .shared_from = shared                                      \
+    }
+
+#endif

@@ -1,0 +1,124 @@
+/* hill_thelen2003: a bell, exponentials, and Hill's hyperbola, whose velocity scales with activation.
+
+   Thelen 2003, J. Biomech. Eng. 125: Adjustment of muscle mechanics model parameters to simulate dynamic
+   contractions in older adults. The tendon's toe is exact: it joins the line with equal slope.        */
+#include "../../math/elementary.h"
+#include "hill.h"
+
+#include <math.h>
+#include <stddef.h>
+
+typedef struct {
+    THELEN_PARAMETERS(PARAMETER)
+} thelen_parameters;
+
+enum {
+    THELEN_ACTIVE_SHAPE = HILL_CONSTANTS,
+    THELEN_PASSIVE_SHAPE,
+    THELEN_PASSIVE_STRAIN,
+    THELEN_CONCENTRIC_SHAPE,
+    THELEN_ECCENTRIC_FORCE,
+    THELEN_ECCENTRIC_SHAPE,
+    THELEN_LINEAR_FROM, /* velocity */
+    THELEN_TOE_STRAIN,
+    THELEN_TOE_SCALE,
+    THELEN_TENDON_SLOPE,
+    THELEN_CONSTANTS
+};
+
+static const real TOE_FORCE = 0.33, TOE_SHAPE = 3;
+
+static real thelen_active(const real *k, real x, real *slope)
+{
+    const real y = exponential(-(x - 1) * (x - 1) / k[THELEN_ACTIVE_SHAPE]);
+    if (slope) *slope = -2 * (x - 1) / k[THELEN_ACTIVE_SHAPE] * y;
+    return y;
+}
+
+/* Hill's hyperbola, to w = -1 where a fibre shortens without force, and its mirror for lengthening. */
+static real thelen_hyperbola(const real *k, real w, real *slope)
+{
+    const real most = value_of(w) < 0 ? 0 : k[THELEN_ECCENTRIC_FORCE];
+    const real bend = value_of(w) < 0 ? -1 / k[THELEN_CONCENTRIC_SHAPE] : k[THELEN_ECCENTRIC_SHAPE];
+    const real top = value_of(w) < 0 ? 1 + w : 1 + bend * most * w, under = 1 + bend * w;
+    const real rise = value_of(w) < 0 ? 1 : bend * most;
+    *slope = (rise * under - bend * top) / (under * under);
+    return top / under;
+}
+
+/* Beyond where the hyperbola ends, and near to its upper asymptote, it goes on as a line. */
+static real thelen_velocity(const real *k, real w, real *slope)
+{
+    real own;
+    const real inside = clamped(w, -1, k[THELEN_LINEAR_FROM]), y = thelen_hyperbola(k, inside, &own);
+    if (slope) *slope = own;
+    return y + own * (w - inside);
+}
+
+static real thelen_passive(const real *k, real x, real *slope)
+{
+    if (value_of(x) <= 1) {
+        if (slope) *slope = 0;
+        return 0;
+    }
+    const real rate = k[THELEN_PASSIVE_SHAPE] / k[THELEN_PASSIVE_STRAIN], scale = exponential_less_one(k[THELEN_PASSIVE_SHAPE]);
+    if (slope) *slope = rate * exponential(rate * (x - 1)) / scale;
+    return exponential_less_one(rate * (x - 1)) / scale;
+}
+
+static real thelen_tendon(const real *k, real x, real *slope)
+{
+    const real strain = x - 1, rate = TOE_SHAPE / k[THELEN_TOE_STRAIN];
+    if (value_of(strain) > value_of(k[THELEN_TOE_STRAIN])) {
+        if (slope) *slope = k[THELEN_TENDON_SLOPE];
+        return k[THELEN_TENDON_SLOPE] * (strain - k[THELEN_TOE_STRAIN]) + TOE_FORCE;
+    }
+    const real on = value_of(strain) > 0 ? strain : 0;
+    if (slope) *slope = value_of(strain) > 0 ? rate * exponential(rate * on) * k[THELEN_TOE_SCALE] : 0;
+    return exponential_less_one(rate * on) * k[THELEN_TOE_SCALE];
+}
+
+/* A muscle that is not active shortens at a quarter of the speed. */
+static real thelen_speed(real a)
+{
+    return 0.25 + 0.75 * a;
+}
+
+static const char *thelen_refusal(const void *parameters)
+{
+    const thelen_parameters *p = parameters;
+    if (!(value_of(p->tendon_strain) > 0)) return "tendon_strain must be positive";
+    if (!(value_of(p->passive_fibre_strain) > 0)) return "passive_fibre_strain must be positive";
+    if (!(value_of(p->active_shape) > 0)) return "active_shape must be positive";
+    if (!(value_of(p->passive_shape) > 0 && value_of(p->passive_shape) <= 100))
+        return "passive_shape must be positive, and 100 at most";
+    if (!(value_of(p->concentric_shape) > 0)) return "concentric_shape must be positive";
+    if (!(value_of(p->eccentric_force) > 1)) return "eccentric_force must be above 1";
+    if (!(value_of(p->linear_from) > value_of(1 / p->eccentric_force) &&
+          value_of(p->linear_from) < 1))
+        return "linear_from must be below 1 and, times eccentric_force, above 1";
+    return hill_refusal(parameters);
+}
+
+static void thelen_prepare(const void *parameters, real *k)
+{
+    const thelen_parameters *p = parameters;
+    hill_prepare(parameters, 0.01, 1.4706289056333368, 0, 0, k);
+    k[THELEN_ACTIVE_SHAPE] = p->active_shape, k[THELEN_PASSIVE_SHAPE] = p->passive_shape;
+    k[THELEN_PASSIVE_STRAIN] = p->passive_fibre_strain, k[THELEN_CONCENTRIC_SHAPE] = p->concentric_shape;
+    const real most = p->eccentric_force, bent = p->linear_from * most;
+    k[THELEN_ECCENTRIC_FORCE] = most;
+    k[THELEN_ECCENTRIC_SHAPE] = (2 + 2 / p->concentric_shape) / (most - 1);
+    k[THELEN_LINEAR_FROM] = (bent - 1) / (k[THELEN_ECCENTRIC_SHAPE] * (most - bent));
+    /* The toe rises to TOE_FORCE with the line's slope: its strain e_t is that where
+       TOE_SHAPE TOE_FORCE exp(TOE_SHAPE) / (exp(TOE_SHAPE) - 1) / e_t = (1 - TOE_FORCE) / (strain - e_t) */
+    const real grown = exponential(TOE_SHAPE), toe_slope = TOE_SHAPE * TOE_FORCE * grown / (grown - 1);
+    k[THELEN_TOE_STRAIN] = p->tendon_strain * toe_slope / (1 - TOE_FORCE + toe_slope);
+    k[THELEN_TOE_SCALE] = TOE_FORCE / (grown - 1);
+    k[THELEN_TENDON_SLOPE] = (1 - TOE_FORCE) / (p->tendon_strain - k[THELEN_TOE_STRAIN]);
+}
+
+static const hill_curves thelen_curves = {thelen_active, thelen_velocity, thelen_passive, thelen_tendon, thelen_speed, NULL};
+HILL_FUNCTIONS(thelen)
+
+TENSION_LAW(THELEN) = HILL_LAW(thelen, THELEN_CONSTANTS, 0);

@@ -1,0 +1,68 @@
+/* Tension laws: command u, path length l, its rate v and the law's own states x -> tension f and x'.
+
+   A law is one file with pure functions, and a line in law_parameters.h. What it makes of its parameters once
+   are its constants k, which begin in every law as enum law_constant says.                            */
+#ifndef CARDSFLOW_LAW_H
+#define CARDSFLOW_LAW_H
+
+#include "../blob/law_parameters.h"
+#include "../numbers/real_functions.h"
+
+#include <stddef.h>
+
+/* Smallest and largest command; how many states there are, and how far off the constants k are that this
+   muscle shares with others (see shared_from): both set by laws_prepare; the law's own.                 */
+enum law_constant { LAW_LOW = 0, LAW_HIGH, LAW_STATES, LAW_SHARED, LAW_OWN };
+
+#define MOST_LAW_STATES 3
+/* Nothing real pulls harder, in [N]: keeps a state that runs away a number. */
+#define LARGEST_TENSION 1e15
+
+/* The parameters of a law by name, as they lie in a blob: struct { X_PARAMETERS(PARAMETER) }. */
+#define PARAMETER(name) real name;
+#define PARAMETER_COUNT(type) (sizeof(type) / sizeof(real))
+
+typedef struct {
+    int parameters, constants;
+    /* Muscles in a row that agree in all parameters from this one on look at one of them for what it makes
+       of these (law_shared), which so stays at hand; 0 if there is nothing of the kind.                 */
+    int shared_from;
+    int driven; /* has a command */
+    int pushes; /* its tension may be negative */
+    int is_hill; /* its constants and states are those of hill.h */
+    /* What is wrong with finite parameters, or NULL; NULL if nothing can be. */
+    const char *(*refusal)(const void *parameters);
+    void (*prepare)(const void *parameters, real *k);
+    real (*tension)(const real *k, const real *x, real l, real v, real u);
+    /* The next four are NULL for a law without states. */
+    int (*states)(const void *parameters);
+    void (*rates)(const real *k, const real *x, real l, real v, real u, real *xd);
+    void (*start)(const real *k, real l, real u, real *x);
+    /* x after a time h, while l grows by v h. */
+    void (*advance)(const real *k, real *x, real l, real v, real u, real h);
+    /* See core_curve; NULL for a law without curves. */
+    real (*curve)(const real *k, const char *name, real x, real *slope);
+} tension_law;
+
+/* TENSION_LAW(X) = {...} defines a law. */
+#if defined(CARDSFLOW_TANGENT)
+#define TENSION_LAW(law) static const tension_law LAW_##law
+#define DECLARE_LAW(kind, law, parameters) TENSION_LAW(law);
+#else
+#define TENSION_LAW(law) const tension_law LAW_##law
+#define DECLARE_LAW(kind, law, parameters) extern TENSION_LAW(law);
+#endif
+LAWS(DECLARE_LAW)
+#undef DECLARE_LAW
+
+static inline const real *law_shared(const real *k)
+{
+    return k + (ptrdiff_t)value_of(k[LAW_SHARED]);
+}
+
+static inline real clamped(real x, real low, real high)
+{
+    return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
+}
+
+#endif

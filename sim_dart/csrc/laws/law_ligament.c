@@ -1,0 +1,65 @@
+/* ligament_blankevoort1991: a toe, f = k e^2 / (2 e_t), then a line, f = k (e - e_t / 2); e is the strain.
+   Damping c e' acts while it is taut and lengthens, in full from a strain of 0.01: up to there it sets in
+   smoothly, as in OpenSim, so that the force is continuous.
+
+   Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24: Articular contact in a
+   three-dimensional model of the knee.                                                                */
+#include "law.h"
+
+#include <stddef.h>
+
+typedef struct {
+    LIGAMENT_PARAMETERS(PARAMETER)
+} ligament_parameters;
+
+enum {
+    LIGAMENT_STIFFNESS = LAW_OWN,
+    LIGAMENT_TOE,
+    LIGAMENT_DAMPING,
+    LIGAMENT_SLACK_LENGTH,
+    LIGAMENT_CONSTANTS
+};
+
+static const real FULL_DAMPING = 0.01;
+
+static const char *ligament_refusal(const void *parameters)
+{
+    const ligament_parameters *p = parameters;
+    if (value_of(p->linear_stiffness) < 0) return "linear_stiffness must not be negative";
+    if (!(value_of(p->transition_strain) > 0)) return "transition_strain must be positive";
+    if (value_of(p->damping_coefficient) < 0) return "damping_coefficient must not be negative";
+    return value_of(p->slack_length) > 0 ? NULL : "slack_length must be positive";
+}
+
+static void ligament_prepare(const void *parameters, real *k)
+{
+    const ligament_parameters *p = parameters;
+    k[LAW_LOW] = k[LAW_HIGH] = 0;
+    k[LIGAMENT_STIFFNESS] = p->linear_stiffness, k[LIGAMENT_TOE] = p->transition_strain;
+    k[LIGAMENT_DAMPING] = p->damping_coefficient, k[LIGAMENT_SLACK_LENGTH] = p->slack_length;
+}
+
+/* From 0 to 1 with two derivatives. */
+static real onset(real strain)
+{
+    const real x = strain / FULL_DAMPING;
+    return value_of(x) < 1 ? x * x * x * (10 + x * (6 * x - 15)) : 1;
+}
+
+static real ligament_tension(const real *k, const real *x, real l, real v, real u)
+{
+    (void)x, (void)u;
+    const real strain = l / k[LIGAMENT_SLACK_LENGTH] - 1, toe = k[LIGAMENT_TOE];
+    if (value_of(strain) <= 0) return 0;
+    const real spring = value_of(strain) < value_of(toe) ? k[LIGAMENT_STIFFNESS] * strain * strain / (2 * toe)
+                                       : k[LIGAMENT_STIFFNESS] * (strain - toe / 2);
+    return value_of(v) > 0 ? spring + onset(strain) * k[LIGAMENT_DAMPING] * v / k[LIGAMENT_SLACK_LENGTH] : spring;
+}
+
+TENSION_LAW(LIGAMENT) = {
+    .parameters = PARAMETER_COUNT(ligament_parameters),
+    .constants = LIGAMENT_CONSTANTS,
+    .refusal = ligament_refusal,
+    .prepare = ligament_prepare,
+    .tension = ligament_tension,
+};

@@ -1,0 +1,90 @@
+/* mckibben: a bladder in a braided sleeve. A thread of length b that goes n times round a cylinder of
+   length L and diameter D leaves V(L) = pi D^2 L / 4 with D^2 = (b^2 - L^2) / (n pi)^2; virtual work,
+   f dL = -p dV, gives
+
+       f = p (3 L^2 - b^2) / (4 pi n^2)
+
+   Chou & Hannaford 1996, IEEE Trans. Robotics Autom. 12. The pressure p, above that of the air, follows
+   its set point u with a time constant.                                                               */
+#include "../math/elementary.h"
+#include "law.h"
+
+#include <math.h>
+#include <stddef.h>
+
+typedef struct {
+    MCKIBBEN_PARAMETERS(PARAMETER)
+} mckibben_parameters;
+
+enum {
+    MCKIBBEN_THREAD2 = LAW_OWN,
+    MCKIBBEN_FOUR_PI_TURNS2,
+    MCKIBBEN_CORD,
+    MCKIBBEN_TIME_CONSTANT,
+    MCKIBBEN_CONSTANTS
+};
+
+static const char *mckibben_refusal(const void *parameters)
+{
+    const mckibben_parameters *p = parameters;
+    if (!(value_of(p->thread_length) > 0 && value_of(p->thread_length) <= 1e3))
+        return "thread_length must be positive, and 1000 at most";
+    if (!(value_of(p->turns) >= 1e-3)) return "turns must be 0.001 at least";
+    if (value_of(p->cord_length) < 0) return "cord_length must not be negative";
+    if (!(value_of(p->max_pressure) > 0)) return "max_pressure must be positive";
+    return value_of(p->pressure_time_constant) < 0 ? "pressure_time_constant must not be negative" : NULL;
+}
+
+static void mckibben_prepare(const void *parameters, real *k)
+{
+    const mckibben_parameters *p = parameters;
+    k[LAW_LOW] = 0, k[LAW_HIGH] = p->max_pressure;
+    k[MCKIBBEN_THREAD2] = p->thread_length * p->thread_length;
+    k[MCKIBBEN_FOUR_PI_TURNS2] = 4 * PI * p->turns * p->turns;
+    k[MCKIBBEN_CORD] = p->cord_length, k[MCKIBBEN_TIME_CONSTANT] = p->pressure_time_constant;
+}
+
+static int mckibben_states(const void *parameters)
+{
+    (void)parameters;
+    return 1;
+}
+
+/* A path shorter than the cord leaves a bladder of no length, not a negative one. */
+static real mckibben_tension(const real *k, const real *x, real l, real v, real u)
+{
+    (void)v, (void)u;
+    const real L = larger(l - k[MCKIBBEN_CORD], 0);
+    return x[0] * (3 * L * L - k[MCKIBBEN_THREAD2]) / k[MCKIBBEN_FOUR_PI_TURNS2];
+}
+
+static void mckibben_rates(const real *k, const real *x, real l, real v, real u, real *xd)
+{
+    (void)l, (void)v;
+    xd[0] = value_of(k[MCKIBBEN_TIME_CONSTANT]) > 0 ? (u - x[0]) / k[MCKIBBEN_TIME_CONSTANT] : 0;
+}
+
+static void mckibben_start(const real *k, real l, real u, real *x)
+{
+    (void)k, (void)l;
+    x[0] = u;
+}
+
+static void mckibben_advance(const real *k, real *x, real l, real v, real u, real h)
+{
+    (void)l, (void)v;
+    x[0] = value_of(k[MCKIBBEN_TIME_CONSTANT]) > 0 ? u + (x[0] - u) * exponential(-h / k[MCKIBBEN_TIME_CONSTANT]) : u;
+}
+
+TENSION_LAW(MCKIBBEN) = {
+    .parameters = PARAMETER_COUNT(mckibben_parameters),
+    .constants = MCKIBBEN_CONSTANTS,
+    .driven = 1,
+    .refusal = mckibben_refusal,
+    .prepare = mckibben_prepare,
+    .tension = mckibben_tension,
+    .states = mckibben_states,
+    .rates = mckibben_rates,
+    .start = mckibben_start,
+    .advance = mckibben_advance,
+};

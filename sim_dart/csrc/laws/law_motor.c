@@ -1,0 +1,170 @@
+/* series_elastic_motor: a DC motor with gear and spindle that pulls on a spring.
+
+   Current i, spindle speed w and angle theta, positive while reeling in; command: voltage V.
+
+       La i'   = V - R i - Ke N w                     the armature; the motor turns N times as fast
+       N J w'  = Kt i - r f / (rho N)                 torques on the motor's side, J = J_M + J_G
+       theta'  = w
+       f       = k (l - l0 + r theta), or 0 if that is negative
+
+   rho is the gear's efficiency: eta while the motor drives the load, 1 / eta while the load drives the
+   motor, with a smooth change in between as CARDSFlow's Gazebo plug-in has it:
+   rho = eta + (1 / eta - eta) (tanh(-500 i w - 5) + 1) / 2.
+
+   For a short time rho is constant, and so is whether the spring is taut: the equations are linear then
+   and their Taylor series is summed up to rounding.                                                   */
+#include "../math/elementary.h"
+#include "law.h"
+
+#include <math.h>
+#include <stddef.h>
+
+typedef struct {
+    MOTOR_PARAMETERS(PARAMETER)
+} motor_parameters;
+
+enum {
+    MOTOR_ELECTRIC = LAW_OWN, /* R / La */
+    MOTOR_BACK_EMF,           /* Ke N / La */
+    MOTOR_PER_INDUCTANCE,     /* 1 / La */
+    MOTOR_DRIVE,              /* Kt / (N J) */
+    MOTOR_LOAD,               /* r / (N^2 J) */
+    MOTOR_RADIUS,
+    MOTOR_STIFFNESS,
+    MOTOR_REST_LENGTH,
+    MOTOR_EFFICIENCY,
+    MOTOR_QUICKNESS, /* bound on how fast the states change, in [1/s] */
+    MOTOR_STALL,     /* newtons a volt that hold at rest */
+    MOTOR_PER_RESISTANCE,
+    MOTOR_CONSTANTS
+};
+enum { CURRENT, SPEED, ANGLE, MOTOR_STATES };
+
+/* With MOTOR_QUICKNESS x time at most this, so many terms of the series suffice. */
+#define LARGEST_CHANGE 0.5
+#define TERMS 18
+#define LONGEST_SUBSTEP 1e-4
+#define MOST_QUICKNESS 1e6
+#define MOST_SUBSTEPS 1000000
+
+static real motor_quickness(const motor_parameters *p)
+{
+    const real J = p->gear_inertia + p->motor_inertia, N = p->gear_ratio;
+    const real R = p->resistance + p->bridge_resistance, r = p->spindle_radius;
+    return R / p->inductance +
+           sqrt(p->back_emf_constant * p->torque_constant / (p->inductance * J)) +
+           sqrt(p->stiffness * r * r / (p->gear_efficiency * N * N * J));
+}
+
+static const char *motor_refusal(const void *parameters)
+{
+    const motor_parameters *p = parameters;
+    const real positive[] = {p->resistance,    p->inductance,     p->torque_constant, p->gear_ratio,
+                             p->motor_inertia, p->spindle_radius, p->stiffness,       p->max_voltage};
+    for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
+        if (!(value_of(positive[i]) > 0))
+            return "resistance, inductance, torque_constant, gear_ratio, motor_inertia, "
+                   "spindle_radius, stiffness and max_voltage must be positive";
+    if (value_of(p->bridge_resistance) < 0 || value_of(p->back_emf_constant) < 0 ||
+        value_of(p->gear_inertia) < 0)
+        return "bridge_resistance, back_emf_constant and gear_inertia must not be negative";
+    if (!(value_of(p->gear_efficiency) > 0 && value_of(p->gear_efficiency) <= 1))
+        return "gear_efficiency must be above 0, and 1 at most";
+    return value_of(motor_quickness(p)) <= MOST_QUICKNESS ? NULL : "it changes faster than 1e6 a second";
+}
+
+static real efficiency(const real *k, real current, real speed)
+{
+    const real eta = k[MOTOR_EFFICIENCY];
+    return eta + (1 / eta - eta) * (hyperbolic_tangent(-500 * current * speed - 5) + 1) / 2;
+}
+
+static void motor_prepare(const void *parameters, real *k)
+{
+    const motor_parameters *p = parameters;
+    const real J = p->gear_inertia + p->motor_inertia, N = p->gear_ratio;
+    const real R = p->resistance + p->bridge_resistance, La = p->inductance;
+    k[LAW_LOW] = -p->max_voltage, k[LAW_HIGH] = p->max_voltage;
+    k[MOTOR_ELECTRIC] = R / La, k[MOTOR_PER_INDUCTANCE] = 1 / La;
+    k[MOTOR_BACK_EMF] = p->back_emf_constant * N / La;
+    k[MOTOR_DRIVE] = p->torque_constant / (N * J), k[MOTOR_LOAD] = p->spindle_radius / (N * N * J);
+    k[MOTOR_RADIUS] = p->spindle_radius, k[MOTOR_STIFFNESS] = p->stiffness;
+    k[MOTOR_REST_LENGTH] = p->rest_length;
+    k[MOTOR_EFFICIENCY] = p->gear_efficiency, k[MOTOR_QUICKNESS] = motor_quickness(p);
+    k[MOTOR_PER_RESISTANCE] = 1 / R;
+    k[MOTOR_STALL] = efficiency(k, 0, 0) * N * p->torque_constant / (R * p->spindle_radius);
+}
+
+static int motor_states(const void *parameters)
+{
+    (void)parameters;
+    return MOTOR_STATES;
+}
+
+static real elongation(const real *k, const real *x, real l)
+{
+    return l - k[MOTOR_REST_LENGTH] + k[MOTOR_RADIUS] * x[ANGLE];
+}
+
+static real motor_tension(const real *k, const real *x, real l, real v, real u)
+{
+    (void)v, (void)u;
+    return k[MOTOR_STIFFNESS] * larger(elongation(k, x, l), 0);
+}
+
+static void motor_rates(const real *k, const real *x, real l, real v, real u, real *xd)
+{
+    const real rho = efficiency(k, x[CURRENT], x[SPEED]);
+    xd[CURRENT] = k[MOTOR_PER_INDUCTANCE] * u - k[MOTOR_ELECTRIC] * x[CURRENT] - k[MOTOR_BACK_EMF] * x[SPEED];
+    xd[SPEED] = k[MOTOR_DRIVE] * x[CURRENT] - k[MOTOR_LOAD] * motor_tension(k, x, l, v, u) / rho;
+    xd[ANGLE] = x[SPEED];
+}
+
+/* The motor stalls against the spring; one that pushes stands with a slack spring. */
+static void motor_start(const real *k, real l, real u, real *x)
+{
+    const real f = larger(k[MOTOR_STALL] * u, 0);
+    x[CURRENT] = u * k[MOTOR_PER_RESISTANCE], x[SPEED] = 0;
+    x[ANGLE] = (f / k[MOTOR_STIFFNESS] - (l - k[MOTOR_REST_LENGTH])) / k[MOTOR_RADIUS];
+}
+
+/* Every term of the series is the derivative of the last one: d' = A d, times t / n. Efficiency and
+   tautness are those of the middle of the substep.                                                    */
+static void substep(const real *k, real *x, real l, real v, real u, real t)
+{
+    real d[MOTOR_STATES], middle[MOTOR_STATES], stretched = v; /* the path's own part is in one term only */
+    motor_rates(k, x, l, v, u, d);
+    for (int i = 0; i < MOTOR_STATES; i++) middle[i] = x[i] + d[i] * t / 2;
+    const real taut = value_of(elongation(k, middle, l + v * t / 2)) > 0 ? k[MOTOR_STIFFNESS] : 0;
+    const real load = taut * k[MOTOR_LOAD] / efficiency(k, middle[CURRENT], middle[SPEED]);
+    d[SPEED] = k[MOTOR_DRIVE] * x[CURRENT] - load * elongation(k, x, l);
+    for (int n = 1; n <= TERMS; n++) {
+        const real part = t / n;
+        for (int i = 0; i < MOTOR_STATES; i++) d[i] *= part, x[i] += d[i];
+        const real current = -k[MOTOR_ELECTRIC] * d[CURRENT] - k[MOTOR_BACK_EMF] * d[SPEED];
+        const real speed = k[MOTOR_DRIVE] * d[CURRENT] - load * (k[MOTOR_RADIUS] * d[ANGLE] + stretched * part);
+        d[ANGLE] = d[SPEED], d[CURRENT] = current, d[SPEED] = speed;
+        stretched = 0;
+    }
+}
+
+static void motor_advance(const real *k, real *x, real l, real v, real u, real h)
+{
+    const real least = ceil(h * larger(k[MOTOR_QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
+    const int steps = (int)clamped(least, 1, MOST_SUBSTEPS);
+    const real t = h / steps;
+    for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);
+}
+
+TENSION_LAW(MOTOR) = {
+    .parameters = PARAMETER_COUNT(motor_parameters),
+    .constants = MOTOR_CONSTANTS,
+    .driven = 1,
+    .refusal = motor_refusal,
+    .prepare = motor_prepare,
+    .tension = motor_tension,
+    .states = motor_states,
+    .rates = motor_rates,
+    .start = motor_start,
+    .advance = motor_advance,
+};

@@ -1,0 +1,302 @@
+/* The tension laws of a robot: the calls that a step makes. */
+#include "laws.h"
+
+#include "../blob/message.h"
+#include "../math/elementary.h"
+#include "hill/activation.h"
+#include "law.h"
+
+#include <math.h>
+#include <string.h>
+
+#define LAW_POINTER(kind, law, parameters) &LAW_##law,
+static const tension_law *const LAW_TABLE[] = {LAWS(LAW_POINTER)};
+#undef LAW_POINTER
+
+#define LAW_NAME(kind, law, parameters) #kind,
+static const char *const LAW_NAMES[] = {LAWS(LAW_NAME)};
+#undef LAW_NAME
+
+int laws_check(blob_view *view, char *message, size_t capacity)
+{
+    const real *p = view->law_parameter;
+    int64_t left = view->counts.law_parameters, states = 0, constants = 0;
+    for (int32_t m = 0; m < view->counts.muscles; m++) {
+        const int32_t kind = view->law_kind[m];
+        if (kind < 0 || kind >= LAW_KINDS)
+            return refuse(message, capacity, "muscle %d: unknown tension law %d", (int)m, (int)kind);
+        const tension_law *law = LAW_TABLE[kind];
+        left -= law->parameters;
+        if (left < 0) break;
+        for (int i = 0; i < law->parameters; i++)
+            if (!isfinite(p[i]))
+                return refuse(message, capacity, "muscle %d: %s: parameter %d is not finite", (int)m,
+                              LAW_NAMES[kind], i);
+        const char *wrong = law->refusal ? law->refusal(p) : NULL;
+        if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, LAW_NAMES[kind], wrong);
+        states += law->states ? law->states(p) : 0;
+        constants += law->constants;
+        p += law->parameters;
+    }
+    if (left) return refuse(message, capacity, "the laws' parameters do not add up");
+    view->law_states = (int32_t)states, view->law_constants = (int32_t)constants;
+    return 0;
+}
+
+/* A walk over the muscles, with where each one's numbers stand. */
+typedef struct {
+    const tension_law *law;
+    const real *p;
+    real *k, *x, *xd;
+    int32_t m, states;
+} muscle_law;
+
+static int found_muscle(const core *c, muscle_law *at)
+{
+    if (at->m >= c->blob.counts.muscles) return 0;
+    at->law = LAW_TABLE[c->blob.law_kind[at->m]];
+    at->states = (int32_t)at->k[LAW_STATES];
+    return 1;
+}
+
+static int first_muscle(const core *c, muscle_law *at)
+{
+    at->m = at->states = 0, at->p = c->blob.law_parameter;
+    at->k = c->law_constants, at->x = c->law_states, at->xd = c->law_rates;
+    return found_muscle(c, at);
+}
+
+static int next_muscle(const core *c, muscle_law *at)
+{
+    at->m++, at->p += at->law->parameters, at->k += at->law->constants;
+    at->x += at->states, at->xd += at->states;
+    return found_muscle(c, at);
+}
+
+#define EACH_MUSCLE(c, at) (int more = first_muscle(c, at); more; more = next_muscle(c, at))
+
+/* Let a muscle look at what the one before it looks at, if that is the same. */
+static void share(const muscle_law *before, muscle_law *at)
+{
+    if (!at->law->shared_from || before->law != at->law) return;
+    for (int i = at->law->shared_from; i < at->law->parameters; i++)
+        if (before->p[i] != at->p[i]) return;
+    const ptrdiff_t away = law_shared(before->k) - at->k;
+    at->k[LAW_SHARED] = (real)away;
+    if (law_shared(at->k) - at->k != away) at->k[LAW_SHARED] = 0; /* too far for a small number */
+}
+
+void laws_prepare(core *c)
+{
+    muscle_law at, before = {0};
+    for EACH_MUSCLE (c, &at) {
+        at.law->prepare(at.p, at.k);
+        at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
+        share(&before, &at);
+        before = at;
+    }
+}
+
+static real command(const muscle_law *at, const real *u)
+{
+    return at->law->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
+}
+
+/* 0, or 1 + the index of the first muscle whose command is not finite. */
+static int bad_command(const core *c, const real *u)
+{
+    real sum = 0; /* of zeros, or of what is not a number */
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++) sum += 0 * u[m];
+    if (sum == 0) return 0;
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++)
+        if (!isfinite(u[m]) && LAW_TABLE[c->blob.law_kind[m]]->driven) return 1 + m;
+    return 0;
+}
+
+static real bounded_tension(const muscle_law *at, const real *x, real l, real v, real u)
+{
+    const real f = at->law->tension(at->k, x, l, v, u);
+    return clamped(f, at->law->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
+}
+
+void core_rates(core *c, const real *qd)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
+        const real *row = c->jacobian + (size_t)m * (size_t)dofs;
+        real rate = 0;
+        for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
+        c->rates[m] = rate;
+    }
+}
+
+int core_start(core *c, const real *u)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        if (at.states) at.law->start(at.k, c->lengths[at.m], command(&at, u), at.x);
+    return 0;
+}
+
+static void add_torques(core *c)
+{
+    const int32_t dofs = c->blob.counts.dofs;
+    memset(c->torques, 0, (size_t)dofs * sizeof(real));
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
+        if (c->tensions[m] == 0) continue;
+        const real *row = c->jacobian + (size_t)m * (size_t)dofs;
+        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
+    }
+}
+
+int core_pull(core *c, const real *f)
+{
+    const int32_t dofs = c->blob.counts.dofs, muscles = c->blob.counts.muscles;
+    for (int32_t k = 0; k < muscles; k++)
+        if (!isfinite(f[k])) return 1 + k;
+    memset(c->torques, 0, (size_t)dofs * sizeof(real));
+    for (int32_t k = 0; k < muscles; k++) {
+        if (value_of(f[k]) <= 0) continue;
+        const real *row = c->jacobian + (size_t)k * (size_t)dofs;
+        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
+    }
+    return 0;
+}
+
+int core_drive(core *c, const real *qd, const real *u)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    core_rates(c, qd);
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        c->tensions[at.m] = bounded_tension(&at, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u));
+    add_torques(c);
+    return 0;
+}
+
+int core_law_rates(core *c, const real *u)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at)
+        if (at.states)
+            at.law->rates(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), at.xd);
+    return 0;
+}
+
+int core_advance(core *c, const real *u, real h)
+{
+    const int bad = bad_command(c, u);
+    if (bad) return bad;
+    muscle_law at;
+    activations active;
+    active.count = 0;
+    for EACH_MUSCLE (c, &at) {
+        if (at.law->is_hill && at.states == 1) /* its activation, nothing else */
+            activations_add(&active, at.k, at.x, command(&at, u), h);
+        else if (at.states)
+            at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
+    }
+    if (active.count) activations_finish(&active, h);
+    return 0;
+}
+
+/* The tension after a time h with command u; of now for a law without states. */
+static real tension_after(const core *c, const muscle_law *at, real u, real h)
+{
+    const real l = c->lengths[at->m], v = c->rates[at->m];
+    if (!at->states) return bounded_tension(at, NULL, l, v, u);
+    real x[MOST_LAW_STATES];
+    memcpy(x, at->x, (size_t)at->states * sizeof(real));
+    at->law->advance(at->k, x, l, v, u, h);
+    return bounded_tension(at, x, l + v * h, v, u);
+}
+
+void core_reach(core *c, real h)
+{
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        real *low = c->force_low + at.m, *high = c->force_high + at.m;
+        if (c->blob.law_kind[at.m] == KIND_IDEAL) {
+            *low = 0, *high = INFINITY;
+            continue;
+        }
+        const real a = tension_after(c, &at, at.k[LAW_LOW], h);
+        const real b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h) : a;
+        *low = smaller(a, b), *high = larger(a, b);
+    }
+}
+
+#define MOST_INVERSIONS 60
+#define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
+
+/* Illinois: the secant rule on a bracket, with the value of an end that stays twice halved. */
+static real inverted(const core *c, const muscle_law *at, real f, real h)
+{
+    real low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
+    real below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
+    if (below == 0 || (value_of(below) > 0) == (value_of(above) > 0))
+        return value_of(fabs(below)) <= value_of(fabs(above)) ? low : high;
+    const real enough = ENOUGH * (fabs(f) + fabs(above - below));
+    real u = high;
+    for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
+        u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
+        u = clamped(u, smaller(low, high), larger(low, high));
+        const real off = tension_after(c, at, u, h) - f;
+        if (value_of(fabs(off)) <= value_of(enough)) break;
+        if ((value_of(off) > 0) == (value_of(above) > 0)) {
+            high = u, above = off;
+            if (kept == 1) below /= 2;
+            kept = 1;
+        } else {
+            low = u, below = off;
+            if (kept == -1) above /= 2;
+            kept = -1;
+        }
+    }
+    return u;
+}
+
+int core_invert(core *c, const real *f, real h)
+{
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++)
+        if (!isfinite(f[m])) return 1 + m;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        if (!at.law->driven)
+            c->commands[at.m] = 0;
+        else if (c->blob.law_kind[at.m] == KIND_IDEAL)
+            c->commands[at.m] = larger(f[at.m], 0);
+        else
+            c->commands[at.m] = inverted(c, &at, f[at.m], h);
+    }
+    return 0;
+}
+
+real core_curve(const core *c, int32_t muscle, const char *curve, real x, int slope)
+{
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        if (at.m != muscle) continue;
+        real dydx = NAN;
+        const real y = at.law->curve ? at.law->curve(at.k, curve, x, &dydx) : NAN;
+        return slope ? dydx : y;
+    }
+    return NAN;
+}
+
+int muscles_pull(core *c, const real *u)
+{
+    return c->has_laws ? core_drive(c, c->qd, u) : core_pull(c, u);
+}
+
+int muscles_are_sound(const core *c)
+{
+    for (int32_t k = 0; k < c->blob.law_states; k++)
+        if (!isfinite(c->law_states[k])) return 0;
+    return 1;
+}

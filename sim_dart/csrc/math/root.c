@@ -1,0 +1,48 @@
+#include "root.h"
+
+#include "elementary.h"
+
+#include <math.h>
+
+#define MOST_ROOT_STEPS 100
+
+/* Newton's rule once more, after which its tangent has converged, too. */
+static real settled(root_function *g, const void *data, real z)
+{
+    real slope;
+    const real value = g(data, z, &slope);
+    return slope == 0 ? z : z - value / slope;
+}
+
+real bracketed_root(root_function *g, const void *data, real low, real high, real guess,
+                    real enough)
+{
+    real z = guess, last = high - low;
+    int knows_low = 0;
+    for (int i = 0; i < MOST_ROOT_STEPS; i++) {
+        real slope;
+        const real value = g(data, z, &slope);
+        if (value == 0) return z;
+        if (!knows_low && !(value_of(z - value / slope) > value_of(low))) {
+            real unused;
+            if (value_of(g(data, low, &unused)) >= 0) return low;
+            knows_low = 1;
+        }
+        if (value_of(value) < 0)
+            low = z;
+        else
+            high = z;
+        const real step = value / slope;
+        const int is_inside = value_of(z - step) >= value_of(low) && value_of(z - step) <= value_of(high);
+        const int is_slow = !(value_of(fabs(step)) <= value_of(last / 2)) || !is_inside;
+        if (value_of(fabs(step)) <= value_of(enough)) {
+            z = smaller(larger(z - step, low), high);
+            return HAS_TANGENT ? settled(g, data, z) : z;
+        }
+        const real next = is_slow ? (low + high) / 2 : z - step;
+        last = fabs(next - z);
+        if (next == z) return z;
+        z = next;
+    }
+    return z;
+}

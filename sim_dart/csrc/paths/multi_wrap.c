@@ -1,0 +1,314 @@
+/* A taut cable over several surfaces in one segment, in their order.
+
+   Between two parts the cable runs free and passes a point X in the gap. For given points every part is in
+   closed form, and the cable is taut where the length l(X1, X2, ...) is least: where the directions left
+   and right of every X agree. Two kinds of step get there:
+
+     pull tight   X goes to the middle of the free span. The length never grows; it converges
+                  quadratically in the plane of two circles, only linearly across it;
+     Newton       in the plane across each span, with the gradient in closed form and its derivatives by
+                  differences; taken only if the length shrinks or the directions agree better.
+
+   At most ITERATIONS of both. The length is stationary, so its error is the square of the directions'.
+
+   On which side a cylinder is passed is decided before, and kept by following the turning angle, so that
+   the length is smooth along the way. For a chosen side the straight line between the via points decides,
+   as for a single surface. Without one, both sides are tried and the shortest cable of all combinations
+   counts, which is the one that does not jump. Spheres are passed the shorter way round, as nothing else
+   is taut; but there can be several taut ways past two spheres, so the search begins on both sides of them
+   as well. Inside a surface there is one way only. It need not find the shortest of those, and where it comes to another one the length jumps. All
+   this for the first FREE_SIDES of such surfaces; further ones are passed as the straight line does.
+
+   Surfaces that overlap have no gap. The point then lies inside one of them, whose circle shrinks to it:
+   the cable has a finite length, but not the shortest, and the directions may not agree.                  */
+#include "multi_wrap.h"
+
+#include "../blob/layout.h"
+#include "../math/elementary.h"
+#include "../math/vectors.h"
+#include "pulley.h"
+#include "wrap.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ITERATIONS 60
+#define FREE_SIDES 4
+#define AGREEMENT PRECISE(1e-13, 1e-6) /* of directions, which are about 1 */
+#define NO_BETTER PRECISE(1e-11, 1e-4) /* the same: where it stops to shrink, only rounding errors are left */
+#define DIFFERENCE PRECISE(1e-7, 3e-4) /* of a span's length, for second derivatives */
+#define LENGTH_ROUNDING PRECISE(1e-14, 5e-6)  /* of a length */
+#define LEAST_PIVOT PRECISE(1e-12, 1e-5)
+#define UNKNOWNS (2 * LARGEST_SEQUENCE)
+
+typedef struct {
+    const sequence_part *parts;
+    int count;
+    real points[LARGEST_SEQUENCE + 2][3];
+    contact contacts[LARGEST_SEQUENCE + 1];
+    real followed[LARGEST_SEQUENCE + 1]; /* turning angles about cylinders */
+    real length, disagreement;
+} cable;
+
+static int is_followed(const sequence_part *p)
+{
+    return p->surface && p->surface->kind == SURFACE_CYLINDER && p->way.side != WRAP_INSIDE;
+}
+
+static void evaluate_part(const cable *c, int i, const real a[3], const real b[3], contact *out)
+{
+    const sequence_part *p = c->parts + i;
+    const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
+    const wrap_way shorter = {.side = p->way.side == WRAP_INSIDE ? WRAP_INSIDE : 0, .turns = p->way.turns};
+    if (p->surface)
+        wrap_over(p->surface, is_followed(p) ? &followed : &shorter, a, b, out);
+    else
+        pulley_off(a, p->v, p->radius, b, out);
+}
+
+static void evaluate_cable(cable *c)
+{
+    c->length = c->disagreement = 0;
+    for (int i = 0; i < c->count; i++) {
+        evaluate_part(c, i, c->points[i], c->points[i + 1], c->contacts + i);
+        c->length += c->contacts[i].pull.length;
+        if (is_followed(c->parts + i)) c->followed[i] = c->contacts[i].pull.turning;
+        for (int k = 0; i && k < 3; k++) {
+            const real r = fabs(c->contacts[i - 1].pull.leaving[k] - c->contacts[i].pull.entering[k]);
+            if (value_of(r) > value_of(c->disagreement)) c->disagreement = r;
+        }
+    }
+}
+
+static void pull_tight(cable *c)
+{
+    for (int i = 1; i < c->count; i++)
+        for (int k = 0; k < 3; k++)
+            c->points[i][k] = 0.5 * (c->contacts[i - 1].lift[k] + c->contacts[i].touch[k]);
+    evaluate_cable(c);
+}
+
+/* Two unit vectors across the span at a point. */
+static void span_plane(const cable *c, int i, real plane[2][3])
+{
+    const real *left = c->contacts[i - 1].pull.leaving, *right = c->contacts[i].pull.entering;
+    real u[3], e[3] = {0, 0, 0};
+    for (int k = 0; k < 3; k++) u[k] = left[k] + right[k];
+    int least = 0;
+    for (int k = 1; k < 3; k++)
+        if (value_of(fabs(u[k])) < value_of(fabs(u[least]))) least = k;
+    e[least] = 1;
+    cross3(plane[0], u, e);
+    cross3(plane[1], u, plane[0]);
+    for (int j = 0; j < 2; j++) {
+        const real norm = sqrt(dot3(plane[j], plane[j]));
+        for (int k = 0; k < 3; k++) plane[j][k] = value_of(norm) > 0 ? plane[j][k] / norm : 0;
+    }
+}
+
+/* Solve H x = r, r becoming x; 0 if H is singular. */
+static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
+{
+    for (int i = 0; i < n; i++) {
+        int best = i;
+        for (int k = i + 1; k < n; k++)
+            if (value_of(fabs(H[k][i])) > value_of(fabs(H[best][i]))) best = k;
+        if (!(value_of(fabs(H[best][i])) > LEAST_PIVOT)) return 0;
+        for (int k = 0; k < n; k++) {
+            const real h = H[i][k];
+            H[i][k] = H[best][k], H[best][k] = h;
+        }
+        const real swapped = r[i];
+        r[i] = r[best], r[best] = swapped;
+        for (int k = i + 1; k < n; k++) {
+            const real factor = H[k][i] / H[i][i];
+            for (int j = i; j < n; j++) H[k][j] -= factor * H[i][j];
+            r[k] -= factor * r[i];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++) r[i] -= H[i][k] * r[k];
+        r[i] /= H[i][i];
+    }
+    return 1;
+}
+
+/* What moving point i by h along e changes in the gradient at the points i - 1, i and i + 1. */
+static void add_column(const cable *c, int i, const real e[3], real h, real (*planes)[2][3],
+                       real H[UNKNOWNS][UNKNOWNS], int column)
+{
+    contact before, after;
+    real moved[3];
+    for (int k = 0; k < 3; k++) moved[k] = c->points[i][k] + h * e[k];
+    evaluate_part(c, i - 1, c->points[i - 1], moved, &before);
+    evaluate_part(c, i, moved, c->points[i + 1], &after);
+    const pull *was_before = &c->contacts[i - 1].pull, *was_after = &c->contacts[i].pull;
+    for (int j = 0; j < 2; j++)
+        for (int k = 0; k < 3; k++) {
+            const real entering = (before.pull.entering[k] - was_before->entering[k]) / h;
+            const real leaving = (before.pull.leaving[k] - was_before->leaving[k]) / h;
+            const real next_entering = (after.pull.entering[k] - was_after->entering[k]) / h;
+            const real next_leaving = (after.pull.leaving[k] - was_after->leaving[k]) / h;
+            H[2 * (i - 1) + j][column] += planes[i][j][k] * (leaving - next_entering);
+            if (i > 1) H[2 * (i - 2) + j][column] -= planes[i - 1][j][k] * entering;
+            if (i < c->count - 1) H[2 * i + j][column] += planes[i + 1][j][k] * next_leaving;
+        }
+}
+
+/* Derivatives of the gradient across the spans, and the gradient downhill; 0 if a part has no length. */
+static int linearise(const cable *c, real (*planes)[2][3], real H[UNKNOWNS][UNKNOWNS], real *r)
+{
+    memset(H, 0, UNKNOWNS * sizeof *H);
+    for (int i = 1; i < c->count; i++) span_plane(c, i, planes[i]);
+    for (int i = 1; i < c->count; i++)
+        for (int j = 0; j < 2; j++) {
+            const real *e = planes[i][j];
+            const real h = DIFFERENCE * (c->contacts[i - 1].pull.length + c->contacts[i].pull.length);
+            if (!(value_of(h) > 0)) return 0;
+            r[2 * (i - 1) + j] = dot3(c->contacts[i].pull.entering, e) - dot3(c->contacts[i - 1].pull.leaving, e);
+            add_column(c, i, e, h, planes, H, 2 * (i - 1) + j);
+        }
+    return 1;
+}
+
+static void shift(cable *c, const real *step, real (*planes)[2][3])
+{
+    for (int i = 1; i < c->count; i++)
+        for (int k = 0; k < 3; k++)
+            c->points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
+}
+
+/* Go on by a step if that is shorter, or as short with directions that agree better. */
+static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
+{
+    cable next = *c;
+    shift(&next, step, planes);
+    evaluate_cable(&next);
+    const int is_shorter = value_of(next.length) < value_of(c->length * (1 - LENGTH_ROUNDING));
+    const int is_as_short = value_of(next.length) <= value_of(c->length * (1 + LENGTH_ROUNDING));
+    if (!is_shorter && !(is_as_short && value_of(next.disagreement) < value_of(c->disagreement))) return 0;
+    *c = next;
+    return 1;
+}
+
+/* Newton's step; where the length is not convex, bent downhill by growing the diagonal. */
+static int step_newton(cable *c)
+{
+    static const real GROWTH[] = {0, 0.3, 1, 3, 10, 100};
+    real H[UNKNOWNS][UNKNOWNS], r[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3], largest = 0;
+    const int n = 2 * (c->count - 1);
+    if (!linearise(c, planes, H, r)) return 0;
+    for (int i = 0; i < n; i++)
+        if (value_of(fabs(H[i][i])) > value_of(largest)) largest = fabs(H[i][i]);
+    for (size_t g = 0; g < sizeof GROWTH / sizeof *GROWTH; g++) {
+        real grown[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
+        memcpy(grown, H, sizeof H);
+        memcpy(step, r, sizeof r);
+        for (int i = 0; i < n; i++) grown[i][i] += GROWTH[g] * largest;
+        if (eliminate(grown, step, n) && is_accepted(c, step, planes)) return 1;
+    }
+    return 0;
+}
+
+static void tighten(cable *c)
+{
+    evaluate_cable(c);
+    for (int k = 0; k < ITERATIONS && value_of(c->disagreement) > AGREEMENT; k++) {
+        const real was = c->disagreement;
+        if (k >= 2 && step_newton(c) && value_of(c->disagreement) < value_of(0.5 * was)) continue;
+        const real now = c->disagreement;
+        if (value_of(now) < NO_BETTER && k > 4 && value_of(now) >= value_of(0.5 * was))
+            return; /* as good as rounding lets it be */
+        pull_tight(c);
+    }
+}
+
+/* The tangents of the points are not sought with them: Newton's steps of these alone. Each leaves the share
+   1e-7 of its error, as the second derivatives are differences.                                        */
+static void settle_tangents(cable *c)
+{
+    real last = INFINITY;
+    for (int round = 0; round < 3; round++) {
+        real H[UNKNOWNS][UNKNOWNS], step[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3];
+        const int n = 2 * (c->count - 1);
+        if (!linearise(c, planes, H, step) || !eliminate(H, step, n)) return;
+        real most = 0;
+        for (int i = 0; i < n; i++) {
+            most = larger(most, fabs(tangent_of(step[i])));
+            step[i] -= value_of(step[i]);
+        }
+        if (value_of(most) >= value_of(last)) return; /* as good as rounding lets it be */
+        last = most;
+        shift(c, step, planes);
+        evaluate_cable(c);
+    }
+}
+
+/* The turning angle about a cylinder from a to b; on side `sense` unless that is 0. */
+static real turning_angle(const sequence_part *p, int sense, const real a[3], const real b[3])
+{
+    const wrap_way natural = {.is_counted = 1, .remembered = NAN};
+    wrap_way stated = p->way;
+    contact k;
+    if (p->way.is_counted && !isnan(p->way.remembered)) return p->way.remembered;
+    stated.is_counted = 1, stated.remembered = NAN;
+    wrap_over(p->surface, sense ? &natural : &stated, a, b, &k);
+    if (!sense) return k.pull.turning;
+    const real angle = k.pull.turning * sense;
+    return sense * (2 * PI * p->way.turns + (value_of(angle) >= 0 ? angle : 2 * PI + angle));
+}
+
+/* Whether it may be passed on either side. */
+static int is_open(const sequence_part *p)
+{
+    if (!p->surface || p->way.side == WRAP_INSIDE) return 0;
+    if (!is_followed(p)) return 1;
+    return !p->way.side && (!p->way.is_counted || isnan(p->way.remembered));
+}
+
+/* On the straight line from a to b. */
+static void begin_cable(cable *c, const sequence_part *parts, int count, const real a[3], const real b[3])
+{
+    memset(c, 0, sizeof *c);
+    c->parts = parts, c->count = count;
+    for (int i = 0; i <= count; i++)
+        for (int k = 0; k < 3; k++) c->points[i][k] = i < count ? a[k] + (b[k] - a[k]) * i / count : b[k];
+    for (int i = 0; i < count; i++)
+        if (is_followed(parts + i)) c->followed[i] = turning_angle(parts + i, 0, a, b);
+}
+
+/* Have part i passed on a side: a cylinder in that sense, a sphere for -1 from across its centre. */
+static void pass_on(cable *c, int i, int side, const real a[3], const real b[3])
+{
+    const wrap_surface *s = c->parts[i].surface;
+    if (is_followed(c->parts + i)) {
+        c->followed[i] = turning_angle(c->parts + i, side, a, b);
+        return;
+    }
+    real d[3], r[3];
+    for (int k = 0; k < 3; k++) d[k] = b[k] - a[k], r[k] = a[k] - s->centre[k];
+    const real dd = dot3(d, d), t = value_of(dd) > 0 ? -dot3(r, d) / dd : 0;
+    for (int k = 0; k < 3; k++) r[k] += t * d[k];
+    const real distance = sqrt(dot3(r, r)), across = value_of(distance) > 0 ? 1 + s->radius / distance : 0;
+    for (int j = i; j <= i + 1 && side < 0; j++)
+        for (int k = 0; k < 3 && j > 0 && j < c->count; k++) c->points[j][k] -= across * r[k];
+}
+
+real sequence_solve(const sequence_part *parts, int count, real (*points)[3], contact *contacts)
+{
+    cable best, c;
+    int open[FREE_SIDES], opens = 0;
+    for (int i = 0; i < count && opens < FREE_SIDES; i++)
+        if (is_open(parts + i)) open[opens++] = i;
+    for (int combination = 0; combination < 1 << opens; combination++) {
+        begin_cable(&c, parts, count, points[0], points[count]);
+        for (int k = 0; k < opens; k++)
+            pass_on(&c, open[k], combination >> k & 1 ? -1 : 1, points[0], points[count]);
+        tighten(&c);
+        if (!combination || value_of(c.length) < value_of(best.length)) best = c;
+    }
+    if (HAS_TANGENT) settle_tangents(&best);
+    memcpy(points, best.points, (size_t)(count + 1) * sizeof *points);
+    memcpy(contacts, best.contacts, (size_t)count * sizeof *contacts);
+    return best.length;
+}

@@ -1,0 +1,289 @@
+/* Muscle paths through via points, over surfaces and off pulleys: l and L = dl/dq.
+
+   A path is a chain of bodies with a straight span between neighbours: l' is the sum over the spans of
+   u.(velocity of the next body - velocity of the one before), at a point on the span, u along it. Where
+   a cable touches a surface moves on it as well, but that changes no length (envelope theorem).         */
+#include "paths.h"
+
+#include "../kinematics/points.h"
+#include "../kinematics/tree.h"
+#include "multi_wrap.h"
+#include "wrap.h"
+#include "wrap_simd.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Only the motions between the two frames change a span: those above B move its end, those above A its
+   start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                            */
+static void add_span(const core *c, const real u[3], const real A[3], int32_t a, const real B[3],
+                     int32_t b, real *row)
+{
+    real velocity[3];
+    while (a != b) {
+        if (b > a) {
+            tree_point_velocity(c, b, B, velocity);
+            row[c->blob.coordinate[b]] += dot3(u, velocity);
+            b = c->blob.parent[b];
+        } else {
+            tree_point_velocity(c, a, A, velocity);
+            row[c->blob.coordinate[a]] -= dot3(u, velocity);
+            a = c->blob.parent[a];
+        }
+    }
+}
+
+/* The segment from via point k to the next one, straight. */
+static real add_segment(const core *c, int32_t k, real *row)
+{
+    const real *A = c->point + 3 * k, *B = A + 3;
+    real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    const real length = sqrt(dot3(u, u));
+    if (length == 0) return 0; /* no direction, so no moment arm either */
+    for (int j = 0; j < 3; j++) u[j] /= length;
+    add_span(c, u, A, c->blob.point_frame[k], B, c->blob.point_frame[k + 1], row);
+    return length;
+}
+
+/* How far the walk along all paths has come in the lists of wraps and pulleys. */
+typedef struct {
+    int32_t wrap, pulley;
+} progress;
+
+static void write_contact(real *at, const contact *k, const real begin[3], const real end[3])
+{
+    const real *vectors[] = {begin, k->pull.entering, end, k->pull.leaving, k->touch, k->lift, k->axis};
+    for (size_t j = 0; j < sizeof vectors / sizeof *vectors; j++)
+        memcpy(at + 3 * j, vectors[j], 3 * sizeof(real));
+    at[CONTACT_NUMBERS - 1] = k->pull.angle;
+}
+
+static inline wrap_surface placed_surface(const core *c, int32_t s)
+{
+    const real *place = c->surface_place + 6 * s;
+    const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
+                                 c->blob.surface_half[s], place, place + 3};
+    return placed;
+}
+
+static inline wrap_way way_of(const core *c, int32_t w)
+{
+    const wrap_way way = {
+        .side = c->blob.wrap_side[w],
+        .turns = c->blob.wrap_turns[w],
+        .is_counted = c->is_counting && c->blob.wrap_side[w] != WRAP_INSIDE &&
+                      c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
+        .remembered = c->wrap_turning[w],
+    };
+    return way;
+}
+
+/* Where a segment over one surface touches it. */
+static void trace_wrap(core *c, int32_t k, int32_t w)
+{
+    const real *A = c->point + 3 * k, *B = A + 3;
+    const wrap_surface surface = placed_surface(c, c->blob.wrap_surface[w]);
+    const wrap_way way = way_of(c, w);
+    contact passed;
+    wrap_over(&surface, &way, A, B, &passed);
+    write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
+}
+
+/* A segment over one surface, by itself. */
+static real add_wrap(core *c, int32_t k, int32_t w, real *row)
+{
+    const real *A = c->point + 3 * k, *B = A + 3;
+    const int32_t s = c->blob.wrap_surface[w], frame = c->blob.surface_frame[s];
+    const wrap_surface surface = placed_surface(c, s);
+    const wrap_way way = way_of(c, w);
+    pull over;
+    const int ends = wrap_ends(&c->blob, w), is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
+    if (way.is_counted) c->wrap_turning[w] = over.turning;
+    if (!is_touched) return add_segment(c, k, row);
+    if (ends & ENTERING) add_span(c, over.entering, A, c->blob.point_frame[k], A, frame, row);
+    if (ends & LEAVING) add_span(c, over.leaving, B, frame, B, c->blob.point_frame[k + 1], row);
+    return over.length;
+}
+
+/* The same of what has been found side by side with others: all that most muscles need. */
+static inline real add_lane(const core *c, int32_t k, int32_t w, const wrap_lanes *lanes, real *row)
+{
+    const real *A = c->point + 3 * k, *B = A + 3;
+    const int32_t *ends = c->blob.point_frame + k, frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
+    const int32_t i = w - lanes->first;
+    if (ends[0] != frame) {
+        const real u[3] = {lanes->entering[0][i], lanes->entering[1][i], lanes->entering[2][i]};
+        add_span(c, u, A, ends[0], A, frame, row);
+    }
+    if (ends[1] != frame) {
+        const real u[3] = {lanes->leaving[0][i], lanes->leaving[1][i], lanes->leaving[2][i]};
+        add_span(c, u, B, frame, B, ends[1], row);
+    }
+    return lanes->length[i];
+}
+
+/* Whether the straight line between two via points is free, so that the segment is that. */
+static int is_free(const sequence_part *parts, int count, const real *A, const real *B)
+{
+    for (int i = 0; i < count; i++)
+        if (!parts[i].surface || parts[i].way.turns || parts[i].way.is_counted ||
+            !wrap_is_clear(parts[i].surface, &parts[i].way, A, B))
+            return 0;
+    return 1;
+}
+
+/* A segment off a pulley or over several surfaces. */
+static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int32_t pulleys, real *row,
+                         int is_traced)
+{
+    sequence_part parts[LARGEST_SEQUENCE + 1];
+    wrap_surface placed[LARGEST_SEQUENCE];
+    contact contacts[LARGEST_SEQUENCE + 1];
+    real points[LARGEST_SEQUENCE + 2][3];
+    int32_t frames[LARGEST_SEQUENCE + 3];
+    const int count = (int)(surfaces + pulleys);
+    memset(parts, 0, sizeof parts);
+    memset(contacts, 0, sizeof contacts);
+    frames[0] = c->blob.point_frame[k];
+    if (pulleys) {
+        tree_direction(c, frames[0], c->blob.pulley_direction + 3 * at.pulley, parts[0].v);
+        parts[0].radius = c->blob.pulley_radius[at.pulley];
+        frames[1] = frames[0];
+    }
+    for (int32_t i = 0; i < surfaces; i++) {
+        const int32_t s = c->blob.wrap_surface[at.wrap + i];
+        placed[i] = placed_surface(c, s);
+        parts[pulleys + i].surface = placed + i;
+        parts[pulleys + i].way = way_of(c, at.wrap + i);
+        frames[pulleys + i + 1] = c->blob.surface_frame[s];
+    }
+    frames[count + 1] = c->blob.point_frame[k + 1];
+    memcpy(points[0], c->point + 3 * k, sizeof points[0]);
+    memcpy(points[count], c->point + 3 * (k + 1), sizeof points[count]);
+    const int is_straight = is_free(parts, count, points[0], points[count]);
+    const real length = is_straight ? add_segment(c, k, row) : sequence_solve(parts, count, points, contacts);
+    for (int i = 0; i <= count && !is_straight; i++) {
+        const real *u = i < count ? contacts[i].pull.entering : contacts[i - 1].pull.leaving;
+        add_span(c, u, points[i], frames[i], points[i], frames[i + 1], row);
+    }
+    for (int32_t i = 0; i < surfaces; i++) {
+        const contact *touched = contacts + pulleys + i;
+        if (parts[pulleys + i].way.is_counted) c->wrap_turning[at.wrap + i] = touched->pull.turning;
+        if (is_traced)
+            write_contact(c->wrap_contact + CONTACT_NUMBERS * (at.wrap + i), touched, points[pulleys + i],
+                          points[pulleys + i + 1]);
+    }
+    if (is_traced && pulleys)
+        write_contact(c->pulley_contact + CONTACT_NUMBERS * at.pulley, contacts, points[0], points[1]);
+    return length;
+}
+
+/* Whether the next wrap, at via point k, goes with others. */
+static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *lanes)
+{
+    if (w >= c->blob.counts.wraps || c->blob.wrap_point[w] != k) return 0;
+    if (w >= lanes->first + lanes->count) wrap_simd_fill(c, w, lanes);
+    return lanes->is_alone[w - lanes->first] == 0;
+}
+
+/* A segment that is not just straight; `at` is where its wraps and its pulley begin in their lists. */
+static real add_way(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *row, int is_traced)
+{
+    const blob_view *blob = &c->blob;
+    const progress here = *at;
+    if (is_in_lane(c, k, here.wrap, lanes)) {
+        if (is_traced) trace_wrap(c, k, here.wrap);
+        at->wrap++;
+        return add_lane(c, k, here.wrap, lanes, row);
+    }
+    while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
+    at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
+    const int32_t surfaces = at->wrap - here.wrap, pulleys = at->pulley - here.pulley;
+    if (surfaces == 1 && !pulleys) {
+        if (is_traced) trace_wrap(c, k, here.wrap);
+        return add_wrap(c, k, here.wrap, row);
+    }
+    return add_sequence(c, k, here, surfaces, pulleys, row, is_traced);
+}
+
+/* The next via point with a wrap or a pulley after it. */
+static inline int32_t next_way(const blob_view *blob, const progress *at)
+{
+    int32_t next = blob->counts.points;
+    if (at->wrap < blob->counts.wraps) next = blob->wrap_point[at->wrap];
+    if (at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] < next)
+        next = blob->pulley_point[at->pulley];
+    return next;
+}
+
+/* A surface's centre and axis, with one look at its frame. */
+static inline void place_surface(const core *c, int32_t s)
+{
+    const real *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;
+    const int32_t frame = c->blob.surface_frame[s];
+    real *place = c->surface_place + 6 * s;
+    if (frame < 0) {
+        memcpy(place, centre, 3 * sizeof(real));
+        memcpy(place + 3, axis, 3 * sizeof(real));
+        return;
+    }
+    const real *R = c->rotation + 9 * frame, *origin = c->origin + 3 * frame;
+    for (int k = 0; k < 3; k++) {
+        place[k] = origin[k] + dot3(R + 3 * k, centre);
+        place[3 + k] = dot3(R + 3 * k, axis);
+    }
+}
+
+static void place_all(core *c)
+{
+    const blob_view *blob = &c->blob;
+    for (int32_t k = 0; k < blob->counts.points; k++)
+        tree_point(c, blob->point_frame[k], blob->point_position + 3 * k, c->point + 3 * k);
+    for (int32_t s = 0; s < blob->counts.surfaces; s++) place_surface(c, s);
+}
+
+static void walk(core *c, int is_traced)
+{
+    const blob_view *blob = &c->blob;
+    const size_t dofs = (size_t)blob->counts.dofs;
+    progress at = {0, 0};
+    wrap_lanes lanes;
+    lanes.first = lanes.count = 0;
+    memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
+    int32_t k = 0, next = next_way(blob, &at);
+    for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
+        real length = 0, *row = c->jacobian + (size_t)m * dofs;
+        for (const int32_t last = k + blob->muscle_points[m] - 1; k < last; k++) {
+            if (k != next) {
+                length += add_segment(c, k, row);
+                continue;
+            }
+            length += add_way(c, k, &at, &lanes, row, is_traced);
+            next = next_way(blob, &at);
+        }
+        c->lengths[m] = length;
+    }
+}
+
+void paths_prepare(core *c)
+{
+    for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
+    wrap_simd_prepare(c);
+}
+
+void paths_move(core *c)
+{
+    place_all(c);
+    walk(c, 0);
+}
+
+void core_trace(core *c)
+{
+    walk(c, 1);
+}
+
+void core_count_turns(core *c, int on)
+{
+    c->is_counting = on != 0;
+    paths_prepare(c);
+}

@@ -1,0 +1,10 @@
+/* A cable off a pulley. */
+#ifndef CARDSFLOW_PULLEY_H
+#define CARDSFLOW_PULLEY_H
+
+#include "cable.h"
+
+/* Off a swivelling pulley: from where the cable comes on, at F along the unit vector v, to b. */
+CORE_INSIDE void pulley_off(const real F[3], const real v[3], real radius, const real b[3], contact *out);
+
+#endif

@@ -1,0 +1,305 @@
+/* A cable over one sphere or cylinder, in closed form; wrap_inside.c has the way inside.
+
+   Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable is two
+   tangents and an arc on a circle. On a cylinder it climbs evenly along that planar way P, so that it is a
+   straight line once the surface is unrolled: l = sqrt(P^2 + h^2).
+
+   A cable whose straight line clears the circle is straight, whatever its side; touching down and lifting
+   off is smooth. Otherwise the side decides, and the shorter way changes sides where both are equal. A
+   cable that went the long way round a chosen side jumps where its straight line gets clear: there it slips
+   off. Continuous, too, are
+
+     an end inside the surface: the circle shrinks to pass through it;
+     the ends of a cylinder: beyond them, where the straight line passes the axis, the circle shrinks to
+     nothing within one radius, as if the surface were tapered.
+
+   In both cases the length depends on its ends through the radius R, too: dl/dR = angle * P / l.         */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("no-tree-vectorize") /* packing vectors of three into pairs costs more than it saves */
+#endif
+#include "wrap.h"
+
+#include "../blob/layout.h"
+#include "../math/elementary.h"
+#include "../math/quick_arc.h"
+#include "../math/vectors.h"
+#include "wrap_inside.h"
+
+#include <math.h>
+#include <string.h>
+
+#define MOST_TURNS 1e9 /* no more than an int holds; nothing remembered by us comes near */
+
+/* The ends as the axis sees them, and the circle that fits them. */
+typedef struct {
+    real a[3], b[3];     /* across the axis */
+    real za, zb;         /* along the axis */
+    real aa, bb, dd, ad; /* products of a, b and d = b - a */
+    real x[3], xx;       /* a x b and its square */
+    real cross;          /* of a and b, about the normal */
+    real normal[3];      /* what the contact turns about: the axis, or at right angles to both ends */
+    real R, RR;          /* the circle's radius and its square */
+    real slope;          /* of the radius along a tapered axis */
+    int is_shrunk;         /* whether the circle passes through an end that would be inside */
+} view;
+
+/* Any unit vector at right angles to v. */
+static void unit_across(real out[3], const real v[3])
+{
+    int least = 0;
+    for (int k = 1; k < 3; k++)
+        if (value_of(fabs(v[k])) < value_of(fabs(v[least]))) least = k;
+    real e[3] = {0, 0, 0}, w[3];
+    e[least] = 1;
+    cross3(w, v, e);
+    const real norm = sqrt(dot3(w, w));
+    for (int k = 0; k < 3; k++) out[k] = value_of(norm) > 0 ? w[k] / norm : e[k];
+}
+
+/* Where on the straight line, 0 to 1, it is nearest to the axis. */
+static real nearest(const view *v)
+{
+    return value_of(v->ad) >= 0 ? 0 : value_of(-v->ad) >= value_of(v->dd) ? 1 : -v->ad / v->dd;
+}
+
+/* Radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
+static real tapered(const wrap_surface *s, const view *v, real *slope)
+{
+    const real z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
+    if (value_of(beyond) <= 0) return s->radius;
+    if (value_of(beyond) >= value_of(s->radius)) return 0;
+    const real phase = PI * beyond / s->radius;
+    *slope = -0.5 * PI * sine(phase) * (value_of(z) < 0 ? -1 : 1);
+    return 0.5 * s->radius * (1 + cosine(phase));
+}
+
+/* The circle: no larger than the distance of either end, so that both lie on it or outside. */
+static inline void fit(const wrap_surface *s, view *v)
+{
+    v->slope = 0;
+    v->R = value_of(s->half) > 0 ? tapered(s, v, &v->slope) : s->radius;
+    v->RR = v->R * v->R;
+    const real inner = value_of(v->aa) < value_of(v->bb) ? v->aa : v->bb;
+    v->is_shrunk = value_of(inner) < value_of(v->RR);
+    if (v->is_shrunk) v->RR = inner, v->R = sqrt(inner);
+}
+
+/* The ends, and whether the straight line clears the circle: nearest between the ends it is |a x b| / |d|
+   away; at an end, no less than the radius.                                                            */
+static inline int look(const wrap_surface *s, const real A[3], const real B[3], view *v)
+{
+    const real *n = s->axis, *c = s->centre;
+    const real p[3] = {A[0] - c[0], A[1] - c[1], A[2] - c[2]}, q[3] = {B[0] - c[0], B[1] - c[1], B[2] - c[2]};
+    const int has_axis = s->kind == SURFACE_CYLINDER;
+    v->za = has_axis ? dot3(p, n) : 0, v->zb = has_axis ? dot3(q, n) : 0;
+    const real a[3] = {p[0] - v->za * n[0], p[1] - v->za * n[1], p[2] - v->za * n[2]};
+    const real b[3] = {q[0] - v->zb * n[0], q[1] - v->zb * n[1], q[2] - v->zb * n[2]};
+    const real d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    for (int k = 0; k < 3; k++) v->a[k] = a[k], v->b[k] = b[k];
+    v->aa = dot3(a, a), v->bb = dot3(b, b), v->dd = dot3(d, d), v->ad = dot3(a, d);
+    fit(s, v);
+    cross3(v->x, a, b);
+    v->xx = dot3(v->x, v->x);
+    const int is_before = value_of(v->ad) >= 0, is_behind = value_of(-v->ad) >= value_of(v->dd);
+    const int is_past = value_of(v->xx) >= value_of(v->RR * v->dd);
+    return is_before | is_behind | is_past;
+}
+
+/* What the contact would turn about. */
+static inline void find_normal(const wrap_surface *s, view *v)
+{
+    if (s->kind == SURFACE_CYLINDER) {
+        v->cross = dot3(v->x, s->axis);
+        memcpy(v->normal, s->axis, sizeof v->normal);
+        return;
+    }
+    v->cross = sqrt(v->xx);
+    const real per = value_of(v->cross) > 0 ? 1 / v->cross : 0;
+    for (int k = 0; k < 3; k++) v->normal[k] = per * v->x[k];
+    if (!(value_of(v->cross) > 0)) unit_across(v->normal, value_of(v->aa) > 0 ? v->a : s->axis);
+}
+
+int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3])
+{
+    if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
+    view v;
+    return look(s, a, b, &v);
+}
+
+/* The sense of turning, whether that is the longer way, and the whole turns besides. */
+typedef struct {
+    int sense, is_long, turns;
+} course;
+
+static inline course choose(const wrap_surface *s, const wrap_way *way, const view *v, int is_clear)
+{
+    const int natural = value_of(v->cross) >= 0 ? 1 : -1;
+    course c = {natural, 0, way->turns};
+    if (!way->side || (is_clear && !way->turns)) return c;
+    /* a sphere's normal has no side of its own: the sense is the one about its z axis */
+    const int facing = s->kind == SURFACE_SPHERE && value_of(dot3(v->normal, s->axis)) < 0 ? -1 : 1;
+    c.sense = way->side * facing;
+    c.is_long = c.sense != natural;
+    if (c.is_long && is_clear) c.turns--; /* not yet come round to its side */
+    return c;
+}
+
+/* The angle from a to b by the shorter way, positive about the normal. */
+static real shorter_turn(const view *v)
+{
+    return arc_tangent(v->cross, dot3(v->a, v->b));
+}
+
+/* The course that a remembered turning angle goes on with: less than half a turn has been made since. */
+static course go_on(const view *v, real remembered)
+{
+    const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
+    course c = {value_of(v->cross) >= 0 ? 1 : -1, 0, 0};
+    if (whole == 0 || !(value_of(fabs(whole)) < MOST_TURNS)) return c;
+    c.turns = (int)fabs(whole);
+    c.is_long = (value_of(whole) > 0) != (c.sense > 0);
+    c.sense = value_of(whole) > 0 ? 1 : -1;
+    c.turns -= c.is_long;
+    return c;
+}
+
+static real turning(const view *v, const course *c)
+{
+    const real angle = fabs(shorter_turn(v));
+    return c->sense * ((c->is_long ? 2 * PI - angle : angle) + 2 * PI * c->turns);
+}
+
+/* Angle between the tangent points, from the product of three complex numbers:
+   exp(i angle) ~ (a.b + i sense cross) (R - i ta) (R - i tb), with ta and tb the tangents' lengths.
+   Of its multiples it is the one in an interval of 3/2 pi, which is all that a way can have.          */
+static inline real contact_angle(const view *v, const course *c, real ta, real tb)
+{
+    const real re = v->RR - ta * tb, im = -v->R * (ta + tb);
+    const real ab = v->aa + v->ad, turned = c->sense * v->cross;
+    const real angle = quick_arc_tangent(ab * im + turned * re, ab * re - turned * im);
+    const real middle = (c->is_long ? PI : 0) + (value_of(re) > 0 ? PI / 4 : -PI / 4);
+    return value_of(angle) < value_of(middle - PI)   ? angle + 2 * PI
+           : value_of(angle) > value_of(middle + PI) ? angle - 2 * PI
+                                                     : angle;
+}
+
+/* What the taper adds to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d */
+static void add_taper(const wrap_surface *s, const view *v, real rate, pull *out)
+{
+    const real t = nearest(v), h = v->zb - v->za;
+    const real scale = value_of(t) > 0 && value_of(t) < 1 ? rate * h / v->dd : 0;
+    for (int k = 0; k < 3; k++) {
+        const real d = v->b[k] - v->a[k];
+        out->entering[k] -= rate * (1 - t) * s->axis[k] + scale * (v->a[k] + (2 * t - 1) * d);
+        out->leaving[k] += rate * t * s->axis[k] - scale * (v->a[k] + 2 * t * d);
+    }
+}
+
+/* What the radius adds: dl/dR = rate, and R is the distance of an end, or depends on the taper. */
+static void add_radius(const wrap_surface *s, const view *v, real rate, pull *out)
+{
+    if (!v->is_shrunk)
+        add_taper(s, v, rate * v->slope, out);
+    else if (value_of(v->R) > 0 && value_of(v->aa) <= value_of(v->bb))
+        for (int k = 0; k < 3; k++) out->entering[k] -= rate / v->R * v->a[k];
+    else if (value_of(v->R) > 0)
+        for (int k = 0; k < 3; k++) out->leaving[k] += rate / v->R * v->b[k];
+}
+
+/* scale (across n x end + along end) + climb n */
+static inline void direct(const view *v, const real end[3], real scale, real across, real along,
+                          real climb, real out[3])
+{
+    real turned[3];
+    cross3(turned, v->normal, end);
+    for (int k = 0; k < 3; k++)
+        out[k] = scale * (across * turned[k] + along * end[k]) + climb * v->normal[k];
+}
+
+/* Directions of the tangents in the plane, times their ends' squared distances:
+   -ta a + R n x a at the start, tb b + R n x b at the end. They turn with the climb.                   */
+static inline void pull_along(const view *v, int sense, real ta, real tb, int ends, pull *out)
+{
+    const real P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
+    real climb = 0;
+    const real both = v->aa * v->bb, per_both = value_of(both) > 0 ? 1 / both : 0;
+    real ia = v->bb * per_both, ib = v->aa * per_both;
+    out->length = P;
+    if (h != 0) {
+        const real square = P * P + h * h, per_square = 1 / square;
+        out->length = sqrt(square);
+        const real per = out->length * per_square; /* so that root and quotient are found at once */
+        climb = per * h, ia *= per * P, ib *= per * P;
+    }
+    if (ends & ENTERING) direct(v, v->a, ia, sR, -ta, climb, out->entering);
+    if (ends & LEAVING) direct(v, v->b, ib, sR, tb, climb, out->leaving);
+}
+
+/* The turning sense where the cable touches, 0 where it runs straight; `plain`, the pull without what a
+   changing radius adds, only if asked for. `v` is what wrap_is_clear looks at.                         */
+static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
+                       pull *out, pull *plain)
+{
+    const int changes = v->is_shrunk || v->slope != 0; /* the radius, with either end */
+    find_normal(s, v);
+    const int goes_on = way->is_counted && !isnan(way->remembered);
+    const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v, is_clear);
+    if (way->is_counted) out->turning = turning(v, &c);
+    const real ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
+    out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
+    if (value_of(out->angle) <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
+    pull_along(v, c.sense, ta, tb, changes ? BOTH_ENDS : ends, out);
+    if (plain) *plain = *out;
+    if (changes)
+        add_radius(s, v, out->angle * (ta + tb + v->R * out->angle) / out->length, out);
+    return c.sense;
+}
+
+int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
+              pull *out)
+{
+    if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
+    view v;
+    const int is_clear = look(s, a, b, &v);
+    if (is_clear && !way->turns && !way->is_counted) return 0;
+    return bend(s, way, &v, is_clear, ends, out, NULL) != 0;
+}
+
+static void run_straight(const real A[3], const real B[3], real t, contact *out)
+{
+    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    const real length = sqrt(dot3(d, d)), per = value_of(length) > 0 ? 1 / length : 0;
+    out->pull.length = length;
+    out->pull.angle = 0;
+    for (int k = 0; k < 3; k++) {
+        out->pull.entering[k] = out->pull.leaving[k] = per * d[k];
+        out->touch[k] = out->lift[k] = A[k] + t * d[k];
+        out->axis[k] = 0;
+    }
+}
+
+/* The tangents' lengths along the climbing cable are those in the plane times length / P. */
+void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3],
+               contact *out)
+{
+    view v;
+    pull plain;
+    out->pull.turning = 0;
+    if (way->side == WRAP_INSIDE) {
+        if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
+        return;
+    }
+    const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted;
+    const int sense = is_free ? 0 : bend(s, way, &v, is_clear, BOTH_ENDS, &out->pull, &plain);
+    if (!sense) {
+        run_straight(A, B, nearest(&v), out);
+        return;
+    }
+    const real ta = sqrt(v.aa - v.RR), tb = sqrt(v.bb - v.RR), P = ta + tb + v.R * plain.angle;
+    const real stretch = value_of(P) > 0 ? plain.length / P : 1;
+    for (int k = 0; k < 3; k++) {
+        out->touch[k] = A[k] + stretch * ta * plain.entering[k];
+        out->lift[k] = B[k] - stretch * tb * plain.leaving[k];
+        out->axis[k] = sense * v.normal[k];
+    }
+}

@@ -1,0 +1,193 @@
+/* What most wraps need of wrap.c, many side by side: ends outside of a sphere or a cylinder, no turns.
+
+   One wrap is a long chain of roots, quotients and an arc tangent, each of which waits for the one before.
+   Here every step is taken for all wraps before the next one, in loops without branches, which compilers
+   turn into vector instructions. Lengths are found as in wrap.c. With g = R / |a x b|, the tangents'
+   directions (ta a + R n x a and so on) are
+
+     entering   g b - (g a.b + ta) / a.a a,     leaving   (g a.b + tb) / b.b b - g a,
+
+   from (a x b) x b = (a.b) b - (b.b) a. That loses digits where the straight line nearly passes through the
+   axis: this, and whatever else is rare, is left to wrap.c.                                             */
+#include "wrap_simd.h"
+
+#include "../math/elementary.h"
+#include "../math/quick_arc.h"
+
+#include <math.h>
+
+/* Square of the least sine of the angle between the ends. */
+#define LEAST_SINE2 1e-3
+
+/* A lane each; names as in wrap.c's view. */
+typedef struct {
+    real a[3][LANES], b[3][LANES], n[3][LANES], d[3][LANES]; /* ends, seen from the centre; axis; b - a */
+    real aa[LANES], bb[LANES], dd[LANES], ab[LANES], xx[LANES], h[LANES];
+    real is_touched[LANES]; /* 1 or 0 */
+    real ta[LANES], tb[LANES], cross[LANES];
+    real re[LANES], im[LANES]; /* of a complex number whose angle is that in contact */
+    real angle[LANES], P[LANES], per[LANES]; /* length across the axis; one over the whole length */
+} lane_views;
+
+static void gather(const core *c, int32_t first, int count, lane_views *v)
+{
+    for (int i = 0; i < count; i++) {
+        const real *A = c->point + 3 * c->blob.wrap_point[first + i], *B = A + 3;
+        const real *centre = c->surface_place + 6 * c->blob.wrap_surface[first + i], *axis = centre + 3;
+        for (int j = 0; j < 3; j++) {
+            v->a[j][i] = A[j] - centre[j], v->b[j][i] = B[j] - centre[j];
+            v->n[j][i] = axis[j], v->d[j][i] = B[j] - A[j];
+        }
+    }
+}
+
+/* 1 or 0: products are "and" in a loop of real numbers. */
+static inline real is_less(real a, real b)
+{
+    return value_of(a) < value_of(b) ? 1 : 0;
+}
+
+/* The ends across the axis, and whether the cable touches. */
+static void look_at_lanes(const core *c, lane_views *restrict v, wrap_lanes *restrict out)
+{
+    const real *radius = c->wrap_radius + out->first, *half = c->wrap_half + out->first;
+    const real *side = c->wrap_sense + out->first, *has_axis = c->wrap_has_axis + out->first;
+    const real *is_special = c->wrap_is_special + out->first;
+    for (int i = 0; i < out->count; i++) {
+        const real n0 = v->n[0][i], n1 = v->n[1][i], n2 = v->n[2][i];
+        const real p0 = v->a[0][i], p1 = v->a[1][i], p2 = v->a[2][i];
+        const real q0 = v->b[0][i], q1 = v->b[1][i], q2 = v->b[2][i];
+        const real za = has_axis[i] * (p0 * n0 + p1 * n1 + p2 * n2);
+        const real zb = has_axis[i] * (q0 * n0 + q1 * n1 + q2 * n2);
+        const real a0 = p0 - za * n0, a1 = p1 - za * n1, a2 = p2 - za * n2;
+        const real b0 = q0 - zb * n0, b1 = q1 - zb * n1, b2 = q2 - zb * n2;
+        const real d0 = b0 - a0, d1 = b1 - a1, d2 = b2 - a2;
+        const real aa = a0 * a0 + a1 * a1 + a2 * a2, bb = b0 * b0 + b1 * b1 + b2 * b2;
+        const real ad = a0 * d0 + a1 * d1 + a2 * d2, dd = d0 * d0 + d1 * d1 + d2 * d2;
+        const real x0 = a1 * b2 - a2 * b1, x1 = a2 * b0 - a0 * b2, x2 = a0 * b1 - a1 * b0;
+        const real xx = x0 * x0 + x1 * x1 + x2 * x2, RR = radius[i] * radius[i];
+        const real about = side[i] * (x0 * n0 + x1 * n1 + x2 * n2), inner = smaller(aa, bb);
+        const real is_after_a = is_less(ad, 0), is_before_b = is_less(-ad, dd);
+        const real is_bent = is_after_a * is_before_b * is_less(xx, RR * dd);
+        const real is_shrunk = is_less(inner, RR), is_off = is_less(half[i], larger(fabs(za), fabs(zb)));
+        const real is_aside = is_less(LEAST_SINE2 * aa * bb, xx), is_longer = is_less(about, 0);
+        const real is_plain = (1 - is_shrunk) * (1 - is_off) * is_aside * (1 - is_longer);
+        v->a[0][i] = a0, v->a[1][i] = a1, v->a[2][i] = a2;
+        v->b[0][i] = b0, v->b[1][i] = b1, v->b[2][i] = b2;
+        v->aa[i] = aa, v->bb[i] = bb, v->dd[i] = dd, v->ab[i] = aa + ad, v->xx[i] = xx, v->h[i] = zb - za;
+        v->is_touched[i] = is_bent * is_plain;
+        out->is_alone[i] = is_special[i] + is_bent * (1 - is_plain);
+    }
+}
+
+static int is_any_touched(const lane_views *v, int count)
+{
+    int is_any = 0;
+    for (int i = 0; i < count; i++) is_any |= v->is_touched[i] != 0;
+    return is_any;
+}
+
+/* See contact_angle in wrap.c. */
+static void multiply(const real *radius, int count, lane_views *v)
+{
+    for (int i = 0; i < count; i++) {
+        const real R = radius[i], RR = R * R, ab = v->ab[i], cross = sqrt(v->xx[i]);
+        const real ta = sqrt(larger(v->aa[i] - RR, 0)), tb = sqrt(larger(v->bb[i] - RR, 0));
+        const real re = RR - ta * tb, im = -R * (ta + tb);
+        v->ta[i] = ta, v->tb[i] = tb, v->cross[i] = cross;
+        v->im[i] = ab * im + cross * re, v->re[i] = ab * re - cross * im;
+    }
+}
+
+static void turn(int count, lane_views *v)
+{
+    for (int i = 0; i < count; i++) v->angle[i] = upper_arc_tangent(larger(v->im[i], 0), v->re[i]);
+}
+
+/* Length and slope; a cable that does not touch is straight across the axis. */
+static void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
+{
+    for (int i = 0; i < out->count; i++) {
+        const real bent = v->ta[i] + v->tb[i] + radius[i] * v->angle[i], straight = sqrt(v->dd[i]);
+        const real h = v->h[i], P = v->is_touched[i] != 0 ? bent : straight;
+        const real length = sqrt(P * P + h * h), per = value_of(length) > 0 ? 1 / length : 0;
+        v->P[i] = P, v->per[i] = per;
+        out->length[i] = length;
+    }
+}
+
+/* The direction at the end e, the other one being f; `sign` is 1 where the cable comes to it. */
+static void direct_lanes(const real *radius, int count, const lane_views *v, real (*e)[LANES], real (*f)[LANES],
+                   const real *ee, const real *tangent, real sign, real (*restrict out)[LANES])
+{
+    for (int i = 0; i < count; i++) {
+        const real g = radius[i] / v->cross[i], at_e = (g * v->ab[i] + tangent[i]) / ee[i];
+        const real per = sign * v->per[i], level = per * v->P[i], climb = v->per[i] * v->h[i];
+        const real own = v->is_touched[i] != 0 ? level * at_e : per;
+        const real other = v->is_touched[i] != 0 ? level * g : per;
+        out[0][i] = own * e[0][i] - other * f[0][i] + climb * v->n[0][i];
+        out[1][i] = own * e[1][i] - other * f[1][i] + climb * v->n[1][i];
+        out[2][i] = own * e[2][i] - other * f[2][i] + climb * v->n[2][i];
+    }
+}
+
+/* The same of cables none of which touches. */
+static void straighten(const lane_views *v, wrap_lanes *restrict out)
+{
+    for (int i = 0; i < out->count; i++) {
+        const real d0 = v->d[0][i], d1 = v->d[1][i], d2 = v->d[2][i];
+        const real length = sqrt(d0 * d0 + d1 * d1 + d2 * d2), per = value_of(length) > 0 ? 1 / length : 0;
+        out->length[i] = length;
+        out->entering[0][i] = out->leaving[0][i] = per * d0;
+        out->entering[1][i] = out->leaving[1][i] = per * d1;
+        out->entering[2][i] = out->leaving[2][i] = per * d2;
+    }
+}
+
+void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
+{
+    const int32_t left = c->blob.counts.wraps - first;
+    const int count = left < LANES ? (int)left : LANES;
+    const real *radius = c->wrap_radius + first;
+    lane_views v;
+    out->first = first, out->count = count;
+    out->is_alone[0] = count == 1; /* which is sooner done by itself */
+    if (count == 1) return;
+    gather(c, first, count, &v);
+    look_at_lanes(c, &v, out);
+    if (!is_any_touched(&v, count)) {
+        straighten(&v, out);
+        return;
+    }
+    multiply(radius, count, &v);
+    turn(count, &v);
+    climb(radius, &v, out);
+    if (c->wrap_ends & ENTERING) direct_lanes(radius, count, &v, v.a, v.b, v.aa, v.ta, -1, out->entering);
+    if (c->wrap_ends & LEAVING) direct_lanes(radius, count, &v, v.b, v.a, v.bb, v.tb, 1, out->leaving);
+}
+
+/* Whether a wrap shares its segment; `pulley` is the first one that is not before it. */
+static int has_company(const blob_view *blob, int32_t w, int32_t *pulley)
+{
+    const int32_t *point = blob->wrap_point + w, wraps = blob->counts.wraps, pulleys = blob->counts.pulleys;
+    while (*pulley < pulleys && blob->pulley_point[*pulley] < *point) ++*pulley;
+    return (w > 0 && point[-1] == *point) || (w + 1 < wraps && point[1] == *point) ||
+           (*pulley < pulleys && blob->pulley_point[*pulley] == *point);
+}
+
+void wrap_simd_prepare(core *c)
+{
+    const blob_view *blob = &c->blob;
+    int32_t pulley = 0;
+    c->wrap_ends = 0;
+    for (int32_t w = 0; w < blob->counts.wraps; w++) {
+        const int32_t s = blob->wrap_surface[w], side = blob->wrap_side[w];
+        const int is_cylinder = blob->surface_kind[s] == SURFACE_CYLINDER;
+        c->wrap_radius[w] = blob->surface_radius[s], c->wrap_has_axis[w] = is_cylinder;
+        c->wrap_half[w] = value_of(blob->surface_half[s]) > 0 ? blob->surface_half[s] : INFINITY;
+        c->wrap_sense[w] = side;
+        c->wrap_is_special[w] = side == WRAP_INSIDE || blob->wrap_turns[w] ||
+                                (c->is_counting && is_cylinder) || has_company(blob, w, &pulley);
+        c->wrap_ends |= wrap_ends(blob, w);
+    }
+}

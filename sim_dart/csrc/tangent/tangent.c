@@ -1,0 +1,206 @@
+/* The core compiled once more, for numbers with a tangent, as one translation unit of static functions; and the
+   calls of tangent.h: plain numbers in, tangents out.                                                   */
+#define CARDSFLOW_TANGENT
+
+/* Products and quotients of the schoolbook: here are no infinities to be careful of. And small code: the
+   processor is busy with the arithmetic.                                                               */
+#if defined(__clang__)
+#pragma STDC CX_LIMITED_RANGE ON
+#pragma clang attribute push(__attribute__((minsize)), apply_to = function)
+#elif defined(__GNUC__)
+#pragma GCC optimize("cx-limited-range", "Os")
+#endif
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function" /* not all of the core is needed */
+#endif
+
+#include "tangent.h"
+
+#if HAS_CORE_TANGENT
+
+#include "../math/root.c"
+#include "../laws/hill/bezier.c"
+#include "../kinematics/tree.c"
+#include "../kinematics/bodies.c"
+#include "../kinematics/tasks.c"
+#include "../paths/wrap_inside.c"
+#include "../paths/wrap_simd.c"
+#include "../paths/wrap.c"
+#include "../paths/pulley.c"
+#include "../paths/multi_wrap.c"
+#include "../paths/paths.c"
+#include "../laws/hill/activation.c"
+#include "../laws/hill/hill.c"
+#include "../laws/hill/law_degroote.c"
+#include "../laws/hill/law_millard.c"
+#include "../laws/hill/law_thelen.c"
+#include "../laws/law_cables.c"
+#include "../laws/law_ligament.c"
+#include "../laws/law_mckibben.c"
+#include "../laws/law_motor.c"
+#include "../laws/law_spring.c"
+#include "../laws/laws.c"
+#include "../dynamics/energies.c"
+#include "../dynamics/external_wrenches.c"
+#include "../dynamics/forward.c"
+#include "../dynamics/limits.c"
+#include "../dynamics/friction.c"
+#include "../integrators/move.c"
+#include "../integrators/runge_kutta.c"
+#include "../integrators/semi_implicit_euler.c"
+
+/* e of complex_step.h */
+static const double SMALL = 0x1p-332, PER_SMALL = 0x1p332;
+
+struct core_tangent {
+    core *core;
+    real *external_wrench;
+};
+
+#define LENGTHS(view)                                                                                  \
+    const blob_counts *n = &(view)->counts;                                                            \
+    const size_t law_states = (size_t)(view)->law_states, law_constants = (size_t)(view)->law_constants; \
+    const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;                                 \
+    const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;                                 \
+    const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
+    const size_t pulleys = (size_t)n->pulleys;
+
+/* Numbers of the working memory behind a handle. */
+static size_t working_length(const blob_view *view)
+{
+    size_t length = 0;
+    LENGTHS(view)
+#define ADD_LENGTH(name, numbers) length += numbers;
+    STATE_ARRAYS(ADD_LENGTH)
+#undef ADD_LENGTH
+    return length;
+}
+
+/* Numbers of the blob. */
+static size_t blob_length(const blob_view *view)
+{
+    size_t length = 0;
+#define ADD_int32_t(count)
+#define ADD_real(count) length += (size_t)(count);
+#define ADD_FIELD(type, name, per_item, count) ADD_##type(per_item * view->counts.count)
+    BLOB_FIELDS(ADD_FIELD)
+#undef ADD_FIELD
+    return length;
+}
+
+size_t core_tangent_size(const core *plain)
+{
+    const size_t numbers = working_length(&plain->blob) + blob_length(&plain->blob);
+    return sizeof(core_tangent) + sizeof(core) + (numbers + 9 * (size_t)plain->externals) * sizeof(real);
+}
+
+static real *widen(real *to, const void *plain, size_t count)
+{
+    const double *from = plain;
+    for (size_t k = 0; k < count; k++) to[k] = from[k];
+    return to + count;
+}
+
+/* The plain handle is made as ours, but for the numbers that its pointers point to. */
+static core *copy(const core *plain, void *memory)
+{
+    core *c = memory;
+    LENGTHS(&plain->blob)
+    *c = *plain;
+    real *at = (real *)(void *)(c + 1);
+#define PLACE(name, length) c->name = at, at = widen(at, plain->name, length);
+    STATE_ARRAYS(PLACE)
+#undef PLACE
+#define TAKE_int32_t(name, count)
+#define TAKE_real(name, count) c->blob.name = at, at = widen(at, plain->blob.name, (size_t)(count));
+#define TAKE_FIELD(type, name, per_item, count) TAKE_##type(name, per_item * n->count)
+    BLOB_FIELDS(TAKE_FIELD)
+#undef TAKE_FIELD
+    return c;
+}
+
+core_tangent *core_tangent_open(const core *plain, void *memory)
+{
+    core_tangent *t = memory;
+    const size_t externals = (size_t)plain->externals;
+    real *point = (real *)(void *)(t + 1);
+    t->external_wrench = widen(point, plain->external_point, 3 * externals);
+    t->core = copy(plain, widen(t->external_wrench, plain->external_wrench, 6 * externals));
+    core_external_wrenches(t->core, plain->externals, plain->external_frame, point, t->external_wrench);
+    return t;
+}
+
+/* An array, and how many numbers it has. */
+static real *array(const core_tangent *t, enum tangent_array which, size_t *length)
+{
+    const core *c = t->core;
+    LENGTHS(&c->blob)
+    (void)law_constants, (void)points, (void)surfaces, (void)wraps, (void)pulleys;
+    const struct {
+        real *numbers;
+        size_t length;
+    } arrays[] = {
+        [TANGENT_Q] = {c->q, dofs},
+        [TANGENT_QD] = {c->qd, dofs},
+        [TANGENT_STATES] = {c->law_states, law_states},
+        [TANGENT_COMMANDS] = {c->commands, muscles},
+        [TANGENT_WRENCHES] = {t->external_wrench, 6 * (size_t)c->externals},
+        [TANGENT_LENGTHS] = {c->lengths, muscles},
+        [TANGENT_TASKS] = {c->task_values, 3 * tasks},
+        [TANGENT_TENSIONS] = {c->tensions, muscles},
+        [TANGENT_WORK] = {c->work, 3},
+        [TANGENT_ENERGIES] = {c->energies, 3},
+        [TANGENT_MOMENTA] = {c->momenta, 6},
+    };
+    *length = arrays[which].length;
+    return arrays[which].numbers;
+}
+
+void core_tangent_set(core_tangent *t, enum tangent_array which, const double *values, const double *changes)
+{
+    size_t length;
+    real *numbers = array(t, which, &length);
+    for (size_t k = 0; k < length; k++) numbers[k] = with_tangent(values[k], SMALL * changes[k]);
+}
+
+void core_tangent_changes(const core_tangent *t, enum tangent_array which, double *changes)
+{
+    size_t length;
+    const real *numbers = array(t, which, &length);
+    for (size_t k = 0; k < length; k++) changes[k] = PER_SMALL * tangent_of(numbers[k]);
+}
+
+int core_tangent_move(core_tangent *t)
+{
+    return core_move_checked(t->core, t->core->q, t->core->qd);
+}
+
+int core_tangent_start(core_tangent *t)
+{
+    return core_start(t->core, t->core->commands);
+}
+
+int core_tangent_drive(core_tangent *t)
+{
+    return core_drive(t->core, t->core->qd, t->core->commands);
+}
+
+void core_tangent_energies(core_tangent *t)
+{
+    core_energies(t->core, t->core->qd);
+}
+
+int core_tangent_step(core_tangent *t, double h, int32_t steps)
+{
+    return core_step(t->core, t->core->commands, NULL, h, steps);
+}
+
+int core_tangent_runge_kutta(core_tangent *t, double h, int32_t steps)
+{
+    return core_runge_kutta(t->core, t->core->commands, NULL, h, steps);
+}
+
+#if defined(__clang__)
+#pragma clang attribute pop
+#endif
+#endif
