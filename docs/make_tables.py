@@ -199,7 +199,7 @@ def laws_page() -> str:
         "What a muscle pulls with follows from its command, its path length `l` and the rate `l'` "
         "of that by its law. It stands in the robot's files (`<cable_model kind=...>` in "
         "[cardsflow.xml](robots.md#muscles)) or in the experiment (`[muscles.<name>] model`, "
-        "[here](experiments.md#muscles)). The equations are in `sim_dart/csrc/law_*.c`.",
+        "[here](experiments.md#muscles)). The equations are in `sim_dart/csrc/laws`.",
     ]
     for law in TENSION_LAWS.values():
         parts += [f"## {law.kind}", _law_text(law)]

@@ -20,10 +20,9 @@ FLAGS = ("-std=c99", "-O3", *_NUMBERS, "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra")
 
 RUNTIME = "cardsflow_fmu/runtime/csrc"
-CORE, CONTROL = "sim_dart/csrc", "controllers/csrc"
-FREESTANDING = f"{CORE}/freestanding"
+FREESTANDING = "sim_dart/csrc/freestanding"
 """In the place of a C library, on machines without one."""
-TANGENT = f"{CORE}/tangent"
+TANGENT = "sim_dart/csrc/tangent"
 """Derivatives, which only FMUs need."""
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
@@ -66,21 +65,18 @@ class Library(NamedTuple):
         return digest.hexdigest()
 
 
+_LIB = "cardsflow_fmu/runtime/lib"
+CORE = Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core", (FREESTANDING, TANGENT))
+CONTROL = Library(("controllers/csrc",), "controllers/lib/cardsflow_control", ())
+_ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
-_LIB = "cardsflow_fmu/runtime/lib"
-_ALL = (RUNTIME, CORE, CONTROL)
 FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE), _INSIDE)
 """That of FMUs whose model may be one in Python."""
 NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _PYTHON, _LOOP), _INSIDE)
 """That of native FMUs: without what starts a Python."""
-LIBRARIES = (
-    Library((CORE,), "sim_dart/lib/cardsflow_core", (FREESTANDING, TANGENT)),
-    Library((CONTROL,), "controllers/lib/cardsflow_control", ()),
-    FMI,
-    NATIVE,
-)
+LIBRARIES = (CORE, CONTROL, FMI, NATIVE)
 
 
 class Target(NamedTuple):

@@ -4,9 +4,9 @@
  * and the reference of an experiment:
  *
  *     python make_controller.py ../planar_2r build
- *     cc -std=c99 -O2 -ffp-contract=off -DCARDSFLOW_INSIDE -Ibuild -I../../sim_dart/csrc \
- *         -I../../controllers/csrc controller.c ../../sim_dart/csrc/[a-z]*.c ../../controllers/csrc/[a-z]*.c \
- *         -o build/controller -lm
+ *     cc -std=c99 -O2 -ffp-contract=off -DCARDSFLOW_INSIDE -Ibuild controller.c \
+ *         $(find ../../sim_dart/csrc ../../controllers/csrc -name "*.c" \
+ *             ! -path "*/freestanding/*" ! -path "*/tangent/*") -o build/controller -lm
  *     build/controller 127.0.0.1 5005 realtime < build/reference.f64 > run.csv
  *
  * For a processor whose floating point unit knows single precision only, with the law compiled so, write

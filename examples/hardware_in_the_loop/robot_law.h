@@ -1,10 +1,10 @@
 /* The computed-torque law of controllers/csrc on the robot of sim_dart/csrc, in static memory; robot.h is
- * written by make_controller.py. It computes in single precision if compiled so: see sim_dart/csrc/real.h. */
+ * written by make_controller.py. It computes in single precision if compiled so: see sim_dart/csrc/numbers/real.h. */
 #ifndef ROBOT_LAW_H
 #define ROBOT_LAW_H
 
-#include "control_loop.h"
-#include "core.h"
+#include "../../controllers/csrc/computed_torque/control_loop.h"
+#include "../../sim_dart/csrc/core.h"
 #include "robot.h"
 
 #include <math.h>

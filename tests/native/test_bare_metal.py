@@ -15,9 +15,9 @@ from example import write_example
 from replay import replay_vectors
 from robots import EXAMPLES
 from targets import (
-    FOLDERS,
     PROGRAMS,
     ROOT,
+    SOURCES,
     TARGETS,
     ZIG,
     build_program,
@@ -29,10 +29,11 @@ from targets import (
 from vector_file import write_vectors
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.runtime import sources
 
 pytestmark = pytest.mark.cross
 
-FREESTANDING = ROOT / "sim_dart/csrc/freestanding"
+FREESTANDING = ROOT / sources.FREESTANDING
 FLAGS = ["-std=gnu99", "-ffp-contract=off", "-fno-math-errno", "-ffreestanding", "-fno-builtin"]
 FLAGS += ["-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE", "-nostdinc"]
 FLAGS += ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-fno-unwind-tables"]
@@ -50,14 +51,14 @@ EMULATOR = "qemu-arm-static"
 STACK, FLASH = 4096, 131072  # in bytes; every tension law is in, whether the robot has it or not
 
 
-def build(program: Path, processor: str, *sources: str, flags: tuple[str, ...] = ()) -> Path:
+def build(program: Path, processor: str, *own: str, flags: tuple[str, ...] = ()) -> Path:
     """Compile a program for the machine; nothing but this repository and the compiler is used."""
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: the extra `cross`")
-    files = [PROGRAMS / name for name in ("bare_machine.c", *sources)]
-    files += [file for csrc in (*FOLDERS, FREESTANDING) for file in sorted(csrc.glob("*.c"))]
+    files = [PROGRAMS / name for name in ("bare_machine.c", *own)]
+    files += [FREESTANDING / "libc.c", *map(Path, SOURCES)]
     compiler = Path(importlib.util.find_spec("ziglang").origin).parent  # type: ignore[union-attr, arg-type]
-    headers = [FREESTANDING, *FOLDERS, PROGRAMS, program.parent, compiler / "lib/include"]
+    headers = [FREESTANDING, ROOT, PROGRAMS, program.parent, compiler / "lib/include"]
     cpu = (PROCESSORS | SINGLE_PROCESSORS)[processor]
     target = ["thumb-freestanding-eabihf", f"-mcpu={cpu}"]
     command = [*ZIG, *target, *FLAGS, *flags, *(f"-I{folder}" for folder in headers)]
@@ -138,8 +139,8 @@ def test_single_precision_gives_the_same_bits(
 ) -> None:
     """As on this machine; test_float.py says how far they are from those of double precision."""
     flags = ("-O2", "-g", f'-DVECTORS="{single_vectors}"', *SINGLE_FLAGS)
-    sources = ("replay_bare.c", "replay_vectors.c")
-    program = build(tmp_path / "replay.elf", processor, *sources, flags=flags)
+    own = ("replay_bare.c", "replay_vectors.c")
+    program = build(tmp_path / "replay.elf", processor, *own, flags=flags)
     assert not arithmetic_helpers(program)
     assert run(program) == replayed_here
 
@@ -150,8 +151,8 @@ def test_the_controller_in_single_precision_fits(
 ) -> None:
     """The floating point unit computes everything in it."""
     blob = write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example), single=True)
-    sources, flags = ("firmware.c", "example_loop.c"), ("-Os", "-g", *SINGLE_FLAGS)
-    program = build(tmp_path / "firmware.elf", processor, *sources, flags=flags)
+    own, flags = ("firmware.c", "example_loop.c"), ("-Os", "-g", *SINGLE_FLAGS)
+    program = build(tmp_path / "firmware.elf", processor, *own, flags=flags)
     assert not arithmetic_helpers(program)
     sizes = program_sizes(program)
     print(f"\n{example}, {processor}, single precision: code {sizes.code},", end=" ")
@@ -165,8 +166,8 @@ def test_the_controller_in_single_precision_fits(
 def test_the_check_sees_doubles(tmp_path: Path) -> None:
     """A firmware of double precision on a processor without is full of them."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))
-    sources, flags = ("firmware.c", "example_loop.c"), ("-Os", "-g")
-    program = build(tmp_path / "firmware.elf", "M4F", *sources, flags=flags)
+    own, flags = ("firmware.c", "example_loop.c"), ("-Os", "-g")
+    program = build(tmp_path / "firmware.elf", "M4F", *own, flags=flags)
     assert {"__aeabi_dmul", "__aeabi_dadd", "sqrt"} <= arithmetic_helpers(program)
 
 

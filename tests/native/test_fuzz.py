@@ -16,7 +16,7 @@ import pytest
 from damaged import MUTATIONS, SANITIZED, count_refused
 from every_joint import every_joint
 from robots import EXAMPLES, planar_2r, random_robot
-from targets import ALONG, ROOT, build_program
+from targets import DERIVATIVES, ROOT, build_program
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment
@@ -26,7 +26,6 @@ from cardsflow_fmu.simulation.build import build
 from sim_dart import compile_blob
 
 STRICT = ("-fno-sanitize-recover=all",)
-DERIVATIVES = [str(file) for file in sorted(ALONG.glob("*.c"))]
 MUSCULAR = ("pneumatic_elbow", "hill_arm")
 CONTROLLER_AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 PLANT_OPTIONS: dict[str, dict[str, object]] = {
@@ -52,9 +51,7 @@ def test_damaged_blobs(tmp_path: Path) -> None:
     blobs = [tmp_path / f"{k}.bin" for k in range(len(robots))]
     for path, robot in zip(blobs, robots, strict=True):
         path.write_bytes(compile_blob(robot))
-    program = build_program(
-        SANITIZED, tmp_path, ("fuzz_blobs.c", "mutate.c"), *STRICT, *DERIVATIVES
-    )
+    program = build_program(SANITIZED, tmp_path, ("fuzz_blobs.c", "mutate.c"), *STRICT, DERIVATIVES)
     refused = count_refused(program, *blobs)
     print(f"\n{MUTATIONS} blobs, {refused} refused")
     assert MUTATIONS / 3 < refused < MUTATIONS
@@ -73,8 +70,7 @@ def test_damaged_native_models(tmp_path: Path) -> None:
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     runtime = [str(ROOT / name) for name in NATIVE.sources() if name.startswith(RUNTIME_FOLDER)]
-    runtime += DERIVATIVES
-    flags = [*STRICT, "-D_GNU_SOURCE", f"-I{ROOT / RUNTIME_FOLDER}", *runtime, "-ldl", "-lpthread"]
+    flags = [*STRICT, "-D_GNU_SOURCE", *runtime, DERIVATIVES, "-ldl", "-lpthread"]
     program = build_program(SANITIZED, tmp_path, ("fuzz_native.c", "mutate.c"), *flags)
     refused = count_refused(program, scratch, *folders)
     print(f"\n{MUTATIONS} native models, {refused} refused")

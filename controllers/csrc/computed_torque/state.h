@@ -2,8 +2,8 @@
 #ifndef CARDSFLOW_COMPUTED_TORQUE_STATE_H
 #define CARDSFLOW_COMPUTED_TORQUE_STATE_H
 
-#include "computed_torque.h"
 #include "../dual_newton/state.h"
+#include "computed_torque.h"
 
 /* ARRAY(name, number of doubles): those of computed_torque_array first. */
 #define TORQUE_ARRAYS(ARRAY)                                                                           \

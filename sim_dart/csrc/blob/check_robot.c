@@ -1,6 +1,7 @@
 #include "check_robot.h"
 
 #include "../math/vectors.h"
+#include "../numbers/real_functions.h"
 #include "check_points.h"
 #include "message.h"
 

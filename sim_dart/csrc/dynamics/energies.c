@@ -1,6 +1,6 @@
 /* Energies and momenta of what moves, body after body, at the last q. */
-#include "../kinematics/bodies.h"
 #include "../blob/state.h"
+#include "../kinematics/bodies.h"
 #include "../math/vectors.h"
 
 #include <string.h>

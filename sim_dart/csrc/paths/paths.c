@@ -7,6 +7,7 @@
 
 #include "../kinematics/points.h"
 #include "../kinematics/tree.h"
+#include "../numbers/real_functions.h"
 #include "multi_wrap.h"
 #include "wrap.h"
 #include "wrap_simd.h"

@@ -1,5 +1,9 @@
 /* The core compiled once more, for numbers with a tangent, as one translation unit of static functions; and the
    calls of tangent.h: plain numbers in, tangents out.                                                   */
+#include "support.h"
+
+#if HAS_CORE_TANGENT
+
 #define CARDSFLOW_TANGENT
 
 /* Products and quotients of the schoolbook: here are no infinities to be careful of. And small code: the
@@ -15,8 +19,6 @@
 #endif
 
 #include "tangent.h"
-
-#if HAS_CORE_TANGENT
 
 #include "../math/root.c"
 #include "../laws/hill/bezier.c"

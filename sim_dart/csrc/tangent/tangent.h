@@ -10,18 +10,10 @@
 #define CARDSFLOW_TANGENT_H
 
 #include "../core.h"
+#include "support.h"
 
 #include <stddef.h>
 #include <stdint.h>
-
-/* Whether the compiler has complex numbers, so that there are derivatives. Microsoft's has none. */
-#ifndef HAS_CORE_TANGENT
-#if defined(_MSC_VER) && !defined(__clang__)
-#define HAS_CORE_TANGENT 0
-#else
-#define HAS_CORE_TANGENT 1
-#endif
-#endif
 
 typedef struct core_tangent core_tangent;
 

@@ -26,15 +26,16 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+from cardsflow_fmu.runtime.sources import CONTROL, CORE
 from cardsflow_fmu.simulation.run import simulate
 
 ROOT = EXAMPLES.parent
 FOLDER = EXAMPLES / "hardware_in_the_loop"
 ARM = EXAMPLES / "roboy_left_arm"
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]
-LIBRARIES = [ROOT / "sim_dart/csrc", ROOT / "controllers/csrc"]
+SOURCES = [str(ROOT / name) for library in (CORE, CONTROL) for name in library.sources()]
 SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE", *(f"-I{file}" for file in LIBRARIES)]
+COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE"]
 SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant"]
 SHORT = {"run.duration": 0.1}
 KEY = b"a pre-shared key of some length"
@@ -51,13 +52,8 @@ _spec.loader.exec_module(make_controller)
 def libraries(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     """The object files of core and laws."""
     folder = tmp_path_factory.mktemp("objects")
-    sources = [file for library in LIBRARIES for file in sorted(library.glob("*.c"))]
-    for library in LIBRARIES:  # apart, as files of both have the same names
-        (folder / library.parent.name).mkdir()
-        files = [str(file) for file in sources if file.parent == library]
-        command = [compiler, "-std=c99", *COMMON, "-c", *files]
-        subprocess.run(command, cwd=folder / library.parent.name, check=True)
-    return [str(file) for file in folder.rglob("*.o")]
+    subprocess.run([compiler, "-std=c99", *COMMON, "-c", *SOURCES], cwd=folder, check=True)
+    return [str(file) for file in folder.glob("*.o")]
 
 
 def compiled(
@@ -156,10 +152,9 @@ def test_a_law_of_single_precision_does_nearly_the_same(
         pytest.skip("no gcc")
     made = Experiment.load(folder, settings)
     make_controller.write_controller(made, tmp_path, single=True)
-    sources = [str(file) for library in LIBRARIES for file in sorted(library.glob("*.c"))]
     program = tmp_path / "controller"
     command = ["gcc", *STRICT, *COMMON, *SINGLE, f"-I{tmp_path}", str(FOLDER / "controller.c")]
-    command += ["-Wno-conversion", "-Wno-shadow", *sources, "-o", str(program), "-lm"]
+    command += ["-Wno-conversion", "-Wno-shadow", *SOURCES, "-o", str(program), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     with served(made) as (_, port):

@@ -275,7 +275,7 @@ def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
     fmpy.extract(str(plant_file(robot, tmp_path, np.zeros(n), np.zeros(n))), str(folder))
     (library,) = folder.glob("binaries/*/*.so")
     files = [str(path) for path in (folder / "sources").rglob("*.c")]
-    flags = ["-std=c99", "-DHAS_ALONG=0", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
+    flags = ["-std=c99", "-DHAS_CORE_TANGENT=0", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
     subprocess.run(["gcc", *flags, *files, "-o", str(library), "-lm"], check=True)
     description = fmpy.read_model_description(str(folder))
     host = Host(

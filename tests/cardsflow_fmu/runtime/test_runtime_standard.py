@@ -15,7 +15,7 @@ pytestmark = pytest.mark.native
 
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-SOURCES = Path(__file__).parents[3] / "cardsflow_fmu/runtime/csrc"
+SOURCES = Path(__file__).parents[3] / "cardsflow_fmu/runtime/csrc/fmi"
 
 
 SIZES = r"""

@@ -3,8 +3,8 @@
 #ifndef EXAMPLE_LOOP_H
 #define EXAMPLE_LOOP_H
 
-#include "control_loop.h"
-#include "core.h"
+#include "controllers/csrc/computed_torque/control_loop.h"
+#include "sim_dart/csrc/core.h"
 
 extern core *robot;
 extern control_loop *loop;

@@ -2,9 +2,9 @@
 
    Each is refused with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
    were refused. The sanitizers that this is compiled with end it at anything else.                      */
-#include "along.h"
-#include "core.h"
 #include "mutate.h"
+#include "sim_dart/csrc/core.h"
+#include "sim_dart/csrc/tangent/tangent.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -39,27 +39,27 @@ static void use_laws(core *c, const real *qd, const real *u)
 }
 
 /* Steps with their derivatives, from wherever the core is and with what pushes it: only with doubles. */
-static void go_along(core *c, const real *f, const real *wrenches, const real *dq, const real *dqd)
+static void go_with_tangents(core *c, const real *f, const real *wrenches, const real *dq, const real *dqd)
 {
 #if !defined(CARDSFLOW_FLOAT)
     size_t n, m;
-    const size_t size = core_along_size(c);
+    const size_t size = core_tangent_size(c);
     void *memory = size < (size_t)1 << 24 ? malloc(size) : NULL;
     const double *q = array(c, "q", &n), *qd = array(c, "qd", &n);
     double *changes = array(c, "lengths", &m);
     if (!memory) return;
-    core_along *a = core_along_open(c, memory);
-    core_along_set(a, ALONG_Q, q, dq);
-    core_along_set(a, ALONG_QD, qd, dqd);
-    core_along_set(a, ALONG_COMMANDS, f, f);
-    core_along_set(a, ALONG_PUSHES, wrenches, wrenches);
-    if (!core_along_move(a)) {
-        core_along_start(a);
-        core_along_step(a, 1e-3, 2);
-        core_along_runge_kutta(a, 1e-3, 1);
-        core_along_drive(a);
-        core_along_energies(a);
-        core_along_changes(a, ALONG_LENGTHS, changes);
+    core_tangent *a = core_tangent_open(c, memory);
+    core_tangent_set(a, TANGENT_Q, q, dq);
+    core_tangent_set(a, TANGENT_QD, qd, dqd);
+    core_tangent_set(a, TANGENT_COMMANDS, f, f);
+    core_tangent_set(a, TANGENT_WRENCHES, wrenches, wrenches);
+    if (!core_tangent_move(a)) {
+        core_tangent_start(a);
+        core_tangent_step(a, 1e-3, 2);
+        core_tangent_runge_kutta(a, 1e-3, 1);
+        core_tangent_drive(a);
+        core_tangent_energies(a);
+        core_tangent_changes(a, TANGENT_LENGTHS, changes);
     }
     free(memory);
 #else
@@ -83,10 +83,10 @@ static void use(core *c, uint64_t *state)
         const int32_t frames[2] = {-1, (int32_t)n - 1};
         memcpy(own_q, q, n * sizeof(real));
         memcpy(own_qd, qd, n * sizeof(real));
-        if (core_push(c, 2, frames, points, wrenches)) exit(3);
+        if (core_external_wrenches(c, 2, frames, points, wrenches)) exit(3);
         core_runge_kutta(c, f, qd, 1e-3, 3);
-        go_along(c, f, wrenches, q, qd);
-        core_push(c, 0, frames, points, wrenches);
+        go_with_tangents(c, f, wrenches, q, qd);
+        core_external_wrenches(c, 0, frames, points, wrenches);
         core_energies(c, qd);
     }
     core_move(c, q);

@@ -4,7 +4,7 @@
    with a message, or is a model that can be stepped, saved and restored; half of them have a checksum
    that fits. Prints how many were refused.                                                              */
 #include "mutate.h"
-#include "native_model.h"
+#include "cardsflow_fmu/runtime/csrc/native/open.h"
 
 #include <stdio.h>
 #include <stdlib.h>

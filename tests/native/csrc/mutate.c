@@ -1,5 +1,5 @@
 #include "mutate.h"
-#include "../../sim_dart/csrc/numbers/real.h"
+#include "sim_dart/csrc/numbers/real.h"
 
 #include <math.h>
 #include <stdio.h>

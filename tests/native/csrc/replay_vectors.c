@@ -5,9 +5,9 @@
    library beyond what core and laws need, so that it runs on a bare machine too.                        */
 #include "replay_vectors.h"
 
-#include "control_loop.h"
-#include "core.h"
-#include "../../sim_dart/csrc/numbers/real_functions.h"
+#include "controllers/csrc/computed_torque/control_loop.h"
+#include "sim_dart/csrc/core.h"
+#include "sim_dart/csrc/numbers/real_functions.h"
 
 #include <math.h>
 #include <string.h>

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-SOURCE = Path(__file__).parents[3] / "sim_dart/csrc/elementary.c"
+SOURCE = Path(__file__).parents[3] / "sim_dart/csrc/math/elementary.c"
 BEYOND = [0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan]
 
 Function = Callable[..., float]

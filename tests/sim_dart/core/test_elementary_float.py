@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-SOURCE = Path(__file__).parents[3] / "sim_dart/csrc/elementary.c"
+SOURCE = Path(__file__).parents[3] / "sim_dart/csrc/math/elementary.c"
 SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant", "-Wdouble-promotion"]
 FLAGS = ["-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-Werror", "-Wall", "-Wextra"]
 

@@ -29,7 +29,7 @@ def write_example(path: Path, experiment: Experiment, *, single: bool = False) -
     reference = np.array(make_reference(experiment).evaluate(0.5)[:3])
     arrays = {name: np.ravel(values) for name, values in law_arrays(experiment).items()}
     lines = [
-        '#include "real.h"',
+        '#include "sim_dart/csrc/numbers/real.h"',
         "#include <stddef.h>",
         "#include <stdint.h>",
         f"enum {{ COORDINATES = {n}, MUSCLES = {m}, TASKS = {len(rows)} }};",

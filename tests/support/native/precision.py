@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
-from targets import FLAGS, FOLDERS, PROGRAMS, Target, environment, single_flags
+from targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, environment, single_flags
 
 from addin_sdfusion.robot import Robot
 from sim_dart import compile_blob
@@ -50,11 +50,10 @@ class Precision:
         self.number = ctypes.c_float if single else ctypes.c_double
         target = folder / f"core_{self.dtype}.so"
         files = [PROGRAMS / name for name in sources]
-        files += [file for csrc in FOLDERS for file in sorted(csrc.glob("*.c"))]
-        headers = [f"-I{place}" for place in (*FOLDERS, folder)]
+        headers = [f"-I{ROOT}", f"-I{folder}"]
         own = (*single_flags(GCC), *STRICT) if single else ()
         command = [*GCC.compiler, *FLAGS, "-shared", "-fPIC", *own]
-        command += [*flags, *headers, *map(str, files), "-o", str(target), "-lm"]
+        command += [*flags, *headers, *map(str, files), *SOURCES, "-o", str(target), "-lm"]
         done = subprocess.run(
             command, capture_output=True, text=True, check=False, env=environment()
         )

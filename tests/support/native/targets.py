@@ -16,12 +16,15 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from cardsflow_fmu.runtime.sources import CONTROL, CORE, TANGENT
+
 ROOT = Path(__file__).parents[3]
 PROGRAMS = ROOT / "tests/native/csrc"
 """Programs of the tests in C."""
-FOLDERS = [ROOT / "sim_dart/csrc", ROOT / "controllers/csrc"]
-ALONG = ROOT / "sim_dart/csrc/along"
-"""The core for derivatives, which only FMUs carry."""
+SOURCES = [str(ROOT / name) for one in (CORE, CONTROL) for name in one.sources()]
+"""The C files of the core and of the control laws."""
+DERIVATIVES = str(ROOT / TANGENT / "tangent.c")
+"""The core for derivatives, which only FMUs have."""
 FLAGS = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE"]
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 TIMEOUT = 900  # in [s]: ziglang makes a platform's C library first
@@ -110,9 +113,8 @@ def build_program(target: Target, folder: Path, sources: Sequence[str], *more: s
     runner = require(target)
     program = folder / f"{Path(sources[0]).stem}{target.suffix}"
     files = [PROGRAMS / name for name in sources]
-    files += [file for csrc in FOLDERS for file in sorted(csrc.glob("*.c"))]
-    headers = [f"-I{csrc}" for csrc in FOLDERS]
-    command = [*target.compiler, *FLAGS, *more, *headers, *map(str, files), "-o", str(program)]
+    command = [*target.compiler, *FLAGS, *more, f"-I{ROOT}", *map(str, files), *SOURCES]
+    command += ["-o", str(program)]
     compiled = subprocess.run(
         [*command, "-lm"],
         capture_output=True,

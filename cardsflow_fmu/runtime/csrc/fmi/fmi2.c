@@ -2,12 +2,12 @@
 #include "fmi2_types.h"
 
 #include "../instance/derivative.h"
-#include "../platform/file_uri.h"
-#include "fmi2_log.h"
 #include "../instance/instance.h"
 #include "../instance/state_calls.h"
-#include "../platform/text.h"
 #include "../instance/variables.h"
+#include "../platform/file_uri.h"
+#include "../platform/text.h"
+#include "fmi2_log.h"
 
 #include <math.h>
 #include <stdlib.h>

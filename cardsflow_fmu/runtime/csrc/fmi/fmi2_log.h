@@ -2,8 +2,8 @@
 #ifndef FMI2_LOG_H
 #define FMI2_LOG_H
 
-#include "fmi2_types.h"
 #include "../instance/log.h"
+#include "fmi2_types.h"
 
 struct fmi2_log {
     fmi2CallbackFunctions callbacks;

@@ -2,9 +2,9 @@
 #include "fmi3_types.h"
 
 #include "../instance/derivative.h"
-#include "fmi3_component.h"
 #include "../instance/instance.h"
 #include "../instance/state_calls.h"
+#include "fmi3_component.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,8 +2,8 @@
 #ifndef FMI3_COMPONENT_H
 #define FMI3_COMPONENT_H
 
-#include "fmi3_types.h"
 #include "../instance/instance.h"
+#include "fmi3_types.h"
 
 struct fmi3_component {
     fmi3InstanceEnvironment environment;

@@ -1,8 +1,8 @@
 /* FMI 3.0: getting and setting variables of each type. */
 #include "fmi3_types.h"
 
-#include "fmi3_component.h"
 #include "../instance/variables.h"
+#include "fmi3_component.h"
 
 /* Whether the arrays can be used; else the instance has failed. */
 static int has_arrays(fmi3Instance instance, const void *references, size_t count,

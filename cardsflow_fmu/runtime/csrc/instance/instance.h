@@ -2,10 +2,10 @@
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
-#include "log.h"
 #include "../model/model.h"
 #include "../model/port_table.h"
 #include "../platform/text.h"
+#include "log.h"
 
 /* Flags, so that a set of them can be named. */
 enum life_cycle {

@@ -3,9 +3,9 @@
 #define NATIVE_MODEL_H
 
 #include "../model/model.h"
+#include "../model/port_table.h"
 #include "file.h"
 #include "robot.h"
-#include "../model/port_table.h"
 
 struct native_model {
     struct native_file file;

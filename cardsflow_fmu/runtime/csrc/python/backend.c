@@ -1,8 +1,8 @@
 #include "../model/backend.h"
 
-#include "environment.h"
 #include "../native/file.h"
 #include "../native/open.h"
+#include "environment.h"
 #include "in_process.h"
 #include "worker/client.h"
 

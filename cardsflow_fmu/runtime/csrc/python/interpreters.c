@@ -1,8 +1,8 @@
 #include "interpreters.h"
 
-#include "environment.h"
 #include "../platform/read_file.h"
 #include "../platform/text.h"
+#include "environment.h"
 
 #include <stdlib.h>
 #include <string.h>

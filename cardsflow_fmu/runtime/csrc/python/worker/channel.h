@@ -5,10 +5,10 @@
 #ifndef CHANNEL_H
 #define CHANNEL_H
 
+#include "../../platform/text.h"
 #include "system/bell.h"
 #include "system/process.h"
 #include "system/shared_memory.h"
-#include "../../platform/text.h"
 #include "waiting.h"
 
 #include <stddef.h>

@@ -1,8 +1,8 @@
 #include "client.h"
 
-#include "channel.h"
 #include "../environment.h"
 #include "../interpreters.h"
+#include "channel.h"
 #include "system/process.h"
 #include "system/shared_memory.h"
 

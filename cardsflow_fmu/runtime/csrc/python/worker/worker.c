@@ -1,9 +1,9 @@
 /* The worker's end: what Python calls in a process that the host has started. */
-#include "channel.h"
 #include "../../model/model.h"
-#include "system/process.h"
-#include "../in_process.h"
 #include "../../platform/text.h"
+#include "../in_process.h"
+#include "channel.h"
+#include "system/process.h"
 
 #include <stdlib.h>
 #include <string.h>

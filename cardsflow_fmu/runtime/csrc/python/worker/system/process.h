@@ -2,9 +2,9 @@
 #ifndef PROCESS_H
 #define PROCESS_H
 
+#include "../../../platform/text.h"
 #include "bell.h"
 #include "shared_memory.h"
-#include "../../../platform/text.h"
 
 struct process {
     struct bell bell;

@@ -1,0 +1,13 @@
+/* Whether there are derivatives: with complex numbers of double precision. Microsoft's compiler has none. */
+#ifndef CARDSFLOW_TANGENT_SUPPORT_H
+#define CARDSFLOW_TANGENT_SUPPORT_H
+
+#ifndef HAS_CORE_TANGENT
+#if defined(CARDSFLOW_FLOAT) || (defined(_MSC_VER) && !defined(__clang__))
+#define HAS_CORE_TANGENT 0
+#else
+#define HAS_CORE_TANGENT 1
+#endif
+#endif
+
+#endif
