@@ -6,7 +6,7 @@
  *     python make_controller.py ../planar_2r build
  *     cc -std=c99 -O2 -ffp-contract=off -DCARDSFLOW_INSIDE -Ibuild controller.c \
  *         $(find ../../sim_dart/csrc ../../controllers/csrc -name "*.c" \
- *             ! -path "*/freestanding/*" ! -path "*/tangent/*") -o build/controller -lm
+ *             ! -path "*freestanding*" ! -path "*tangent*") -o build/controller -lm
  *     build/controller 127.0.0.1 5005 realtime < build/reference.f64 > run.csv
  *
  * For a processor whose floating point unit knows single precision only, with the law compiled so, write

@@ -115,8 +115,8 @@ def test_no_two_c_files_have_the_same_name() -> None:
 def test_the_build_of_the_package_knows_the_platforms(monkeypatch: pytest.MonkeyPatch) -> None:
     import hatch_build
 
-    assert hatch_build.wanted_platforms("") == []
-    assert hatch_build.wanted_platforms("all") == list(sources.PREBUILT_PLATFORMS)
-    assert hatch_build.wanted_platforms("x86_64-windows") == ["x86_64-windows"]
+    assert hatch_build.parse_platforms("") == []
+    assert hatch_build.parse_platforms("all") == list(sources.PREBUILT_PLATFORMS)
+    assert hatch_build.parse_platforms("x86_64-windows") == ["x86_64-windows"]
     with pytest.raises(SystemExit, match="no platform win32; platforms: x86_64-linux"):
-        hatch_build.wanted_platforms("win32")
+        hatch_build.parse_platforms("win32")
