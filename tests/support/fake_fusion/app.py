@@ -1,12 +1,12 @@
 """Application, documents and units."""
 
-# ruff: noqa: A002, N815 -- the API's names
+# ruff: noqa: A002 -- the API's names
 
 from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
+from .base import Base, api, new, stored
 from .collections_ import Items, listing
 from .component import Product
 from .data import DesignData
@@ -34,29 +34,12 @@ class Document(Base):
     def _is_gone(self) -> bool:
         return self._design not in world().documents
 
-    @property
-    def name(self) -> str:
-        return self._design.name
-
-    @property
-    def isActive(self) -> bool:
-        return world().active is self._design
-
-    @property
-    def isSaved(self) -> bool:
-        return True
-
-    @property
-    def isModified(self) -> bool:
-        return bool(world().undo_steps)
-
-    @property
-    def products(self) -> Any:
-        return new(Products, design=self._design)
-
-    @property
-    def parent(self) -> Any:
-        return Application.get()
+    name = property(lambda self: self._design.name)
+    isActive = property(lambda self: world().active is self._design)
+    isSaved = property(lambda _: True)
+    isModified = property(lambda _: bool(world().undo_steps))
+    products = property(lambda self: new(Products, design=self._design))
+    parent = property(lambda _: Application.get())
 
     def activate(self) -> bool:
         world().active = self._design
@@ -65,9 +48,7 @@ class Document(Base):
 
 @api("adsk.fusion")
 class FusionDocument(Document):
-    @property
-    def design(self) -> Any:
-        return wrap(self._design)
+    design = property(lambda self: wrap(self._design))
 
 
 @api("adsk.core")
@@ -89,13 +70,8 @@ class Documents(Items):
 
 @api("adsk.core")
 class UnitsManager(Base):
-    @property
-    def defaultLengthUnits(self) -> str:
-        return self._design.units
-
-    @property
-    def internalUnits(self) -> str:
-        return "cm"
+    defaultLengthUnits = property(lambda self: self._design.units)
+    internalUnits = property(lambda _: "cm")
 
     def convert(self, valueInInputUnits: float, inputUnits: str, outputUnits: str) -> float:
         return valueInInputUnits * _unit(inputUnits) / _unit(outputUnits)
@@ -109,23 +85,17 @@ def _unit(name: str) -> float:
 
 @api("adsk.fusion")
 class FusionUnitsManager(UnitsManager):
-    @property
-    def design(self) -> Any:
-        return wrap(self._design)
+    design = property(lambda self: wrap(self._design))
 
 
 @api("adsk.core")
 class GeneralPreferences(Base):
-    @property
-    def defaultModelingOrientation(self) -> int:
-        return world().modeling_orientation
+    defaultModelingOrientation = property(lambda _: world().modeling_orientation)
 
 
 @api("adsk.core")
 class Preferences(Base):
-    @property
-    def generalPreferences(self) -> Any:
-        return new(GeneralPreferences)
+    generalPreferences = property(lambda _: new(GeneralPreferences))
 
 
 @api("adsk.core")
@@ -148,21 +118,8 @@ class Camera(Base):
     def eye(self, value: Point3D) -> None:
         self._eye = xyz(value)
 
-    @property
-    def isFitView(self) -> bool:
-        return self._fit
-
-    @isFitView.setter
-    def isFitView(self, value: bool) -> None:
-        self._fit = value
-
-    @property
-    def isSmoothTransition(self) -> bool:
-        return self._smooth
-
-    @isSmoothTransition.setter
-    def isSmoothTransition(self, value: bool) -> None:
-        self._smooth = value
+    isFitView = stored("fit", "bool")
+    isSmoothTransition = stored("smooth", "bool")
 
 
 @api("adsk.core")
@@ -213,17 +170,9 @@ class Application(Base):
             raise RuntimeError("3 : no active document")
         return document_of(world().active)
 
-    @property
-    def documents(self) -> Any:
-        return new(Documents)
-
-    @property
-    def userInterface(self) -> Any:
-        return new(UserInterface)
-
-    @property
-    def activeViewport(self) -> Any:
-        return new(Viewport)
+    documents = property(lambda _: new(Documents))
+    userInterface = property(lambda _: new(UserInterface))
+    activeViewport = property(lambda _: new(Viewport))
 
     documentActivated = _document_event("documentActivated")
     documentClosed = _document_event("documentClosed")
@@ -246,13 +195,8 @@ class Application(Base):
         world().fired.append((eventId, additionalInfo))
         return True
 
-    @property
-    def preferences(self) -> Any:
-        return new(Preferences)
-
-    @property
-    def version(self) -> str:
-        return "2.0.21550"
+    preferences = property(lambda _: new(Preferences))
+    version = property(lambda _: "2.0.21550")
 
     @staticmethod
     def log(message: str, level: int = 2, type: int = 1) -> None:

@@ -55,13 +55,8 @@ class Base:
     def _is_gone(self) -> bool:
         return False
 
-    @property
-    def isValid(self) -> bool:
-        return not self._is_gone()
-
-    @property
-    def objectType(self) -> str:
-        return type(self).classType()
+    isValid = property(lambda self: not self._is_gone())
+    objectType = property(lambda self: type(self).classType())
 
     @classmethod
     def classType(cls) -> str:
@@ -83,6 +78,16 @@ def new(cls: type, **fields: Any) -> Any:
     made = object.__new__(cls)
     made.__dict__.update({f"_{name}": value for name, value in fields.items()})
     return made
+
+
+def stored(name: str, kind: str) -> property:
+    """A property that is kept as it is in a private field; a value of another kind is refused."""
+
+    def write(self: Any, value: Any) -> None:
+        setattr(self, f"_{name}", value)
+
+    write.__annotations__["value"] = kind
+    return property(lambda self: getattr(self, f"_{name}"), write)
 
 
 def api(namespace: str) -> Callable[[type], type]:

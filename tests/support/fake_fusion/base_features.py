@@ -44,13 +44,8 @@ class BaseFeature(WithName, Deletable):
     def _siblings(self) -> list[Any]:
         return self._shelf()
 
-    @property
-    def parentComponent(self) -> Any:
-        return wrap(self._data.component)
-
-    @property
-    def constructionPoints(self) -> Any:
-        return new(_PointsOfFeature, feature=self._data)
+    parentComponent = property(lambda self: wrap(self._data.component))
+    constructionPoints = property(lambda self: new(_PointsOfFeature, feature=self._data))
 
     def startEdit(self) -> bool:
         refuse_reference(self._data.component, "BaseFeature.startEdit")
@@ -104,9 +99,7 @@ class BaseFeatures(Items):
 class Features(Base):
     """Of a component; base features are all that there are here."""
 
-    @property
-    def baseFeatures(self) -> Any:
-        return new(BaseFeatures, component=self._component)
+    baseFeatures = property(lambda self: new(BaseFeatures, component=self._component))
 
 
 def _component_features(self: Any) -> Any:

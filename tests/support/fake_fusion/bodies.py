@@ -21,9 +21,7 @@ _SEGMENTS = {8: 12, 11: 24, 13: 48, 15: 96}
 
 
 class _Body(Placed, WithName, WithBulb, WithVisibility, Deletable):
-    @property
-    def parentComponent(self) -> Any:
-        return wrap(self._data.component)
+    parentComponent = property(lambda self: wrap(self._data.component))
 
     @property
     def material(self) -> Any:
@@ -43,21 +41,10 @@ class BRepBody(_Body):
     def _shelf(self) -> list[Any]:
         return self._data.component.bodies
 
-    @property
-    def isSolid(self) -> bool:
-        return self._data.kind == "solid"
-
-    @property
-    def isTransient(self) -> bool:
-        return False
-
-    @property
-    def volume(self) -> float:
-        return float(self._data.mass().volume)
-
-    @property
-    def physicalProperties(self) -> Any:
-        return self._physical(0)
+    isSolid = property(lambda self: self._data.kind == "solid")
+    isTransient = property(lambda _: False)
+    volume = property(lambda self: float(self._data.mass().volume))
+    physicalProperties = property(lambda self: self._physical(0))
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return self._physical(accuracy)
@@ -65,21 +52,10 @@ class BRepBody(_Body):
     def _physical(self, accuracy: int) -> Any:
         return physical_properties(self._data.mass(), accuracy, self._T)
 
-    @property
-    def meshManager(self) -> Any:
-        return new(MeshManager, body=self)
-
-    @property
-    def vertices(self) -> Any:
-        return new(BRepVertices, body=self, part=0)
-
-    @property
-    def edges(self) -> Any:
-        return new(BRepEdges, body=self, part=1)
-
-    @property
-    def faces(self) -> Any:
-        return new(BRepFaces, body=self, part=2)
+    meshManager = property(lambda self: new(MeshManager, body=self))
+    vertices = property(lambda self: new(BRepVertices, body=self, part=0))
+    edges = property(lambda self: new(BRepEdges, body=self, part=1))
+    faces = property(lambda self: new(BRepFaces, body=self, part=2))
 
 
 @api("adsk.fusion")
@@ -88,13 +64,8 @@ class MeshBody(_Body):
     def _shelf(self) -> list[Any]:
         return self._data.component.mesh_bodies
 
-    @property
-    def isClosed(self) -> bool:
-        return True
-
-    @property
-    def displayMesh(self) -> Any:
-        return _triangle_mesh(self, _SEGMENTS[11])
+    isClosed = property(lambda _: True)
+    displayMesh = property(lambda self: _triangle_mesh(self, _SEGMENTS[11]))
 
 
 class _Bodies(Items):
@@ -120,9 +91,7 @@ class MeshBodies(_Bodies):
 
 @api("adsk.fusion")
 class MeshManager(Base):
-    @property
-    def parent(self) -> Any:
-        return self._body
+    parent = property(lambda self: self._body)
 
     def createMeshCalculator(self) -> Any:
         return new(TriangleMeshCalculator, manager=self, segments=_SEGMENTS[11], tolerance=0.0)
@@ -130,9 +99,7 @@ class MeshManager(Base):
 
 @api("adsk.fusion")
 class TriangleMeshCalculator(Base):
-    @property
-    def parentMeshManager(self) -> Any:
-        return self._manager
+    parentMeshManager = property(lambda self: self._manager)
 
     @property
     def surfaceTolerance(self) -> float:
@@ -171,35 +138,16 @@ def _triangle_mesh(body: Any, segments: int) -> Any:
 class TriangleMesh(Base):
     """Nodes in cm."""
 
-    @property
-    def nodeCount(self) -> int:
-        return len(self._nodes)
-
-    @property
-    def triangleCount(self) -> int:
-        return len(self._triangles)
-
-    @property
-    def nodeCoordinates(self) -> list:
-        return [point(p) for p in self._nodes]
-
-    @property
-    def nodeCoordinatesAsDouble(self) -> list:
-        return self._nodes.ravel().tolist()
-
-    @property
-    def nodeCoordinatesAsFloat(self) -> list:
-        return self._nodes.astype(np.float32).ravel().tolist()
-
-    @property
-    def nodeIndices(self) -> list:
-        return self._triangles.ravel().tolist()
+    nodeCount = property(lambda self: len(self._nodes))
+    triangleCount = property(lambda self: len(self._triangles))
+    nodeCoordinates = property(lambda self: [point(p) for p in self._nodes])
+    nodeCoordinatesAsDouble = property(lambda self: self._nodes.ravel().tolist())
+    nodeCoordinatesAsFloat = property(lambda self: self._nodes.astype(np.float32).ravel().tolist())
+    nodeIndices = property(lambda self: self._triangles.ravel().tolist())
 
 
 class _Topology(Placed):
-    @property
-    def body(self) -> Any:
-        return wrap(self._data.body, self._path)
+    body = property(lambda self: wrap(self._data.body, self._path))
 
     @property
     def tempId(self) -> int:
@@ -214,42 +162,28 @@ class _TopologyItems(Items):
 @api("adsk.fusion")
 @wraps((TopologyData, "vertex"))
 class BRepVertex(_Topology):
-    @property
-    def geometry(self) -> Any:
-        return point(self._placed(self._data.geometry))
+    geometry = property(lambda self: point(self._placed(self._data.geometry)))
 
 
 @api("adsk.fusion")
 @wraps((TopologyData, "edge"))
 class BRepEdge(_Topology):
-    @property
-    def geometry(self) -> Any:
-        return curve_of(self._data.geometry, self._T)
-
-    @property
-    def length(self) -> float:
-        return self._data.geometry.length
+    geometry = property(lambda self: curve_of(self._data.geometry, self._T))
+    length = property(lambda self: self._data.geometry.length)
 
 
 @api("adsk.fusion")
 @wraps((TopologyData, "face"))
 class BRepFace(_Topology):
-    @property
-    def geometry(self) -> Any:
-        return surface_of(self._data.geometry, self._T)
-
-    @property
-    def pointOnFace(self) -> Any:
-        return point(self._placed(_on_face(self._data.geometry)))
+    geometry = property(lambda self: surface_of(self._data.geometry, self._T))
+    pointOnFace = property(lambda self: point(self._placed(_on_face(self._data.geometry))))
 
     @property
     def centroid(self) -> Any:
         """The centroid of the area; for a whole cylinder, sphere or torus that is on its axis."""
         return point(self._placed(self._data.geometry.origin))
 
-    @property
-    def edges(self) -> Any:
-        return new(_FaceEdges(), body=self.body, face=self._data)
+    edges = property(lambda self: new(_FaceEdges(), body=self.body, face=self._data))
 
     @property
     def boundingBox(self) -> Any:

@@ -1,6 +1,6 @@
 """Commands that run, and the definitions that they run from."""
 
-# ruff: noqa: A002, N815 -- the API's names
+# ruff: noqa: A002 -- the API's names
 
 from __future__ import annotations
 
@@ -134,13 +134,8 @@ class Command(Base):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Command) and self._data is other._data
 
-    @property
-    def commandInputs(self) -> Any:
-        return new(CommandInputs, command=self._data, parent=None)
-
-    @property
-    def parentCommandDefinition(self) -> Any:
-        return self._data.definition.view()
+    commandInputs = property(lambda self: new(CommandInputs, command=self._data, parent=None))
+    parentCommandDefinition = property(lambda self: self._data.definition.view())
 
     def setDialogInitialSize(self, width: int, height: int) -> bool:
         self._data.fields["size"] = (width, height)
@@ -191,9 +186,7 @@ class ControlDefinition(Base):
     def isEnabled(self, value: bool) -> None:
         self._data.enabled = value
 
-    @property
-    def name(self) -> str:
-        return self._data.name
+    name = property(lambda self: self._data.name)
 
 
 @api("adsk.core")
@@ -209,9 +202,7 @@ class CommandDefinition(Base):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, CommandDefinition) and self._data is other._data
 
-    @property
-    def id(self) -> str:
-        return self._data.id
+    id = property(lambda self: self._data.id)
 
     @property
     def name(self) -> str:
@@ -237,17 +228,9 @@ class CommandDefinition(Base):
     def toolClipFilename(self, value: str) -> None:
         self._data.tool_clip = value
 
-    @property
-    def resourceFolder(self) -> str:
-        return self._data.folder
-
-    @property
-    def isNative(self) -> bool:
-        return self._data.native
-
-    @property
-    def controlDefinition(self) -> Any:
-        return new(ButtonControlDefinition, data=self._data)
+    resourceFolder = property(lambda self: self._data.folder)
+    isNative = property(lambda self: self._data.native)
+    controlDefinition = property(lambda self: new(ButtonControlDefinition, data=self._data))
 
     @property
     def commandCreated(self) -> Any:

@@ -49,9 +49,7 @@ class CommandInputs(Items):
         same = isinstance(other, CommandInputs) and self._command is other._command
         return same and self._parent is other._parent
 
-    @property
-    def command(self) -> Any:
-        return self._command.view()
+    command = property(lambda self: self._command.view())
 
     def itemById(self, id: str) -> Any:
         """Of the command: wherever it is in the dialog; of a tab or group: within that."""

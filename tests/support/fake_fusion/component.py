@@ -26,13 +26,8 @@ def material(name: str) -> Any:
 
 @api("adsk.core")
 class Material(Base):
-    @property
-    def name(self) -> str:
-        return self._name
-
-    @property
-    def id(self) -> str:
-        return f"PrismMaterial-{self._name}"
+    name = property(lambda self: self._name)
+    id = property(lambda self: f"PrismMaterial-{self._name}")
 
 
 @api("adsk.fusion")
@@ -47,36 +42,17 @@ def _listed(cls: type, make: Any) -> Any:
 @api("adsk.fusion")
 @wraps(ComponentData)
 class Component(WithName, BaseComponent):
-    @property
-    def _component(self) -> ComponentData:
-        return self._data
+    _component = property(lambda self: self._data)
 
     def _siblings(self) -> list[Any]:
         return self._data.design.components
 
-    @property
-    def id(self) -> str:
-        return f"{self._data.design.components.index(self._data):032x}"
-
-    @property
-    def parentDesign(self) -> Any:
-        return wrap(self._data.design)
-
-    @property
-    def description(self) -> str:
-        return ""
-
-    @property
-    def partNumber(self) -> str:
-        return self._data.name
-
-    @property
-    def material(self) -> Any:
-        return material(self._data.material)
-
-    @property
-    def occurrences(self) -> Any:
-        return new(Occurrences, component=self._data)
+    id = property(lambda self: f"{self._data.design.components.index(self._data):032x}")
+    parentDesign = property(lambda self: wrap(self._data.design))
+    description = property(lambda _: "")
+    partNumber = property(lambda self: self._data.name)
+    material = property(lambda self: material(self._data.material))
+    occurrences = property(lambda self: new(Occurrences, component=self._data))
 
     @property
     def allOccurrences(self) -> Any:
@@ -95,13 +71,8 @@ class Component(WithName, BaseComponent):
             lambda: [occurrence(p) for p in paths_below(mine) if p[-1].component is other],
         )
 
-    @property
-    def bRepBodies(self) -> Any:
-        return new(BRepBodies, component=self._data, path=())
-
-    @property
-    def meshBodies(self) -> Any:
-        return new(MeshBodies, component=self._data, path=())
+    bRepBodies = property(lambda self: new(BRepBodies, component=self._data, path=()))
+    meshBodies = property(lambda self: new(MeshBodies, component=self._data, path=()))
 
     @property
     def constructionPoints(self) -> Any:
@@ -161,13 +132,8 @@ class Component(WithName, BaseComponent):
         self._refuse_constraints("allAsBuiltJoints")
         return self._everywhere("as_built")
 
-    @property
-    def allRigidGroups(self) -> list:
-        return self._everywhere("groups")
-
-    @property
-    def allJointOrigins(self) -> list:
-        return self._everywhere("joint_origins")
+    allRigidGroups = property(lambda self: self._everywhere("groups"))
+    allJointOrigins = property(lambda self: self._everywhere("joint_origins"))
 
     def _refuse_constraints(self, what: str) -> None:
         """Fusion fails where assembly constraints exist: ACDC4Robot issue 10."""
@@ -182,9 +148,7 @@ class Component(WithName, BaseComponent):
             found += [wrap(item, path) for item in getattr(path[-1].component, shelf)]
         return found
 
-    @property
-    def physicalProperties(self) -> Any:
-        return physical_properties(self._data.mass(), 0, np.eye(4))
+    physicalProperties = property(lambda self: physical_properties(self._data.mass(), 0, np.eye(4)))
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return physical_properties(self._data.mass(), accuracy, np.eye(4))
@@ -225,29 +189,12 @@ class Component(WithName, BaseComponent):
 class Occurrence(Entity):
     """A component in a place. `_path` ends with the occurrence itself."""
 
-    @property
-    def _component(self) -> ComponentData:
-        return self._data.parent
-
-    @property
-    def name(self) -> str:
-        return self._data.name
-
-    @property
-    def fullPathName(self) -> str:
-        return "+".join(o.name for o in self._path)
-
-    @property
-    def component(self) -> Any:
-        return wrap(self._data.component)
-
-    @property
-    def sourceComponent(self) -> Any:
-        return wrap(self._path[0].parent)
-
-    @property
-    def assemblyContext(self) -> Any:
-        return occurrence(self._path[:-1])
+    _component = property(lambda self: self._data.parent)
+    name = property(lambda self: self._data.name)
+    fullPathName = property(lambda self: "+".join(o.name for o in self._path))
+    component = property(lambda self: wrap(self._data.component))
+    sourceComponent = property(lambda self: wrap(self._path[0].parent))
+    assemblyContext = property(lambda self: occurrence(self._path[:-1]))
 
     @property
     def nativeObject(self) -> Any:
@@ -281,9 +228,7 @@ class Occurrence(Entity):
     def bRepBodies(self) -> Any:
         return new(BRepBodies, component=self._data.component, path=self._path)
 
-    @property
-    def isReferencedComponent(self) -> bool:
-        return self._data.component.referenced
+    isReferencedComponent = property(lambda self: self._data.component.referenced)
 
     @property
     def isGrounded(self) -> bool:
@@ -309,13 +254,8 @@ class Occurrence(Entity):
     def isLightBulbOn(self, value: bool) -> None:
         world().set(self._data, "light_bulb", value, "Occurrence.isLightBulbOn")
 
-    @property
-    def isVisible(self) -> bool:
-        return all(o.light_bulb for o in self._path)
-
-    @property
-    def physicalProperties(self) -> Any:
-        return self._physical(0)
+    isVisible = property(lambda self: all(o.light_bulb for o in self._path))
+    physicalProperties = property(lambda self: self._physical(0))
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return self._physical(accuracy)
@@ -372,9 +312,7 @@ class Occurrences(Items):
     def _all(self) -> list[Any]:
         return [occurrence((o,)) for o in self._component.occurrences]
 
-    @property
-    def asList(self) -> Any:
-        return _listed(OccurrenceList, self._all)
+    asList = property(lambda self: _listed(OccurrenceList, self._all))
 
     def asArray(self) -> list:
         return self._all()
@@ -401,37 +339,14 @@ class Product(Seen):
 @api("adsk.fusion")
 @wraps(DesignData)
 class Design(Product):
-    @property
-    def _component(self) -> ComponentData:
-        return self._data.root
-
-    @property
-    def rootComponent(self) -> Any:
-        return wrap(self._data.root)
-
-    @property
-    def activeComponent(self) -> Any:
-        return wrap(self._data.root)
-
-    @property
-    def activeOccurrence(self) -> Any:
-        return None
-
-    @property
-    def allComponents(self) -> Any:
-        return new(Components, design=self._data)
-
-    @property
-    def designType(self) -> int:
-        return self._data.kind
-
-    @property
-    def designIntent(self) -> int:
-        return self._data.intent
-
-    @property
-    def productType(self) -> str:
-        return self._data.product
+    _component = property(lambda self: self._data.root)
+    rootComponent = property(lambda self: wrap(self._data.root))
+    activeComponent = property(lambda self: wrap(self._data.root))
+    activeOccurrence = property(lambda _: None)
+    allComponents = property(lambda self: new(Components, design=self._data))
+    designType = property(lambda self: self._data.kind)
+    designIntent = property(lambda self: self._data.intent)
+    productType = property(lambda self: self._data.product)
 
     @property
     def parentDocument(self) -> Any:

@@ -46,9 +46,7 @@ def surface_of(face: FaceShape, T: np.ndarray) -> Any:
 class Curve3D(Base):
     _type = -1
 
-    @property
-    def curveType(self) -> int:
-        return self._type
+    curveType = property(lambda self: self._type)
 
 
 @api("adsk.core")
@@ -59,30 +57,17 @@ class Line3D(Curve3D):
     def create(startPoint: Point3D, endPoint: Point3D) -> Line3D:  # noqa: F821
         return new(Line3D, start=xyz(startPoint), end=xyz(endPoint))
 
-    @property
-    def startPoint(self) -> Any:
-        return point(self._start)
-
-    @property
-    def endPoint(self) -> Any:
-        return point(self._end)
+    startPoint = property(lambda self: point(self._start))
+    endPoint = property(lambda self: point(self._end))
 
 
 @api("adsk.core")
 class Circle3D(Curve3D):
     _type = 2
 
-    @property
-    def center(self) -> Any:
-        return point(self._center)
-
-    @property
-    def normal(self) -> Any:
-        return vector(self._normal)
-
-    @property
-    def radius(self) -> float:
-        return self._radius
+    center = property(lambda self: point(self._center))
+    normal = property(lambda self: vector(self._normal))
+    radius = property(lambda self: self._radius)
 
 
 @api("adsk.core")
@@ -109,51 +94,27 @@ class Arc3D(Curve3D):
             angles=(float(startAngle), float(endAngle)),
         )
 
-    @property
-    def center(self) -> Any:
-        return point(self._center)
-
-    @property
-    def normal(self) -> Any:
-        return vector(self._normal)
-
-    @property
-    def referenceVector(self) -> Any:
-        return vector(self._reference)
-
-    @property
-    def radius(self) -> float:
-        return self._radius
-
-    @property
-    def startAngle(self) -> float:
-        return self._angles[0]
-
-    @property
-    def endAngle(self) -> float:
-        return self._angles[1]
+    center = property(lambda self: point(self._center))
+    normal = property(lambda self: vector(self._normal))
+    referenceVector = property(lambda self: vector(self._reference))
+    radius = property(lambda self: self._radius)
+    startAngle = property(lambda self: self._angles[0])
+    endAngle = property(lambda self: self._angles[1])
 
 
 @api("adsk.core")
 class Surface(Base):
     _type = -1
 
-    @property
-    def surfaceType(self) -> int:
-        return self._type
+    surfaceType = property(lambda self: self._type)
 
 
 @api("adsk.core")
 class Plane(Surface):
     _type = 0
 
-    @property
-    def origin(self) -> Any:
-        return point(self._origin)
-
-    @property
-    def normal(self) -> Any:
-        return vector(self._normal)
+    origin = property(lambda self: point(self._origin))
+    normal = property(lambda self: vector(self._normal))
 
     @staticmethod
     def create(origin: Point3D, normal: Vector3D) -> Plane:  # noqa: F821
@@ -164,17 +125,9 @@ class Plane(Surface):
 class Cylinder(Surface):
     _type = 1
 
-    @property
-    def origin(self) -> Any:
-        return point(self._origin)
-
-    @property
-    def axis(self) -> Any:
-        return vector(self._axis)
-
-    @property
-    def radius(self) -> float:
-        return self._radius
+    origin = property(lambda self: point(self._origin))
+    axis = property(lambda self: vector(self._axis))
+    radius = property(lambda self: self._radius)
 
     def getData(self) -> tuple:
         return (True, self.origin, self.axis, self._radius)
@@ -184,34 +137,18 @@ class Cylinder(Surface):
 class Sphere(Surface):
     _type = 3
 
-    @property
-    def origin(self) -> Any:
-        return point(self._origin)
-
-    @property
-    def radius(self) -> float:
-        return self._radius
+    origin = property(lambda self: point(self._origin))
+    radius = property(lambda self: self._radius)
 
 
 @api("adsk.core")
 class Torus(Surface):
     _type = 4
 
-    @property
-    def origin(self) -> Any:
-        return point(self._origin)
-
-    @property
-    def axis(self) -> Any:
-        return vector(self._axis)
-
-    @property
-    def majorRadius(self) -> float:
-        return self._major
-
-    @property
-    def minorRadius(self) -> float:
-        return self._minor
+    origin = property(lambda self: point(self._origin))
+    axis = property(lambda self: vector(self._axis))
+    majorRadius = property(lambda self: self._major)
+    minorRadius = property(lambda self: self._minor)
 
 
 def bounding_box(points: Any) -> Any:
@@ -225,13 +162,8 @@ class BoundingBox3D(Base):
     def create(minPoint: Point3D, maxPoint: Point3D) -> BoundingBox3D:  # noqa: F821
         return bounding_box([xyz(minPoint), xyz(maxPoint)])
 
-    @property
-    def minPoint(self) -> Any:
-        return point(self._low)
-
-    @property
-    def maxPoint(self) -> Any:
-        return point(self._high)
+    minPoint = property(lambda self: point(self._low))
+    maxPoint = property(lambda self: point(self._high))
 
 
 @api("adsk.core")
@@ -289,21 +221,10 @@ class ValueInput(Base):
     def createByBoolean(booleanValue: bool) -> ValueInput:
         return new(ValueInput, kind=3, value=booleanValue)
 
-    @property
-    def valueType(self) -> int:
-        return self._kind
-
-    @property
-    def realValue(self) -> float:
-        return self._value if self._kind == 1 else 0.0
-
-    @property
-    def stringValue(self) -> str:
-        return self._value if self._kind == 0 else ""
-
-    @property
-    def booleanValue(self) -> bool:
-        return self._value if self._kind == 3 else False
+    valueType = property(lambda self: self._kind)
+    realValue = property(lambda self: self._value if self._kind == 1 else 0.0)
+    stringValue = property(lambda self: self._value if self._kind == 0 else "")
+    booleanValue = property(lambda self: self._value if self._kind == 3 else False)
 
 
 @api("adsk.core")
@@ -316,21 +237,10 @@ class Color(Base):
             raise RuntimeError("3 : invalid argument: colours go from 0 to 255")
         return new(Color, rgba=(red, green, blue, opacity))
 
-    @property
-    def red(self) -> int:
-        return self._rgba[0]
-
-    @property
-    def green(self) -> int:
-        return self._rgba[1]
-
-    @property
-    def blue(self) -> int:
-        return self._rgba[2]
-
-    @property
-    def opacity(self) -> int:
-        return self._rgba[3]
+    red = property(lambda self: self._rgba[0])
+    green = property(lambda self: self._rgba[1])
+    blue = property(lambda self: self._rgba[2])
+    opacity = property(lambda self: self._rgba[3])
 
     def getColor(self) -> tuple:
         return (True, *self._rgba)

@@ -1,12 +1,10 @@
 """Dialogs for progress, folders and files: they are recorded, and answered from queues."""
 
-# ruff: noqa: A003 -- the API's names
-
 from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api
+from .base import Base, api, stored
 from .state import ProgressRecord, world
 
 
@@ -41,9 +39,7 @@ class ProgressDialog(Base):
             raise RuntimeError("3 : the progress dialog is not shown")
         return self._record
 
-    @property
-    def isShowing(self) -> bool:
-        return self._record is not None and not self._record.hidden
+    isShowing = property(lambda self: self._record is not None and not self._record.hidden)
 
     @property
     def wasCancelled(self) -> bool:
@@ -74,9 +70,7 @@ class ProgressDialog(Base):
             raise RuntimeError("3 : invalid argument maximumValue")
         self._shown().maximum = value
 
-    @property
-    def minimumValue(self) -> int:
-        return self._shown().minimum
+    minimumValue = property(lambda self: self._shown().minimum)
 
     @property
     def message(self) -> str:
@@ -95,29 +89,9 @@ class ProgressDialog(Base):
     def title(self, value: str) -> None:
         self._shown().title = value
 
-    @property
-    def isCancelButtonShown(self) -> bool:
-        return self._is_cancel_shown
-
-    @isCancelButtonShown.setter
-    def isCancelButtonShown(self, value: bool) -> None:
-        self._is_cancel_shown = value
-
-    @property
-    def cancelButtonText(self) -> str:
-        return self._cancel_text
-
-    @cancelButtonText.setter
-    def cancelButtonText(self, value: str) -> None:
-        self._cancel_text = value
-
-    @property
-    def isBackgroundTranslucent(self) -> bool:
-        return self._is_translucent
-
-    @isBackgroundTranslucent.setter
-    def isBackgroundTranslucent(self, value: bool) -> None:
-        self._is_translucent = value
+    isCancelButtonShown = stored("is_cancel_shown", "bool")
+    cancelButtonText = stored("cancel_text", "str")
+    isBackgroundTranslucent = stored("is_translucent", "bool")
 
 
 @api("adsk.core")
@@ -126,25 +100,9 @@ class FolderDialog(Base):
     _initial = ""
     _folder = ""
 
-    @property
-    def title(self) -> str:
-        return self._title
-
-    @title.setter
-    def title(self, value: str) -> None:
-        self._title = value
-
-    @property
-    def initialDirectory(self) -> str:
-        return self._initial
-
-    @initialDirectory.setter
-    def initialDirectory(self, value: str) -> None:
-        self._initial = value
-
-    @property
-    def folder(self) -> str:
-        return self._folder
+    title = stored("title", "str")
+    initialDirectory = stored("initial", "str")
+    folder = property(lambda self: self._folder)
 
     def showDialog(self) -> int:
         world().folder_dialogs.append((self._title, self._initial))
@@ -165,61 +123,14 @@ class FileDialog(Base):
     _many = False
     _files: tuple[str, ...] = ()
 
-    @property
-    def title(self) -> str:
-        return self._title
-
-    @title.setter
-    def title(self, value: str) -> None:
-        self._title = value
-
-    @property
-    def initialDirectory(self) -> str:
-        return self._initial
-
-    @initialDirectory.setter
-    def initialDirectory(self, value: str) -> None:
-        self._initial = value
-
-    @property
-    def initialFilename(self) -> str:
-        return self._initial_name
-
-    @initialFilename.setter
-    def initialFilename(self, value: str) -> None:
-        self._initial_name = value
-
-    @property
-    def filter(self) -> str:
-        return self._filter
-
-    @filter.setter
-    def filter(self, value: str) -> None:
-        self._filter = value
-
-    @property
-    def filterIndex(self) -> int:
-        return self._filter_index
-
-    @filterIndex.setter
-    def filterIndex(self, value: int) -> None:
-        self._filter_index = value
-
-    @property
-    def isMultiSelectEnabled(self) -> bool:
-        return self._many
-
-    @isMultiSelectEnabled.setter
-    def isMultiSelectEnabled(self, value: bool) -> None:
-        self._many = value
-
-    @property
-    def filename(self) -> str:
-        return self._files[0] if self._files else ""
-
-    @property
-    def filenames(self) -> list:
-        return list(self._files)
+    title = stored("title", "str")
+    initialDirectory = stored("initial", "str")
+    initialFilename = stored("initial_name", "str")
+    filter = stored("filter", "str")
+    filterIndex = stored("filter_index", "int")
+    isMultiSelectEnabled = stored("many", "bool")
+    filename = property(lambda self: self._files[0] if self._files else "")
+    filenames = property(lambda self: list(self._files))
 
     def showOpen(self) -> int:
         return self._show()

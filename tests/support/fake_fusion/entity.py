@@ -76,20 +76,13 @@ class Seen(Base):
     def _is_gone(self) -> bool:
         return self._data.gone or any(o.gone for o in self._path)
 
-    @property
-    def _T(self) -> np.ndarray:
-        return transform(self._path)
+    _T = property(lambda self: transform(self._path))
 
     def _placed(self, p: Any) -> np.ndarray:
         return apply(self._T, p)
 
-    @property
-    def _component(self) -> ComponentData:
-        return self._data.component
-
-    @property
-    def attributes(self) -> Attributes:
-        return new(Attributes, owner=self)
+    _component = property(lambda self: self._data.component)
+    attributes = property(lambda self: new(Attributes, owner=self))
 
 
 class Entity(Seen):
@@ -110,13 +103,8 @@ def _same(a: Path, b: Path) -> bool:
 class Placed(Entity):
     """An entity that proxies exist of."""
 
-    @property
-    def assemblyContext(self) -> Any:
-        return occurrence(self._path)
-
-    @property
-    def nativeObject(self) -> Any:
-        return wrap(self._data) if self._path else None
+    assemblyContext = property(lambda self: occurrence(self._path))
+    nativeObject = property(lambda self: wrap(self._data) if self._path else None)
 
     def createForAssemblyContext(self, occurrence: Occurrence) -> Any:  # noqa: F821
         if self._path:
@@ -194,13 +182,8 @@ class Attribute(Base):
         same = isinstance(other, Attribute) and self._key == other._key
         return same and self._owner == other._owner
 
-    @property
-    def groupName(self) -> str:
-        return self._key[0]
-
-    @property
-    def name(self) -> str:
-        return self._key[1]
+    groupName = property(lambda self: self._key[0])
+    name = property(lambda self: self._key[1])
 
     @property
     def value(self) -> str:
@@ -210,13 +193,8 @@ class Attribute(Base):
     def value(self, value: str) -> None:
         _write(self._owner, self._key, value)
 
-    @property
-    def parent(self) -> Any:
-        return wrap(self._owner._data, self._owner._path)
-
-    @property
-    def otherParents(self) -> Any:
-        return None
+    parent = property(lambda self: wrap(self._owner._data, self._owner._path))
+    otherParents = property(lambda _: None)
 
     def deleteMe(self) -> bool:
         refuse_reference(self._owner._component, "Attribute.deleteMe")
@@ -231,9 +209,7 @@ class Attributes(Items):
         keys = self._owner._data.attributes
         return [new(Attribute, owner=self._owner, key=key) for key in keys]
 
-    @property
-    def groupNames(self) -> list:
-        return sorted({group for group, _ in self._owner._data.attributes})
+    groupNames = property(lambda self: sorted({group for group, _ in self._owner._data.attributes}))
 
     def itemByName(self, groupName: str, name: str) -> Attribute | None:
         key = (groupName, name)

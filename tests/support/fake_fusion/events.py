@@ -3,14 +3,12 @@
 Fusion does not keep handlers alive: an event holds them weakly, so one that nobody keeps is silent.
 """
 
-# ruff: noqa: N815 -- the API's names
-
 from __future__ import annotations
 
 import weakref
 from typing import Any
 
-from .base import Base, api, new
+from .base import Base, api, new, stored
 from .state import world
 
 
@@ -64,13 +62,8 @@ class Listeners:
 class Event(Base):
     """`_listeners` outlive the wrapper."""
 
-    @property
-    def name(self) -> str:
-        return self._name
-
-    @property
-    def sender(self) -> Any:
-        return self._sender
+    name = property(lambda self: self._name)
+    sender = property(lambda self: self._sender)
 
 
 def _event(name: str, handler: type) -> type:
@@ -114,16 +107,12 @@ def event(cls: type, name: str, sender: Any, listeners: Listeners) -> Any:
 class EventArgs(Base):
     """`_event` is what fires."""
 
-    @property
-    def firingEvent(self) -> Any:
-        return self._event
+    firingEvent = property(lambda self: self._event)
 
 
 @api("adsk.core")
 class CommandCreatedEventArgs(EventArgs):
-    @property
-    def command(self) -> Any:
-        return self._command
+    command = property(lambda self: self._command)
 
 
 @api("adsk.core")
@@ -133,44 +122,16 @@ class CommandEventArgs(EventArgs):
     _isValidResult = False
     _terminationReason = 0
 
-    @property
-    def command(self) -> Any:
-        return self._command
-
-    @property
-    def executeFailed(self) -> bool:
-        return self._executeFailed
-
-    @executeFailed.setter
-    def executeFailed(self, value: bool) -> None:
-        self._executeFailed = value
-
-    @property
-    def executeFailedMessage(self) -> str:
-        return self._executeFailedMessage
-
-    @executeFailedMessage.setter
-    def executeFailedMessage(self, value: str) -> None:
-        self._executeFailedMessage = value
-
-    @property
-    def isValidResult(self) -> bool:
-        return self._isValidResult
-
-    @isValidResult.setter
-    def isValidResult(self, value: bool) -> None:
-        self._isValidResult = value
-
-    @property
-    def terminationReason(self) -> int:
-        return self._terminationReason
+    command = property(lambda self: self._command)
+    executeFailed = stored("executeFailed", "bool")
+    executeFailedMessage = stored("executeFailedMessage", "str")
+    isValidResult = stored("isValidResult", "bool")
+    terminationReason = property(lambda self: self._terminationReason)
 
 
 @api("adsk.core")
 class InputChangedEventArgs(EventArgs):
-    @property
-    def input(self) -> Any:
-        return self._input
+    input = property(lambda self: self._input)
 
     @property
     def inputs(self) -> Any:
@@ -182,108 +143,56 @@ class InputChangedEventArgs(EventArgs):
 class ValidateInputsEventArgs(EventArgs):
     _areInputsValid = True
 
-    @property
-    def inputs(self) -> Any:
-        return self._command.commandInputs
-
-    @property
-    def areInputsValid(self) -> bool:
-        return self._areInputsValid
-
-    @areInputsValid.setter
-    def areInputsValid(self, value: bool) -> None:
-        self._areInputsValid = value
+    inputs = property(lambda self: self._command.commandInputs)
+    areInputsValid = stored("areInputsValid", "bool")
 
 
 @api("adsk.core")
 class Selection(Base):
     """An entity and where it was clicked."""
 
-    @property
-    def entity(self) -> Any:
-        return self._entity
-
-    @property
-    def point(self) -> Any:
-        return self._point
+    entity = property(lambda self: self._entity)
+    point = property(lambda self: self._point)
 
 
 @api("adsk.core")
 class SelectionEventArgs(EventArgs):
     _isSelectable = True
 
-    @property
-    def activeInput(self) -> Any:
-        return self._input
-
-    @property
-    def selection(self) -> Any:
-        return self._selection
-
-    @property
-    def isSelectable(self) -> bool:
-        return self._isSelectable
-
-    @isSelectable.setter
-    def isSelectable(self, value: bool) -> None:
-        self._isSelectable = value
+    activeInput = property(lambda self: self._input)
+    selection = property(lambda self: self._selection)
+    isSelectable = stored("isSelectable", "bool")
 
 
 @api("adsk.core")
 class KeyboardEventArgs(EventArgs):
-    @property
-    def keyCode(self) -> int:
-        return self._code
-
-    @property
-    def modifierMask(self) -> int:
-        return self._modifiers
+    keyCode = property(lambda self: self._code)
+    modifierMask = property(lambda self: self._modifiers)
 
 
 @api("adsk.core")
 class ApplicationCommandEventArgs(EventArgs):
-    @property
-    def commandId(self) -> str:
-        return self._id
-
-    @property
-    def terminationReason(self) -> int:
-        return self._reason
+    commandId = property(lambda self: self._id)
+    terminationReason = property(lambda self: self._reason)
 
 
 @api("adsk.core")
 class DocumentEventArgs(EventArgs):
-    @property
-    def document(self) -> Any:
-        return self._document
+    document = property(lambda self: self._document)
 
 
 @api("adsk.core")
 class CustomEventArgs(EventArgs):
-    @property
-    def additionalInfo(self) -> str:
-        return self._info
+    additionalInfo = property(lambda self: self._info)
 
 
 @api("adsk.core")
 class HTMLEventArgs(EventArgs):
     _returnData = ""
 
-    @property
-    def action(self) -> str:
-        return self._action
-
-    @property
-    def data(self) -> str:
-        return self._text
-
-    @property
-    def returnData(self) -> str:
-        return self._returnData
-
-    @returnData.setter
-    def returnData(self, value: str) -> None:
-        self._returnData = value
+    action = property(lambda self: self._action)
+    data = property(lambda self: self._text)
+    returnData = stored("returnData", "str")
 
 
 def fire(firing: Any, args_class: type, **fields: Any) -> Any:

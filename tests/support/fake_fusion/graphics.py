@@ -1,12 +1,10 @@
 """Custom graphics: lines, points, texts, meshes. Part of the model: edits need a transaction."""
 
-# ruff: noqa: N815 -- the API's names
-
 from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
+from .base import Base, api, new, stored
 from .collections_ import Items, listing
 from .curves import Color
 from .data import GraphicsData
@@ -25,13 +23,8 @@ class CustomGraphicsCoordinates(Base):
             raise RuntimeError("3 : invalid argument coordinates")
         return new(CustomGraphicsCoordinates, xyz=[float(v) for v in coordinates])
 
-    @property
-    def coordinates(self) -> list:
-        return list(self._xyz)
-
-    @property
-    def coordinateCount(self) -> int:
-        return len(self._xyz) // 3
+    coordinates = property(lambda self: list(self._xyz))
+    coordinateCount = property(lambda self: len(self._xyz) // 3)
 
     def getCoordinate(self, index: int) -> Any:
         return point(self._xyz[3 * index : 3 * index + 3])
@@ -48,9 +41,7 @@ class CustomGraphicsSolidColorEffect(CustomGraphicsColorEffect):
     def create(color: Color) -> CustomGraphicsSolidColorEffect:
         return new(CustomGraphicsSolidColorEffect, rgba=color)
 
-    @property
-    def color(self) -> Any:
-        return self._rgba
+    color = property(lambda self: self._rgba)
 
 
 @api("adsk.fusion")
@@ -59,17 +50,8 @@ class CustomGraphicsBillBoard(Base):
     def create(anchorPoint: Point3D | None) -> CustomGraphicsBillBoard:  # noqa: F821
         return new(CustomGraphicsBillBoard, anchor=anchorPoint, style=1)
 
-    @property
-    def anchorPoint(self) -> Any:
-        return self._anchor
-
-    @property
-    def billBoardStyle(self) -> int:
-        return self._style
-
-    @billBoardStyle.setter
-    def billBoardStyle(self, value: int) -> None:
-        self._style = value
+    anchorPoint = property(lambda self: self._anchor)
+    billBoardStyle = stored("style", "int")
 
 
 @api("adsk.fusion")
@@ -78,13 +60,8 @@ class CustomGraphicsViewScale(Base):
     def create(pixelScale: float, anchorPoint: Point3D) -> CustomGraphicsViewScale:  # noqa: F821
         return new(CustomGraphicsViewScale, scale=float(pixelScale), anchor=anchorPoint)
 
-    @property
-    def pixelScale(self) -> float:
-        return self._scale
-
-    @property
-    def anchorPoint(self) -> Any:
-        return self._anchor
+    pixelScale = property(lambda self: self._scale)
+    anchorPoint = property(lambda self: self._anchor)
 
 
 def _field(name: str, kind: str, default: Any, doc: str = "") -> property:
@@ -158,13 +135,8 @@ class CustomGraphicsLines(CustomGraphicsEntity):
     lineStyleScale = _field("lineStyleScale", "float", 1.0)
     lineStylePattern = _field("lineStylePattern", "int", 0)
 
-    @property
-    def indexList(self) -> list:
-        return self._data.fields["indexList"]
-
-    @property
-    def lineStripLengths(self) -> list:
-        return self._data.fields["lineStripLengths"]
+    indexList = property(lambda self: self._data.fields["indexList"])
+    lineStripLengths = property(lambda self: self._data.fields["lineStripLengths"])
 
 
 @api("adsk.fusion")
@@ -172,13 +144,8 @@ class CustomGraphicsLines(CustomGraphicsEntity):
 class CustomGraphicsPointSet(CustomGraphicsEntity):
     coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
 
-    @property
-    def pointType(self) -> int:
-        return self._data.fields["pointType"]
-
-    @property
-    def pointImage(self) -> str:
-        return self._data.fields["pointImage"]
+    pointType = property(lambda self: self._data.fields["pointType"])
+    pointImage = property(lambda self: self._data.fields["pointImage"])
 
 
 @api("adsk.fusion")

@@ -1,7 +1,5 @@
 """Drop-downs, button rows and radio buttons: inputs that hold items."""
 
-# ruff: noqa: N815 -- the API's names
-
 from __future__ import annotations
 
 from typing import Any
@@ -32,17 +30,9 @@ class ListItem(Base):
     def name(self, value: str) -> None:
         self._item.name = value
 
-    @property
-    def icon(self) -> str:
-        return self._item.icon
-
-    @property
-    def index(self) -> int:
-        return self._data.fields["items"].index(self._item)
-
-    @property
-    def isSeparator(self) -> bool:
-        return False
+    icon = property(lambda self: self._item.icon)
+    index = property(lambda self: self._data.fields["items"].index(self._item))
+    isSeparator = property(lambda _: False)
 
     @property
     def isSelected(self) -> bool:
@@ -52,9 +42,7 @@ class ListItem(Base):
     def isSelected(self, value: bool) -> None:
         select_item(self._data, self._item, value)
 
-    @property
-    def parentList(self) -> Any:
-        return new(ListItems, data=self._data)
+    parentList = property(lambda self: new(ListItems, data=self._data))
 
     def deleteMe(self) -> bool:
         self._data.fields["items"].remove(self._item)
@@ -94,9 +82,7 @@ class ListItems(Items):
 
 
 class _List(CommandInput):
-    @property
-    def listItems(self) -> Any:
-        return new(ListItems, data=self._data)
+    listItems = property(lambda self: new(ListItems, data=self._data))
 
     @property
     def selectedItem(self) -> Any:

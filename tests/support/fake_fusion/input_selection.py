@@ -1,6 +1,6 @@
 """Selection inputs."""
 
-# ruff: noqa: A002, N815 -- the API's names
+# ruff: noqa: A002 -- the API's names
 
 from __future__ import annotations
 
@@ -49,9 +49,7 @@ class SelectionCommandInput(CommandInput):
     def getSelectionLimits(self) -> tuple:
         return (True, *self._data.fields["limits"])
 
-    @property
-    def selectionCount(self) -> int:
-        return len(self._data.fields["selections"])
+    selectionCount = property(lambda self: len(self._data.fields["selections"]))
 
     def selection(self, index: int) -> Any:
         chosen = self._data.fields["selections"]

@@ -1,6 +1,6 @@
 """Tables of inputs."""
 
-# ruff: noqa: A002, N815 -- the API's names
+# ruff: noqa: A002 -- the API's names
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from .base import api
 from .input_lists import ButtonRowCommandInput
 from .input_selection import SelectionCommandInput
-from .inputs import CommandInput, InputData, field
+from .inputs import CommandInput, field
 
 
 @api("adsk.core")
@@ -24,13 +24,8 @@ class TableCommandInput(CommandInput):
     hasGrid = field("hasGrid", "bool", False)
     tablePresentationStyle = field("tablePresentationStyle", "int", 0)
 
-    @property
-    def _cells(self) -> dict[tuple[int, int], InputData]:
-        return self._data.fields["cells"]
-
-    @property
-    def rowCount(self) -> int:
-        return 1 + max((row for row, _ in self._cells), default=-1)
+    _cells = property(lambda self: self._data.fields["cells"])
+    rowCount = property(lambda self: 1 + max((row for row, _ in self._cells), default=-1))
 
     @property
     def numberOfColumns(self) -> int:

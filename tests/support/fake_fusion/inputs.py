@@ -1,6 +1,6 @@
 """Command inputs: what a command's dialog holds."""
 
-# ruff: noqa: A002, N815 -- the API's names
+# ruff: noqa: A002 -- the API's names
 
 from __future__ import annotations
 
@@ -69,13 +69,8 @@ class CommandInput(Base):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, CommandInput) and self._data is other._data
 
-    @property
-    def id(self) -> str:
-        return self._data.id
-
-    @property
-    def name(self) -> str:
-        return self._data.name
+    id = property(lambda self: self._data.id)
+    name = property(lambda self: self._data.name)
 
     @property
     def commandInputs(self) -> Any:
@@ -84,9 +79,7 @@ class CommandInput(Base):
 
         return new(CommandInputs, command=self._data.command, parent=self._data.parent)
 
-    @property
-    def parentCommand(self) -> Any:
-        return self._data.command.view()
+    parentCommand = property(lambda self: self._data.command.view())
 
     @property
     def parentCommandInput(self) -> Any:
@@ -109,9 +102,7 @@ class _Holder(CommandInput):
 class TabCommandInput(_Holder):
     resourceFolder = field("resourceFolder", "str", "", writable=False)
 
-    @property
-    def isActive(self) -> bool:
-        return self._data.command.active_tab() is self._data
+    isActive = property(lambda self: self._data.command.active_tab() is self._data)
 
     def activate(self) -> bool:
         self._data.command.tab = self._data
@@ -160,9 +151,7 @@ class SeparatorCommandInput(CommandInput):
 
 
 class _Spinner(CommandInput):
-    @property
-    def value(self) -> float:
-        return self._data.fields["value"]
+    value = property(lambda self: self._data.fields["value"])
 
     def _write(self, value: float) -> None:
         if not self._data.fields["min"] <= value <= self._data.fields["max"]:
@@ -229,9 +218,7 @@ class ValueCommandInput(CommandInput):
         if number is not None:
             self._data.fields["value"] = number
 
-    @property
-    def isValidExpression(self) -> bool:
-        return evaluate(self.expression, self.unitType) is not None
+    isValidExpression = property(lambda self: evaluate(self.expression, self.unitType) is not None)
 
 
 def unit_of(name: str) -> float:

@@ -1,7 +1,5 @@
 """Motions of joints and their limits."""
 
-# ruff: noqa: N815 -- the API's names
-
 from __future__ import annotations
 
 from typing import Any
@@ -36,9 +34,7 @@ class JointLimits(Base):
     def maximumValue(self, value: float) -> None:
         world().set(self._limits, "maximum", float(value), "JointLimits.maximumValue")
 
-    @property
-    def restValue(self) -> float:
-        return self._limits.rest
+    restValue = property(lambda self: self._limits.rest)
 
     @property
     def isMinimumValueEnabled(self) -> bool:
@@ -56,9 +52,7 @@ class JointLimits(Base):
     def isMaximumValueEnabled(self, value: bool) -> None:
         world().set(self._limits, "has_maximum", value, "JointLimits.isMaximumValueEnabled")
 
-    @property
-    def isRestValueEnabled(self) -> bool:
-        return self._limits.has_rest
+    isRestValueEnabled = property(lambda self: self._limits.has_rest)
 
 
 @api("adsk.fusion")
@@ -68,9 +62,7 @@ class JointMotion(Base):
     def _is_gone(self) -> bool:
         return self._joint._is_gone()
 
-    @property
-    def jointType(self) -> int:
-        return self._joint._data.type
+    jointType = property(lambda self: self._joint._data.type)
 
     def _freedom(self, role: str) -> Freedom:
         return next(f for f in self._joint._data.freedoms if f.role == role)

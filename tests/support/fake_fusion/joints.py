@@ -19,37 +19,14 @@ from .state import world
 class JointGeometry(Base):
     """Transient: a frame, as far as the joint's context tells."""
 
-    @property
-    def origin(self) -> Any:
-        return point(self._T[:3, 3])
-
-    @property
-    def primaryAxisVector(self) -> Any:
-        return vector(self._T[:3, 2])
-
-    @property
-    def secondaryAxisVector(self) -> Any:
-        return vector(self._T[:3, 0])
-
-    @property
-    def thirdAxisVector(self) -> Any:
-        return vector(self._T[:3, 1])
-
-    @property
-    def geometryType(self) -> int:
-        return 3
-
-    @property
-    def keyPointType(self) -> int:
-        return 3
-
-    @property
-    def entityOne(self) -> Any:
-        return None
-
-    @property
-    def entityTwo(self) -> Any:
-        return None
+    origin = property(lambda self: point(self._T[:3, 3]))
+    primaryAxisVector = property(lambda self: vector(self._T[:3, 2]))
+    secondaryAxisVector = property(lambda self: vector(self._T[:3, 0]))
+    thirdAxisVector = property(lambda self: vector(self._T[:3, 1]))
+    geometryType = property(lambda _: 3)
+    keyPointType = property(lambda _: 3)
+    entityOne = property(lambda _: None)
+    entityTwo = property(lambda _: None)
 
 
 def _geometry(T_context: np.ndarray, T_component: np.ndarray) -> Any:
@@ -65,9 +42,7 @@ def _geometry(T_context: np.ndarray, T_component: np.ndarray) -> Any:
 
 
 class Sibling(Placed, WithName, Deletable):
-    @property
-    def parentComponent(self) -> Any:
-        return wrap(self._data.component)
+    parentComponent = property(lambda self: wrap(self._data.component))
 
     def _siblings(self) -> list[Any]:
         return self._shelf()
@@ -81,25 +56,11 @@ class JointOrigin(Sibling, WithBulb):
     def _shelf(self) -> list[Any]:
         return self._data.component.joint_origins
 
-    @property
-    def transform(self) -> Any:
-        return matrix(self._T @ self._data.T)
-
-    @property
-    def geometry(self) -> Any:
-        return _geometry(self._T @ self._data.T, self._T)
-
-    @property
-    def primaryAxisVector(self) -> Any:
-        return vector((self._T @ self._data.T)[:3, 2])
-
-    @property
-    def secondaryAxisVector(self) -> Any:
-        return vector((self._T @ self._data.T)[:3, 0])
-
-    @property
-    def thirdAxisVector(self) -> Any:
-        return vector((self._T @ self._data.T)[:3, 1])
+    transform = property(lambda self: matrix(self._T @ self._data.T))
+    geometry = property(lambda self: _geometry(self._T @ self._data.T, self._T))
+    primaryAxisVector = property(lambda self: vector((self._T @ self._data.T)[:3, 2]))
+    secondaryAxisVector = property(lambda self: vector((self._T @ self._data.T)[:3, 0]))
+    thirdAxisVector = property(lambda self: vector((self._T @ self._data.T)[:3, 1]))
 
 
 class _AnyJoint(Sibling, WithBulb, WithVisibility):
@@ -159,13 +120,8 @@ class Joint(_AnyJoint):
             return wrap(origin, path)
         return _geometry(self._frame(side), transform(path))
 
-    @property
-    def geometryOrOriginOne(self) -> Any:
-        return self._geometry_or_origin("one")
-
-    @property
-    def geometryOrOriginTwo(self) -> Any:
-        return self._geometry_or_origin("two")
+    geometryOrOriginOne = property(lambda self: self._geometry_or_origin("one"))
+    geometryOrOriginTwo = property(lambda self: self._geometry_or_origin("two"))
 
     @property
     def geometryOneTransform(self) -> Any:
@@ -183,33 +139,13 @@ class Joint(_AnyJoint):
     def isLocked(self, value: bool) -> None:
         world().set(self._data, "locked", value, "Joint.isLocked")
 
-    @property
-    def isFlipped(self) -> bool:
-        return self._data.flipped
-
-    @property
-    def healthState(self) -> int:
-        return 3 if self._data.suppressed else self._data.health
-
-    @property
-    def errorOrWarningMessage(self) -> str:
-        return self._data.problem
-
-    @property
-    def angle(self) -> Any:
-        return _parameter(self._data, self._data.angle)
-
-    @property
-    def offset(self) -> Any:
-        return _parameter(self._data, self._data.offsets[2])
-
-    @property
-    def offsetX(self) -> Any:
-        return _parameter(self._data, self._data.offsets[0])
-
-    @property
-    def offsetY(self) -> Any:
-        return _parameter(self._data, self._data.offsets[1])
+    isFlipped = property(lambda self: self._data.flipped)
+    healthState = property(lambda self: 3 if self._data.suppressed else self._data.health)
+    errorOrWarningMessage = property(lambda self: self._data.problem)
+    angle = property(lambda self: _parameter(self._data, self._data.angle))
+    offset = property(lambda self: _parameter(self._data, self._data.offsets[2]))
+    offsetX = property(lambda self: _parameter(self._data, self._data.offsets[0]))
+    offsetY = property(lambda self: _parameter(self._data, self._data.offsets[1]))
 
 
 @api("adsk.fusion")
@@ -239,9 +175,7 @@ def _parameter(joint: JointData, value: float) -> Any:
 
 @api("adsk.fusion")
 class Parameter(Base):
-    @property
-    def value(self) -> float:
-        return self._value
+    value = property(lambda self: self._value)
 
 
 @api("adsk.fusion")
@@ -304,9 +238,7 @@ class RigidGroupList(Items):
 class AssemblyConstraint(Base):
     """Here a name only."""
 
-    @property
-    def name(self) -> str:
-        return self._name
+    name = property(lambda self: self._name)
 
 
 @api("adsk.fusion")

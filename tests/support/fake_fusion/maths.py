@@ -125,9 +125,7 @@ class Vector3D(_Triple):
     def create(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Vector3D:
         return vector((x, y, z))
 
-    @property
-    def length(self) -> float:
-        return math.sqrt(self._x**2 + self._y**2 + self._z**2)
+    length = property(lambda self: math.sqrt(self._x**2 + self._y**2 + self._z**2))
 
     def add(self, vector: Vector3D) -> bool:
         return self._set(xyz(self) + xyz(vector))
@@ -253,9 +251,7 @@ class Matrix3D(Base):
         self._m[row, column] = value
         return True
 
-    @property
-    def determinant(self) -> float:
-        return float(np.linalg.det(self._m))
+    determinant = property(lambda self: float(np.linalg.det(self._m)))
 
     @property
     def translation(self) -> Vector3D:

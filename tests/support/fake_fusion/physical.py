@@ -42,25 +42,15 @@ def physical_properties(mass: Mass, accuracy: int, T: np.ndarray) -> Any:
 class PhysicalProperties(Base):
     """`_mass`: in the context's frame."""
 
-    @property
-    def accuracy(self) -> int:
-        return self._accuracy
-
-    @property
-    def mass(self) -> float:
-        return float(self._mass.mass)
-
-    @property
-    def volume(self) -> float:
-        return float(self._mass.volume)
+    accuracy = property(lambda self: self._accuracy)
+    mass = property(lambda self: float(self._mass.mass))
+    volume = property(lambda self: float(self._mass.volume))
 
     @property
     def density(self) -> float:
         return float(self._mass.mass / self._mass.volume) if self._mass.volume else 0.0
 
-    @property
-    def centerOfMass(self) -> Any:
-        return point(self._mass.com)
+    centerOfMass = property(lambda self: point(self._mass.com))
 
     def getXYZMomentsOfInertia(self) -> tuple:
         """About the origin and axes of the context, in [kg·cm²]: (ok, xx, yy, zz, xy, yz, xz)."""

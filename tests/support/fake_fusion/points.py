@@ -34,9 +34,7 @@ from .state import world
 
 @api("adsk.fusion")
 class ConstructionPointDefinition(Base):
-    @property
-    def parentConstructionPoint(self) -> Any:
-        return self._point
+    parentConstructionPoint = property(lambda self: self._point)
 
 
 @api("adsk.fusion")
@@ -64,13 +62,8 @@ class ConstructionPoint(Placed, WithName, WithBulb, WithVisibility, Deletable):
     def _siblings(self) -> list[Any]:
         return self._shelf()
 
-    @property
-    def component(self) -> Any:
-        return wrap(self._data.component)
-
-    @property
-    def parent(self) -> Any:
-        return wrap(self._data.component)
+    component = property(lambda self: wrap(self._data.component))
+    parent = property(lambda self: wrap(self._data.component))
 
     @property
     def geometry(self) -> Any:
@@ -86,29 +79,16 @@ class ConstructionPoint(Placed, WithName, WithBulb, WithVisibility, Deletable):
         cls = ConstructionPointCenterDefinition if by_centre else ConstructionPointPointDefinition
         return new(cls, point=self)
 
-    @property
-    def isParametric(self) -> bool:
-        return self._data.definition is not None
-
-    @property
-    def isDeletable(self) -> bool:
-        return not self._data.component.referenced
-
-    @property
-    def healthState(self) -> int:
-        return self._data.health
-
-    @property
-    def errorOrWarningMessage(self) -> str:
-        return self._data.problem
+    isParametric = property(lambda self: self._data.definition is not None)
+    isDeletable = property(lambda self: not self._data.component.referenced)
+    healthState = property(lambda self: self._data.health)
+    errorOrWarningMessage = property(lambda self: self._data.problem)
 
 
 @api("adsk.fusion")
 @wraps(PlaneData)
 class ConstructionPlane(Placed, WithName, WithBulb, WithVisibility):
-    @property
-    def component(self) -> Any:
-        return wrap(self._data.component)
+    component = property(lambda self: wrap(self._data.component))
 
     @property
     def geometry(self) -> Any:
@@ -173,9 +153,7 @@ class ConstructionPoints(Items):
     def _all(self) -> list[Any]:
         return [wrap(p) for p in self._component.points]
 
-    @property
-    def component(self) -> Any:
-        return wrap(self._component)
+    component = property(lambda self: wrap(self._component))
 
     def createInput(self, occurrenceForCreation: Occurrence | None = None) -> Any:
         return new(ConstructionPointInput, occurrence=occurrenceForCreation, how=None)

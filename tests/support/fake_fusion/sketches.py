@@ -25,21 +25,10 @@ class Sketch(Placed, WithName, WithBulb, WithVisibility, Deletable):
     def _siblings(self) -> list[Any]:
         return self._shelf()
 
-    @property
-    def parentComponent(self) -> Any:
-        return wrap(self._data.component)
-
-    @property
-    def transform(self) -> Any:
-        return matrix(self._T @ self._data.T)
-
-    @property
-    def sketchPoints(self) -> Any:
-        return new(SketchPoints, sketch=self)
-
-    @property
-    def sketchCurves(self) -> Any:
-        return new(SketchCurves, sketch=self)
+    parentComponent = property(lambda self: wrap(self._data.component))
+    transform = property(lambda self: matrix(self._T @ self._data.T))
+    sketchPoints = property(lambda self: new(SketchPoints, sketch=self))
+    sketchCurves = property(lambda self: new(SketchCurves, sketch=self))
 
 
 @api("adsk.fusion")
@@ -62,13 +51,8 @@ class SketchCurve(SketchEntity):
 
 
 class _InSketch(Placed):
-    @property
-    def parentSketch(self) -> Any:
-        return wrap(self._data.sketch, self._path)
-
-    @property
-    def _T_sketch(self) -> np.ndarray:
-        return self._T @ self._data.sketch.T
+    parentSketch = property(lambda self: wrap(self._data.sketch, self._path))
+    _T_sketch = property(lambda self: self._T @ self._data.sketch.T)
 
     def _is_gone(self) -> bool:
         return super()._is_gone() or self._data.sketch.gone
@@ -101,17 +85,9 @@ class SketchCircle(_InSketch, SketchCurve):
         centre = np.asarray(self._data.centre, dtype=float)
         return EdgeShape(centre, np.array([0.0, 0.0, 1.0]), self._data.radius)
 
-    @property
-    def geometry(self) -> Any:
-        return curve_of(self._edge(), np.eye(4))
-
-    @property
-    def worldGeometry(self) -> Any:
-        return curve_of(self._edge(), self._T_sketch)
-
-    @property
-    def radius(self) -> float:
-        return self._data.radius
+    geometry = property(lambda self: curve_of(self._edge(), np.eye(4)))
+    worldGeometry = property(lambda self: curve_of(self._edge(), self._T_sketch))
+    radius = property(lambda self: self._data.radius)
 
 
 @api("adsk.fusion")
@@ -134,6 +110,4 @@ class SketchCurves(Items):
     def _all(self) -> list[Any]:
         return [wrap(c, self._sketch._path) for c in self._sketch._data.circles]
 
-    @property
-    def sketchCircles(self) -> Any:
-        return new(SketchCircles, sketch=self._sketch)
+    sketchCircles = property(lambda self: new(SketchCircles, sketch=self._sketch))

@@ -50,13 +50,8 @@ class ToolbarControl(Base):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ToolbarControl) and self._data is other._data
 
-    @property
-    def id(self) -> str:
-        return self._data.definition.id
-
-    @property
-    def index(self) -> int:
-        return self._data.panel.controls.index(self._data)
+    id = property(lambda self: self._data.definition.id)
+    index = property(lambda self: self._data.panel.controls.index(self._data))
 
     @property
     def isVisible(self) -> bool:
@@ -66,9 +61,7 @@ class ToolbarControl(Base):
     def isVisible(self, value: bool) -> None:
         self._data.visible = value
 
-    @property
-    def parent(self) -> Any:
-        return new(ToolbarPanel, data=self._data.panel)
+    parent = property(lambda self: new(ToolbarPanel, data=self._data.panel))
 
     def deleteMe(self) -> bool:
         self._data.panel.controls.remove(self._data)
@@ -77,9 +70,7 @@ class ToolbarControl(Base):
 
 @api("adsk.core")
 class CommandControl(ToolbarControl):
-    @property
-    def commandDefinition(self) -> Any:
-        return self._data.definition.view()
+    commandDefinition = property(lambda self: self._data.definition.view())
 
     @property
     def isPromoted(self) -> bool:
@@ -128,21 +119,10 @@ class ToolbarPanel(Base):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ToolbarPanel) and self._data is other._data
 
-    @property
-    def id(self) -> str:
-        return self._data.id
-
-    @property
-    def name(self) -> str:
-        return self._data.name
-
-    @property
-    def controls(self) -> Any:
-        return new(ToolbarControls, panel=self._data)
-
-    @property
-    def isVisible(self) -> bool:
-        return True
+    id = property(lambda self: self._data.id)
+    name = property(lambda self: self._data.name)
+    controls = property(lambda self: new(ToolbarControls, panel=self._data))
+    isVisible = property(lambda _: True)
 
     def deleteMe(self) -> bool:
         if self._data.native:
@@ -178,21 +158,10 @@ class ToolbarTab(Base):
     def _is_gone(self) -> bool:
         return self._data not in ui().tabs
 
-    @property
-    def id(self) -> str:
-        return self._data.id
-
-    @property
-    def name(self) -> str:
-        return self._data.name
-
-    @property
-    def isNative(self) -> bool:
-        return self._data.native
-
-    @property
-    def toolbarPanels(self) -> Any:
-        return new(ToolbarPanels, tab=self._data.id)
+    id = property(lambda self: self._data.id)
+    name = property(lambda self: self._data.name)
+    isNative = property(lambda self: self._data.native)
+    toolbarPanels = property(lambda self: new(ToolbarPanels, tab=self._data.id))
 
     def deleteMe(self) -> bool:
         if self._data.native:
@@ -221,36 +190,17 @@ class ToolbarTabs(Items):
 class Workspace(Base):
     """The Design workspace."""
 
-    @property
-    def id(self) -> str:
-        return "FusionSolidEnvironment"
-
-    @property
-    def name(self) -> str:
-        return "Design"
-
-    @property
-    def productType(self) -> str:
-        return "DesignProductType"
-
-    @property
-    def isActive(self) -> bool:
-        return True
-
-    @property
-    def isNative(self) -> bool:
-        return True
+    id = property(lambda _: "FusionSolidEnvironment")
+    name = property(lambda _: "Design")
+    productType = property(lambda _: "DesignProductType")
+    isActive = property(lambda _: True)
+    isNative = property(lambda _: True)
 
     def activate(self) -> bool:
         return True
 
-    @property
-    def toolbarPanels(self) -> Any:
-        return new(ToolbarPanels, tab="")
-
-    @property
-    def toolbarTabs(self) -> Any:
-        return new(ToolbarTabs)
+    toolbarPanels = property(lambda _: new(ToolbarPanels, tab=""))
+    toolbarTabs = property(lambda _: new(ToolbarTabs))
 
 
 @api("adsk.core")

@@ -1,6 +1,6 @@
 """The user interface as a whole: message boxes, palettes, what is selected."""
 
-# ruff: noqa: A002, N815 -- the API's names
+# ruff: noqa: A002 -- the API's names
 
 from __future__ import annotations
 
@@ -28,13 +28,8 @@ class Palette(Base):
     def _is_gone(self) -> bool:
         return self._data not in ui().palettes
 
-    @property
-    def id(self) -> str:
-        return self._data.id
-
-    @property
-    def name(self) -> str:
-        return self._data.name
+    id = property(lambda self: self._data.id)
+    name = property(lambda self: self._data.name)
 
     @property
     def htmlFileURL(self) -> str:
@@ -132,33 +127,13 @@ class UserInterface(Base):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, UserInterface)
 
-    @property
-    def commandDefinitions(self) -> Any:
-        return new(CommandDefinitions)
-
-    @property
-    def workspaces(self) -> Any:
-        return new(Workspaces)
-
-    @property
-    def activeWorkspace(self) -> Any:
-        return new(Workspace)
-
-    @property
-    def allToolbarPanels(self) -> Any:
-        return new(ToolbarPanels, tab="")
-
-    @property
-    def allToolbarTabs(self) -> Any:
-        return new(ToolbarTabs)
-
-    @property
-    def palettes(self) -> Any:
-        return new(Palettes)
-
-    @property
-    def activeSelections(self) -> Any:
-        return new(Selections)
+    commandDefinitions = property(lambda _: new(CommandDefinitions))
+    workspaces = property(lambda _: new(Workspaces))
+    activeWorkspace = property(lambda _: new(Workspace))
+    allToolbarPanels = property(lambda _: new(ToolbarPanels, tab=""))
+    allToolbarTabs = property(lambda _: new(ToolbarTabs))
+    palettes = property(lambda _: new(Palettes))
+    activeSelections = property(lambda _: new(Selections))
 
     @property
     def activeCommand(self) -> str:
