@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -29,7 +29,7 @@ class Cell:
     editable: bool = False
 
 
-class Place(NamedTuple):
+class CellEdit(NamedTuple):
     """A cell of a table that the user has changed, and what it holds."""
 
     table: str
@@ -124,7 +124,7 @@ class Inputs:
         """The selected row of a table; -1 if none is."""
         return self._tables[name].selected()
 
-    def cell(self, changed: Any) -> Place | None:
+    def cell(self, changed: Any) -> CellEdit | None:
         """Where an input is in a table, and what it holds now; None if it is no table's."""
         table, _, place = str(changed.id).partition("__")
         if not place or table not in self._tables or _HEAD in place:
@@ -135,7 +135,7 @@ class Inputs:
         else:
             value = changed.value
         self._tables[table].note(row, column, value)
-        return Place(table, row, column, value)
+        return CellEdit(table, row, column, value)
 
 
 class _Table:
@@ -203,14 +203,6 @@ def _html(text: str) -> str:
     return text.replace("\n", "<br/>")
 
 
-def _tab(inputs: Any, item: Input) -> Any:
-    return inputs.addTabCommandInput(item.id, item.label)
-
-
-def _group(inputs: Any, item: Input) -> Any:
-    return inputs.addGroupCommandInput(item.id, item.label)
-
-
 def _selection(inputs: Any, item: Input) -> Any:
     made = inputs.addSelectionInput(item.id, item.label, item.prompt)
     for name in item.filters:
@@ -253,10 +245,6 @@ def _check(inputs: Any, item: Input) -> Any:
     return inputs.addBoolValueInput(item.id, item.label, True, "", bool(item.value))
 
 
-def _button(inputs: Any, item: Input) -> Any:
-    return inputs.addBoolValueInput(item.id, item.label, False, "", False)
-
-
 def _text(inputs: Any, item: Input) -> Any:
     return inputs.addTextBoxCommandInput(item.id, item.label, "", item.rows, True)
 
@@ -269,9 +257,9 @@ def _table(inputs: Any, item: Input) -> Any:
     return made
 
 
-_MAKERS = {
-    "tab": _tab,
-    "group": _group,
+_MAKERS: dict[str, Callable[[Any, Input], Any]] = {
+    "tab": lambda inputs, item: inputs.addTabCommandInput(item.id, item.label),
+    "group": lambda inputs, item: inputs.addGroupCommandInput(item.id, item.label),
     "selection": _selection,
     "dropdown": _dropdown,
     "choices": _choices,
@@ -279,7 +267,7 @@ _MAKERS = {
     "number": _number,
     "integer": _integer,
     "check": _check,
-    "button": _button,
+    "button": lambda inputs, item: inputs.addBoolValueInput(item.id, item.label, False, "", False),
     "text": _text,
     "table": _table,
 }

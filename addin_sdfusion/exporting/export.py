@@ -11,12 +11,12 @@ Nothing in them depends on the day or the machine: the same design gives the sam
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
+from ..building.build_robot import BuiltRobot, build_robot
 from ..progress import Progress, no_progress
 from ..report import condensed, in_order, report_json, report_text
 from ..robot.checks.check import check
@@ -24,7 +24,7 @@ from ..robot.errors import RobotError
 from ..robot.files import write_files
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
-from ..robot.model.pose import IDENTITY, Pose
+from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Mesh, Robot
 from ..robot.model.rotations import inverse
 from ..robot.writers.caspr.model import losses as caspr_losses
@@ -33,7 +33,7 @@ from ..robot.writers.convert import FORMATS, Format, convert_to
 from ..robot.writers.opensim.model import osim_losses, write_osim
 from ..robot.writers.sdf.model import sdf_losses, write_sdf
 from ..settings import ExportSettings
-from ..snapshot import BodySnapshot, DesignSnapshot
+from ..snapshot import DesignSnapshot
 from .experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
 from .link_meshes import link_meshes
 from .robot_folder import EXPERIMENT, Replacement, replacing
@@ -56,26 +56,6 @@ class Exported(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-class Built(Protocol):
-    """What the export needs of a robot that was built from a design."""
-
-    @property
-    def robot(self) -> Robot | None:
-        """The robot; None where there is none."""
-
-    @property
-    def findings(self) -> Sequence[Finding]:
-        """What is wrong with the design."""
-
-    @property
-    def T_world_link(self) -> Mapping[str, Pose]:
-        """The pose of every link in the world, z up, as the design stands."""
-
-    @property
-    def bodies_of_link(self) -> Mapping[str, Sequence[BodySnapshot]]:
-        """The bodies of every link, in the world: of a design with y up, turned upright."""
-
-
 def export_robot(
     snapshot: DesignSnapshot, folder: str | Path, *, progress: Progress | None = None
 ) -> Exported:
@@ -84,20 +64,18 @@ def export_robot(
     Args:
         snapshot: The design, with the settings of the export.
         folder: Where to; made if it does not exist. Its name is that of the model in Gazebo.
-        progress: Told how far it is; may raise `Cancelled`.
+        progress: Called with how far it is; may raise `Cancelled`.
 
     Raises:
         RobotError: The design has errors; the exception carries all findings.
         InputError: The folder cannot be written.
         Cancelled: The user has stopped it. With every error the folder is as it was.
     """
-    from ..building.build_robot import build_robot
-
     return export_built(build_robot(snapshot), snapshot.settings, folder, progress=progress)
 
 
 def export_built(
-    built: Built,
+    built: BuiltRobot,
     settings: ExportSettings,
     folder: str | Path,
     *,
@@ -114,7 +92,11 @@ class _Export:
     """The work on one export."""
 
     def __init__(
-        self, built: Built, settings: ExportSettings, replacement: Replacement, progress: Progress
+        self,
+        built: BuiltRobot,
+        settings: ExportSettings,
+        replacement: Replacement,
+        progress: Progress,
     ) -> None:
         self._built = built
         self._settings = settings

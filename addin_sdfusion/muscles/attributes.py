@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from ..records import from_plain, to_plain
 from ..robot.errors import InputError
@@ -28,7 +28,6 @@ SETTINGS = "settings"
 
 COLOR = re.compile(r"#[0-9a-fA-F]{6}", re.ASCII)
 Role = Literal["via", "task", "marker"]
-Record = TypeVar("Record")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +124,7 @@ def read_point(text: str) -> PointAttribute:
     Raises:
         InputError: It cannot be read; the message names the key.
     """
-    return _record(PointAttribute, _json(text, POINT), POINT)
+    return from_plain(PointAttribute, _json(text, POINT), POINT)
 
 
 def read_wrap(text: str) -> WrapAttribute:
@@ -134,7 +133,7 @@ def read_wrap(text: str) -> WrapAttribute:
     Raises:
         InputError: It cannot be read; the message names the key.
     """
-    return _record(WrapAttribute, _json(text, WRAP), WRAP)
+    return from_plain(WrapAttribute, _json(text, WRAP), WRAP)
 
 
 def read_muscles(text: str) -> tuple[MuscleRow, ...]:
@@ -155,7 +154,7 @@ def read_settings(text: str) -> ExportSettings:
     Raises:
         InputError: They cannot be read; the message names the key.
     """
-    return _record(ExportSettings, _json(text, SETTINGS), SETTINGS)
+    return from_plain(ExportSettings, _json(text, SETTINGS), SETTINGS)
 
 
 def _json(text: str, where: str) -> Any:
@@ -163,10 +162,6 @@ def _json(text: str, where: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON: {error}", key=where) from None
-
-
-def _record(cls: type[Record], plain: Any, where: str) -> Record:
-    return from_plain(cls, plain, where)
 
 
 def _muscle(plain: Any, where: str) -> MuscleRow:

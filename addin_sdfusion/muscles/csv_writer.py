@@ -11,13 +11,16 @@ import csv
 import io
 import math
 from dataclasses import replace
+from typing import TypeVar
 
 from .csv_reader import COLUMNS, read_csv
 from .edits import with_muscle
 from .point_names import natural_key
-from .rows import MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow
+from .rows import MarkerRow, MuscleRow, MuscleTable, PointRow, TaskRow, ViaPointRow
 
 __all__ = ["COLUMNS", "csv_text", "imported", "read_csv"]
+
+Row = TypeVar("Row", TaskRow, MarkerRow)
 
 
 def csv_text(table: MuscleTable) -> str:
@@ -65,9 +68,9 @@ def imported(table: MuscleTable, new: MuscleTable, tolerance: float = 1e-7) -> M
             _adopted_point(p, free, tolerance) for p in new.points_of(row.name)
         )
     tasks = {t.name: t for t in table.tasks}
-    tasks |= {t.name: _adopted_task(t, tasks.get(t.name), tolerance) for t in new.tasks}
+    tasks |= {t.name: _adopted(t, tasks.get(t.name), tolerance) for t in new.tasks}
     markers = {m.name: m for m in table.markers}
-    markers |= {m.name: _adopted_marker(m, markers.get(m.name), tolerance) for m in new.markers}
+    markers |= {m.name: _adopted(m, markers.get(m.name), tolerance) for m in new.markers}
     return replace(
         table,
         points=tuple(p for row in table.rows for p in points[row.name]),
@@ -86,17 +89,11 @@ def _adopted_point(new: ViaPointRow, free: list[ViaPointRow], tolerance: float) 
     return replace(old, number=new.number)
 
 
-def _adopted_task(new: TaskRow, old: TaskRow | None, tolerance: float) -> TaskRow:
+def _adopted(new: Row, old: Row | None, tolerance: float) -> Row:
     if old is None or not _same(old, new, tolerance):
         return new
-    return replace(old, axes=new.axes)
+    return replace(old, axes=new.axes) if isinstance(new, TaskRow) else old  # type: ignore[call-arg]
 
 
-def _adopted_marker(new: MarkerRow, old: MarkerRow | None, tolerance: float) -> MarkerRow:
-    return old if old is not None and _same(old, new, tolerance) else new
-
-
-def _same(
-    a: ViaPointRow | TaskRow | MarkerRow, b: ViaPointRow | TaskRow | MarkerRow, tolerance: float
-) -> bool:
+def _same(a: ViaPointRow | PointRow, b: ViaPointRow | PointRow, tolerance: float) -> bool:
     return a.link == b.link and math.dist(a.position, b.position) <= tolerance

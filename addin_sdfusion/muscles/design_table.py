@@ -40,6 +40,7 @@ class _InPlace(Protocol):
 
 Place = TypeVar("Place", bound=_InPlace)
 Row = TypeVar("Row", TaskRow, MarkerRow, WrapRow)
+NamedPoint = TypeVar("NamedPoint", TaskRow, MarkerRow)
 
 
 def read_table(
@@ -64,9 +65,10 @@ def read_table(
         if said.role == "via":
             points.append(_via_point(place, said))
         elif said.role == "task":
-            tasks.append(_task(place, said))
+            task = _named_point(TaskRow, place, said)
+            tasks.append(replace(task, axes=said.axes) if said.axes else task)
         else:
-            markers.append(_marker(place, said))
+            markers.append(_named_point(MarkerRow, place, said))
     rows = _rows(snapshot, points, findings)
     order = {row.name: i for i, row in enumerate(rows)}
     points.sort(key=lambda p: (order[p.muscle], p.number, natural_key(p.name), p.occurrence))
@@ -161,16 +163,9 @@ def _via_point(point: PointSnapshot, said: PointAttribute) -> ViaPointRow:
     return ViaPointRow(said.muscle, said.number, said.link, point.position, *place, said.made)
 
 
-def _task(point: PointSnapshot, said: PointAttribute) -> TaskRow:
-    row = TaskRow(said.name or point.name, said.link, point.position, entity=point.entity)
-    row = replace(row, occurrence=point.occurrence, made=said.made)
-    return replace(row, axes=said.axes) if said.axes else row
-
-
-def _marker(point: PointSnapshot, said: PointAttribute) -> MarkerRow:
-    name = said.name or point.name
-    place = point.entity, point.occurrence
-    return MarkerRow(name, said.link, point.position, *place, said.made)
+def _named_point(kind: type[NamedPoint], point: PointSnapshot, said: PointAttribute) -> NamedPoint:
+    source = point.entity, point.occurrence, said.made
+    return kind(said.name or point.name, said.link, point.position, *source)
 
 
 def _rows(

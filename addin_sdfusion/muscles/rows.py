@@ -97,14 +97,13 @@ class ViaPointRow:
 
 
 @dataclass(frozen=True, slots=True)
-class TaskRow:
-    """A point whose position is controlled or reported.
+class PointRow:
+    """A named point.
 
     Attributes:
         name: Its name.
         link: Name of the link it is fixed to.
         position: In the root frame, in [m].
-        axes: Which coordinates count.
         entity: What the CAD system's point is; empty if there is none yet.
         occurrence: Path of the occurrence that holds the point.
         made: Whether the add-in made the construction point.
@@ -113,31 +112,21 @@ class TaskRow:
     name: str
     link: str
     position: Vector3
-    axes: tuple[Axis, ...] = ("x", "y", "z")
     entity: str = ""
     occurrence: str = ""
     made: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class MarkerRow:
-    """A point that a camera sees.
+class TaskRow(PointRow):
+    """A point whose position is controlled or reported, with the coordinates that count."""
 
-    Attributes:
-        name: Its name.
-        link: Name of the link it is fixed to.
-        position: In the root frame, in [m].
-        entity: What the CAD system's point is; empty if there is none yet.
-        occurrence: Path of the occurrence that holds the point.
-        made: Whether the add-in made the construction point.
-    """
+    axes: tuple[Axis, ...] = ("x", "y", "z")
 
-    name: str
-    link: str
-    position: Vector3
-    entity: str = ""
-    occurrence: str = ""
-    made: bool = False
+
+@dataclass(frozen=True, slots=True)
+class MarkerRow(PointRow):
+    """A point that a camera sees."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from ...robot.files import read_file, write_files
 from ...robot.model.muscle import CableModel
 from ..command import Command, Window
 from ..guard import application
-from ..inputs import Inputs, Place
+from ..inputs import CellEdit, Inputs
 from ..reading import Reading, read
 from .dialog import (
     DIALOG,
@@ -31,10 +31,10 @@ from .dialog import (
     SIDES,
 )
 from .entities import Entities
+from .pending import PendingTable
 from .picks import Picks, plane
 from .preview import draw
 from .problems import problems
-from .session import Session
 from .view import SHOWN, show
 from .writing import Writer
 
@@ -50,7 +50,7 @@ class DefineMuscles(Window):
         self._picks = Picks()
         self._entities = Entities(design, self._read.snapshot)
         note = "\n".join(f.message for f in self._read.table_findings[:SHOWN])
-        self.session = Session(self._read.table, self._read.link_of, note or self._read.note)
+        self.pending = PendingTable(self._read.table, self._read.link_of, note or self._read.note)
         self._plane: Plane | None = None
         self._works: dict[str, Callable[[], None]] = {
             "pick": self._picked_points,
@@ -59,22 +59,22 @@ class DefineMuscles(Window):
             "plane_pick": self._picked_plane,
             "muscle": self._chosen,
             "link": self._link,
-            "muscle_name": lambda: self.session.rename(inputs.value("muscle_name")),
+            "muscle_name": lambda: self.pending.rename(inputs.value("muscle_name")),
             "color": self._color,
             "f_min": lambda: self._forces("f_min"),
             "f_max": lambda: self._forces("f_max"),
             "model": self._model,
             "parameters": self._model,
-            "delete_muscle": self.session.delete,
+            "delete_muscle": self.pending.delete,
             "wrap": self._chosen_wrap,
-            "wrap_name": lambda: self.session.rename_wrap(inputs.value("wrap_name")),
+            "wrap_name": lambda: self.pending.rename_wrap(inputs.value("wrap_name")),
             "wrap_link": self._wrap_link,
-            "wrap_delete": lambda: self.session.change_wrap(lambda wrap: None),
-            "use_add": self.session.add_use,
-            "use_delete": lambda: self.session.change_use(
+            "wrap_delete": lambda: self.pending.change_wrap(lambda wrap: None),
+            "use_add": self.pending.add_use,
+            "use_delete": lambda: self.pending.change_use(
                 inputs.selected("wrap_uses"), lambda use: None
             ),
-            "other_delete": lambda: self.session.delete_other(inputs.selected("others")),
+            "other_delete": lambda: self.pending.delete_other(inputs.selected("others")),
             "mirror": self._mirror,
             "csv_import": self._import,
             "csv_export": self._export,
@@ -82,7 +82,7 @@ class DefineMuscles(Window):
 
     def opened(self) -> None:
         """Shows the table of the design."""
-        show(self.session, self.inputs)
+        show(self.pending, self.inputs)
 
     def changed(self, changed: Any) -> None:
         """An edit of the pending table; what goes wrong stands in the status."""
@@ -91,119 +91,119 @@ class DefineMuscles(Window):
             if name in _FOCUS:
                 self.inputs[_FOCUS[name]].hasFocus = True  # what is clicked now goes there
             elif name in _EDITS:
-                selected = self.session.edit_point(name, self.inputs.selected("points"))
+                selected = self.pending.edit_point(name, self.inputs.selected("points"))
             elif name in self._works:
                 self._works[name]()
-            elif (place := self.inputs.cell(changed)) is not None:
-                self._cell_changed(place)
+            elif (edit := self.inputs.cell(changed)) is not None:
+                self._cell_changed(edit)
             else:
                 return
         except CardsflowError as error:
-            self.session.message = str(error)
-        show(self.session, self.inputs, selected)
+            self.pending.message = str(error)
+        show(self.pending, self.inputs, selected)
 
     def valid(self) -> bool:
         """Whether the table can be written."""
-        return not problems(self.session.table, self.session.links)
+        return not problems(self.pending.table, self.pending.links)
 
     def preview(self) -> None:
         """Draws the muscles."""
-        draw(self.design, self.session.table, self.session.muscle)
+        draw(self.design, self.pending.table, self.pending.muscle)
 
     def execute(self) -> None:
         """Writes the table into the design."""
         entities = self._entities
         writer = Writer(
-            self.design, self._picks, entities.points, entities.faces, self.session.link_of
+            self.design, self._picks, entities.points, entities.faces, self.pending.link_of
         )
-        writer.write(self.session.before, self.session.table)
+        writer.write(self.pending.before, self.pending.table)
 
     # Picks
 
     def _picked_points(self) -> None:
         for entity, _ in self.inputs.picked("pick"):
-            self.session.pick_point(self._picks.point(entity, self._entities.point_key))
+            self.pending.pick_point(self._picks.point(entity, self._entities.point_key))
 
     def _picked_others(self) -> None:
         role = self.inputs.value("other_role")
         for entity, _ in self.inputs.picked("other_pick"):
             pick = self._picks.point(entity, self._entities.point_key)
-            self.session.pick_other(pick, "marker" if role == MARKER else "task")
+            self.pending.pick_other(pick, "marker" if role == MARKER else "task")
 
     def _picked_faces(self) -> None:
         for entity, _ in self.inputs.picked("wrap_pick"):
-            self.session.pick_surface(self._picks.surface(entity, self._entities.face_key))
+            self.pending.pick_surface(self._picks.surface(entity, self._entities.face_key))
 
     def _picked_plane(self) -> None:
         for entity, _ in self.inputs.picked("plane_pick"):
             self._plane = plane(entity)
             self.inputs.choose("plane", (*PLANES, PICKED_PLANE), PICKED_PLANE)
-            self.session.message = "The picked plane is used; press Mirror."
+            self.pending.message = "The picked plane is used; press Mirror."
 
     # The chosen muscle
 
     def _chosen(self) -> None:
         chosen = self.inputs.value("muscle")
-        self.session.choose("" if chosen == NEW_MUSCLE else chosen)
+        self.pending.choose("" if chosen == NEW_MUSCLE else chosen)
 
     def _link(self) -> None:
         chosen = self.inputs.value("link")
-        self.session.link = "" if chosen == OF_PART else chosen
+        self.pending.link = "" if chosen == OF_PART else chosen
 
     def _color(self) -> None:
         color = self.inputs.value("color").strip().lower()
-        self.session.change(lambda row: replace(row, color=color))
+        self.pending.change(lambda row: replace(row, color=color))
 
     def _forces(self, name: str) -> None:
         value = float(self.inputs.value(name))
         if name == "f_min":
-            self.session.change(lambda row: replace(row, f_min=value))
+            self.pending.change(lambda row: replace(row, f_min=value))
         else:
-            self.session.change(lambda row: replace(row, f_max=value))
+            self.pending.change(lambda row: replace(row, f_max=value))
 
     def _model(self) -> None:
         parameters = _parameters(self.inputs.value("parameters"))
         model = CableModel(self.inputs.value("model"), parameters)
-        self.session.change(lambda row: replace(row, model=model))
+        self.pending.change(lambda row: replace(row, model=model))
 
     # Wrap surfaces
 
     def _chosen_wrap(self) -> None:
         chosen = self.inputs.value("wrap")
-        self.session.wrap = "" if chosen == NO_SURFACE else chosen
+        self.pending.wrap = "" if chosen == NO_SURFACE else chosen
 
     def _wrap_link(self) -> None:
         link = self.inputs.value("wrap_link")
-        self.session.change_wrap(lambda wrap: replace(wrap, link=link))
+        self.pending.change_wrap(lambda wrap: replace(wrap, link=link))
 
     # Cells of the tables
 
-    def _cell_changed(self, place: Place) -> None:
-        table, row, column, value = place
+    def _cell_changed(self, edit: CellEdit) -> None:
+        table, row, column, value = edit
         if table == "points" and column == 1:
-            self.session.point_link(row, value)
+            self.pending.point_link(row, value)
         elif table == "others" and column == 1:
-            self.session.change_other(row, name=value)
+            self.pending.change_other(row, name=value)
         elif table == "others" and column == 2:
-            self.session.change_other(row, link=value)
+            self.pending.change_other(row, link=value)
         elif table == "wrap_uses":
             self._use_changed(row, column, value)
 
     def _use_changed(self, row: int, column: int, value: Any) -> None:
         if column == 0:
-            self.session.change_use(row, lambda use: replace(use, muscle=value))
+            self.pending.change_use(row, lambda use: replace(use, muscle=value))
         elif column == 1:
-            self.session.change_use(row, lambda use: replace(use, after=int(value)))
+            self.pending.change_use(row, lambda use: replace(use, after=int(value)))
         elif column == 2:
             side, inside = SIDES.get(value, 0), value == INSIDE
-            self.session.change_use(
+            self.pending.change_use(
                 row,
                 lambda use: replace(
                     use, side=side, inside=inside, turns=0 if inside else use.turns
                 ),
             )
         else:
-            self.session.change_use(row, lambda use: replace(use, turns=int(value)))
+            self.pending.change_use(row, lambda use: replace(use, turns=int(value)))
 
     # Mirror and CSV
 
@@ -213,7 +213,7 @@ class DefineMuscles(Window):
         if at is None:
             raise InputError("Pick a flat face or construction plane first.")
         every, again = self.inputs.value("mirror_all"), self.inputs.value("mirror_replace")
-        self.session.mirror(at, every, again)
+        self.pending.mirror(at, every, again)
 
     def _import(self) -> None:
         dialog = application().userInterface.createFileDialog()
@@ -222,19 +222,19 @@ class DefineMuscles(Window):
         if dialog.showOpen() != adsk.core.DialogResults.DialogOK:
             return
         file = Path(dialog.filename)
-        table, findings = read_csv(read_file(file, _LARGEST_CSV), self.session.links, file)
+        table, findings = read_csv(read_file(file, _LARGEST_CSV), self.pending.links, file)
         lines = [f"line {f.line}: {f.message}" for f in findings[:SHOWN]]
         if len(findings) > SHOWN:
             lines.append(f"and {len(findings) - SHOWN} more")
         if any(f.is_error for f in findings):
             lines.insert(0, f"{file.name} was not imported:")
         else:
-            self.session.table = renumbered(imported(self.session.table, table))
+            self.pending.table = renumbered(imported(self.pending.table, table))
             if table.rows:
-                self.session.choose(table.rows[0].name)
+                self.pending.choose(table.rows[0].name)
             counts = f"{len(table.rows)} muscles with {len(table.points)} points"
             lines.insert(0, f"{file.name}: {counts}.")
-        self.session.message = "\n".join(lines)
+        self.pending.message = "\n".join(lines)
 
     def _export(self) -> None:
         dialog = application().userInterface.createFileDialog()
@@ -245,8 +245,8 @@ class DefineMuscles(Window):
             return
         file = Path(dialog.filename)
         # Spreadsheets take a file for UTF-8 only with its mark.
-        write_files(file.parent, {file.name: "\ufeff" + csv_text(self.session.table)})
-        self.session.message = f"{file} is written."
+        write_files(file.parent, {file.name: "\ufeff" + csv_text(self.pending.table)})
+        self.pending.message = f"{file} is written."
 
 
 _FOCUS = {

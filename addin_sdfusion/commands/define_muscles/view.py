@@ -6,32 +6,32 @@ from ...muscles.rows import TaskRow
 from ...robot.model.robot import WORLD
 from ..inputs import Cell, Inputs
 from .dialog import INSIDE, MARKER, MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, SIDES, TASK
+from .pending import PendingTable
 from .problems import hints, problems
-from .session import Session
 
 SHOWN = 12
 """So many lines of a kind fit into the status."""
 
 
-def show(session: Session, inputs: Inputs, selected: int | None = None) -> None:
+def show(pending: PendingTable, inputs: Inputs, selected: int | None = None) -> None:
     """Let the inputs show the pending table; with None the same point stays selected."""
-    _show_muscle(session, inputs, selected)
-    _show_wrap(session, inputs)
-    _show_others(session, inputs)
-    wrong = problems(session.table, session.links)
-    lines = [session.message] if session.message else []
+    _show_muscle(pending, inputs, selected)
+    _show_wrap(pending, inputs)
+    _show_others(pending, inputs)
+    wrong = problems(pending.table, pending.links)
+    lines = [pending.message] if pending.message else []
     lines += [f"OK is grey: {text}" for text in wrong[:SHOWN]]
     if not wrong:
-        lines += hints(session.table)[:SHOWN]
+        lines += hints(pending.table)[:SHOWN]
     inputs.set("status", "\n".join(lines) or "Pick the first point.")
 
 
-def _show_muscle(session: Session, inputs: Inputs, selected: int | None) -> None:
-    names = [row.name for row in session.table.rows]
-    inputs.choose("muscle", (*names, NEW_MUSCLE), session.muscle or NEW_MUSCLE)
-    links = (*session.links, WORLD)
-    inputs.choose("link", (OF_PART, *links), session.link or OF_PART)
-    points = session.table.points_of(session.muscle)
+def _show_muscle(pending: PendingTable, inputs: Inputs, selected: int | None) -> None:
+    names = [row.name for row in pending.table.rows]
+    inputs.choose("muscle", (*names, NEW_MUSCLE), pending.muscle or NEW_MUSCLE)
+    links = (*pending.links, WORLD)
+    inputs.choose("link", (OF_PART, *links), pending.link or OF_PART)
+    points = pending.table.points_of(pending.muscle)
     cells = [
         (
             Cell(str(p.number)),
@@ -41,8 +41,8 @@ def _show_muscle(session: Session, inputs: Inputs, selected: int | None) -> None
         for p in points
     ]
     inputs.fill("points", cells, selected)
-    inputs.set("length", f"{len(points)} points, {1000 * session.length():.1f} mm")
-    row = session.table.row(session.muscle)
+    inputs.set("length", f"{len(points)} points, {1000 * pending.length():.1f} mm")
+    row = pending.table.row(pending.muscle)
     if row is None:
         return
     inputs.set("muscle_name", row.name)
@@ -53,17 +53,17 @@ def _show_muscle(session: Session, inputs: Inputs, selected: int | None) -> None
     inputs.set("parameters", " ".join(f"{n}={v:g}" for n, v in row.model.parameters))
 
 
-def _show_wrap(session: Session, inputs: Inputs) -> None:
-    names = [wrap.name for wrap in session.table.wraps]
-    inputs.choose("wrap", names or (NO_SURFACE,), session.wrap or NO_SURFACE)
-    row = session.wrap_row()
-    links = (*session.links, WORLD)
+def _show_wrap(pending: PendingTable, inputs: Inputs) -> None:
+    names = [wrap.name for wrap in pending.table.wraps]
+    inputs.choose("wrap", names or (NO_SURFACE,), pending.wrap or NO_SURFACE)
+    row = pending.wrap_row()
+    links = (*pending.links, WORLD)
     if row is None:
         inputs.fill("wrap_uses", ())
         return
     inputs.set("wrap_name", row.name)
     inputs.choose("wrap_link", links if row.link in links else (*links, row.link), row.link)
-    muscles = tuple(r.name for r in session.table.rows)
+    muscles = tuple(r.name for r in pending.table.rows)
     sides = {number: text for text, number in SIDES.items()}
     cells = [
         (
@@ -77,14 +77,14 @@ def _show_wrap(session: Session, inputs: Inputs) -> None:
     inputs.fill("wrap_uses", cells)
 
 
-def _show_others(session: Session, inputs: Inputs) -> None:
-    links = (*session.links, WORLD)
+def _show_others(pending: PendingTable, inputs: Inputs) -> None:
+    links = (*pending.links, WORLD)
     cells = [
         (
             Cell(TASK if isinstance(row, TaskRow) else MARKER),
             Cell(row.name, editable=True),
             Cell(row.link, links if row.link in links else (*links, row.link)),
         )
-        for row in session.others()
+        for row in pending.others()
     ]
     inputs.fill("others", cells)

@@ -49,6 +49,12 @@ class Inertia:
     ixz: float = 0.0
     iyz: float = 0.0
 
+    @staticmethod
+    def of(mass: float, com: Vector3, matrix: tuple[Vector3, Vector3, Vector3]) -> Inertia:
+        """From the inertia matrix about the centre of mass, row by row, in [kg·m²]."""
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
+        return Inertia(mass, com, xx, yy, zz, xy, xz, yz)
+
     @property
     def matrix(self) -> tuple[Vector3, Vector3, Vector3]:
         """The symmetric inertia matrix, row by row, in [kg·m²]."""

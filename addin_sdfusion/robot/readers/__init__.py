@@ -70,18 +70,7 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
 
 
 def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Robot:
-    """Read a robot that has no errors.
-
-    Args:
-        path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
-        cable_set: The cable set to make active; the file's own choice if None.
-        repair: Whether to undo known defects of published files.
-
-    Raises:
-        RobotError: The files hold a robot that cannot be used.
-        InputError: A file is missing or not readable XML.
-        UnknownNameError: There is no such cable set.
-    """
+    """Read a robot that has no errors; see `addin_sdfusion.robot.read_robot`."""
     return read(path, cable_set, repair=repair).require()
 
 

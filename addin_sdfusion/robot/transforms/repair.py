@@ -23,7 +23,7 @@ from ..finding import Finding, Subject
 from ..finding_builders import finite, listed, warning
 from ..model.pose import Pose, Vector3
 from ..model.robot import Inertia, Link, Robot
-from ..model.rotations import Matrix3, point_inertia
+from ..model.rotations import Matrix3, point_inertia, subtract
 
 FAR = 0.7
 """Least distance from the origin of a link that is evidence, over its stored radius of gyration."""
@@ -119,17 +119,10 @@ def undone(inertia: Inertia, r: Vector3, swapped: bool) -> Inertia:
         r: From that origin to the centre of mass, in [m].
         swapped: Whether ixz and iyz are swapped.
     """
-    ixz, iyz = (inertia.iyz, inertia.ixz) if swapped else (inertia.ixz, inertia.iyz)
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = point_inertia(inertia.mass, r)
-    return replace(
-        inertia,
-        ixx=inertia.ixx - xx,
-        iyy=inertia.iyy - yy,
-        izz=inertia.izz - zz,
-        ixy=inertia.ixy - xy,
-        ixz=ixz - xz,
-        iyz=iyz - yz,
-    )
+    if swapped:
+        inertia = replace(inertia, ixz=inertia.iyz, iyz=inertia.ixz)
+    x, y, z = map(subtract, inertia.matrix, point_inertia(inertia.mass, r))
+    return Inertia.of(inertia.mass, inertia.com, (x, y, z))
 
 
 def _is_far(inertia: Inertia, r: Vector3) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from ..model.joint import Joint, Motion
 from ..model.muscle import CableSet, Muscle, ViaPoint, WrapSurface
-from ..model.pose import IDENTITY, Pose, Vector3
+from ..model.pose import IDENTITY, Pose
 from ..model.robot import WORLD, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
 from ..model.rotations import (
     Matrix3,
@@ -110,7 +110,7 @@ def _moved(link: Link, T_home_link: Pose) -> Link:
     matrix = own.matrix
     if any(T_home_link.rpy):
         matrix = rotate_inertia(rotation(T_home_link.rpy), matrix)
-    inertia = _inertia(own.mass, apply(T_home_link, own.com), matrix)
+    inertia = Inertia.of(own.mass, apply(T_home_link, own.com), matrix)
     return replace(link, inertia=inertia, meshes=tuple(_mesh(m, T_home_link) for m in link.meshes))
 
 
@@ -142,12 +142,7 @@ def _sum(parts: list[Inertia]) -> Inertia:
             add(matrix[1], add(own[1], away[1])),
             add(matrix[2], add(own[2], away[2])),
         )
-    return _inertia(mass, com, matrix)
-
-
-def _inertia(mass: float, com: Vector3, matrix: Matrix3) -> Inertia:
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
-    return Inertia(mass, com, xx, yy, zz, xy, xz, yz)
+    return Inertia.of(mass, com, matrix)
 
 
 def _rehomed(robot: Robot, homes: Homes) -> Robot:

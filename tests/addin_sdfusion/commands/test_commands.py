@@ -614,14 +614,14 @@ def test_a_failing_read_is_a_message(fusion: Any, user: User, monkeypatch: Any) 
 def test_failing_handlers_are_messages(
     fusion: Any, user: User, monkeypatch: Any, where: str
 ) -> None:
-    from addin_sdfusion.commands.define_muscles.session import Session
+    from addin_sdfusion.commands.define_muscles.pending import PendingTable
 
     def fail(*_: Any, **__: Any) -> None:
         raise ZeroDivisionError("division by zero")
 
     command = fusion.run_command(DEFINE)
     command.pick("pick", user.vertex(0))
-    monkeypatch.setattr(Session, where, fail)
+    monkeypatch.setattr(PendingTable, where, fail)
     command.pick("pick", user.vertex(1))
     command.set("muscle", "+ New muscle")
     command.set("muscle_name", "x")

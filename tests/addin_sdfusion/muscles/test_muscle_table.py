@@ -243,7 +243,7 @@ def tables(draw: st.DrawFn) -> MuscleTable:
             place = ViaPointRow(row.name, k, draw(names), draw(positions), f"{row.name}/{k}")
             table = edits.insert_point(table, place)
     tasks = st.builds(
-        TaskRow, names, names, positions, st.sampled_from([("x", "y", "z"), ("alpha",)])
+        TaskRow, names, names, positions, axes=st.sampled_from([("x", "y", "z"), ("alpha",)])
     )
     markers = st.builds(MarkerRow, names, names, positions)
     by_name = {"unique_by": lambda r: r.name, "max_size": 2}

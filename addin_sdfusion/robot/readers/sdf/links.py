@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Literal, cast
 
 from ...mesh_files import is_file, mesh_file
@@ -44,8 +43,8 @@ def _inertia(inertial: Node, pose: Pose) -> Inertia:
     inertia = Inertia(mass, pose.position, **moments, **products)
     if not any(pose.rpy):
         return inertia
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = rotate_inertia(rotation(pose.rpy), inertia.matrix)
-    return replace(inertia, ixx=xx, iyy=yy, izz=zz, ixy=xy, ixz=xz, iyz=yz)
+    matrix = rotate_inertia(rotation(pose.rpy), inertia.matrix)
+    return Inertia.of(mass, pose.position, matrix)
 
 
 def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
