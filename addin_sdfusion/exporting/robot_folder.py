@@ -1,6 +1,6 @@
 """Replacement of an export in its folder: exactly the files of the earlier export.
 
-Files that others put there stay. A file of an earlier export that someone has changed since is kept
+All other files stay. A file of an earlier export that someone has changed since is kept
 as `<file>.bak` beside the new one; `experiment.toml` is the user's to change: theirs stays, and a
 new one that differs from what theirs was made of stands beside it as `experiment.new.toml`.
 """
@@ -10,33 +10,20 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
 
 from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
 from .manifest import MANIFEST, digest, manifest_text, read_manifest
 from .safe_names import refused_name
-from .transaction import JOURNAL, Move, recover, remove_empty, swap
+from .transaction import JOURNAL, Move, move_all, recover, remove_empty
 
 EXPERIMENT = "experiment.toml"
 NEW_EXPERIMENT = "experiment.new.toml"
 PART = ".cardsflow-export.part"
 """The folder in the folder that new files are written to before they take their places."""
-
-
-class Replaced(NamedTuple):
-    """What became of the files.
-
-    Attributes:
-        files: The export's files, also those that have not changed.
-        findings: Which files of the user were kept.
-    """
-
-    files: tuple[Path, ...]
-    findings: tuple[Finding, ...]
 
 
 def require_folder(folder: str | Path) -> Path:
@@ -68,7 +55,7 @@ def replacing(folder: str | Path) -> Iterator[Replacement]:
         InputError: The folder cannot be written, or holds files that would be overwritten.
     """
     folder = require_folder(folder)
-    made = _missing(folder)
+    made = [path for path in (folder, *folder.parents) if not path.exists()]  # innermost first
     part = folder / PART
     try:
         _prepare(folder, part)
@@ -83,11 +70,6 @@ def replacing(folder: str | Path) -> Iterator[Replacement]:
         raise
     finally:
         _tidy(part, made)
-
-
-def _missing(folder: Path) -> list[Path]:
-    """The folders that are to be made, the innermost first."""
-    return [path for path in (folder, *folder.parents) if not path.exists()]
 
 
 def _prepare(folder: Path, part: Path) -> None:
@@ -106,11 +88,9 @@ def _tidy(part: Path, made: list[Path]) -> None:
     if (part / JOURNAL).exists():
         return  # neither done nor undone: the next export tries again
     shutil.rmtree(part, ignore_errors=True)
-    for path in made:
-        try:
+    with suppress(OSError):
+        for path in made:
             path.rmdir()
-        except OSError:
-            return
 
 
 class Replacement:
@@ -127,8 +107,12 @@ class Replacement:
         self._part = part
         self._findings: list[Finding] = []
 
-    def commit(self) -> Replaced:
+    def commit(self) -> tuple[tuple[Path, ...], list[Finding]]:
         """Put the new files in place of the old ones.
+
+        Returns:
+            The export's files, also those that have not changed, and which files of the user were
+            kept.
 
         Raises:
             InputError: Something that no export wrote stands in the way.
@@ -138,18 +122,18 @@ class Replacement:
         marks = {path: digest((self.new / path).read_bytes()) for path in _files(self.new)}
         theirs = self._keep_experiment(own, marks)
         stale = [path for path in own if path not in marks and (self.folder / path).exists()]
-        ways_out = [*stale, *self._to_replace(own, marks, stale)]
-        moves = [move for path in ways_out for move in self._out(path, own[path])]
+        old = [*stale, *self._to_replace(own, marks, stale)]
+        moves = [move for path in old for move in self._out(path, own[path])]
         if (self.folder / MANIFEST).exists():
             moves.append((MANIFEST, f"{PART}/old/{MANIFEST}"))
         moves += [(f"{PART}/new/{path}", path) for path in _files(self.new)]
         text = manifest_text(marks | theirs)
         (self.new / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
         moves.append((f"{PART}/new/{MANIFEST}", MANIFEST))
-        swap(self.folder, self._part, moves)
+        move_all(self.folder, self._part, moves)
         for path in stale:
             remove_empty(self.folder, path)
-        return Replaced(tuple(self.folder / path for path in marks), tuple(self._findings))
+        return tuple(self.folder / path for path in marks), self._findings
 
     def _keep_experiment(self, own: dict[str, str], marks: dict[str, str]) -> dict[str, str]:
         """Take an experiment that the user has changed out of the lists.
@@ -178,7 +162,7 @@ class Replacement:
             (self.new / EXPERIMENT).replace(self.new / NEW_EXPERIMENT)
             marks[NEW_EXPERIMENT] = new
             problem = f"you have changed it, so it stays; this export's own is {NEW_EXPERIMENT}"
-            self._findings.append(_about(EXPERIMENT, "experiment-kept", problem))
+            self._warn(EXPERIMENT, "experiment-kept", problem)
         return {} if base is None else {EXPERIMENT: base}
 
     def _to_replace(
@@ -187,7 +171,7 @@ class Replacement:
         """Files to move out of the way; those that stay as they are need not be moved at all."""
         replaced, foreign = [], []
         for path in (*stale, *marks):
-            self._require_way(self.folder / path)
+            self._require_free(self.folder / path)
         for path in marks:
             target = self.folder / path
             if not target.exists() or self._is_stale(path, stale):
@@ -211,7 +195,7 @@ class Replacement:
         alike = [old for old in stale if old.casefold() == path.casefold()]
         return any((self.folder / old).samefile(self.folder / path) for old in alike)
 
-    def _require_way(self, target: Path) -> None:
+    def _require_free(self, target: Path) -> None:
         """Refuse links, which lead out of the folder, and things of another kind in the way."""
         below = target.relative_to(self.folder).parents
         for folder in (self.folder / parent for parent in below):
@@ -235,14 +219,13 @@ class Replacement:
             kept = f"{path}.bak{number}"
             number += 1
         problem = f"it was changed after the export before; what it was is now {kept}"
-        self._findings.append(_about(path, "changed-file-kept", problem))
+        self._warn(path, "changed-file-kept", problem)
         return [(path, old), (old, kept)]
+
+    def _warn(self, path: str, code: str, problem: str) -> None:
+        self._findings.append(warning(Subject("file", path), code, problem))
 
 
 def _files(folder: Path) -> list[str]:
     """The files below a folder, by their paths, in order."""
     return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
-
-
-def _about(path: str, code: str, problem: str) -> Finding:
-    return warning(Subject("file", path), code, problem)

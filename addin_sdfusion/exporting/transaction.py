@@ -1,7 +1,7 @@
 """Transaction of file moves: all are done or none, however the work ends.
 
-The moves are written down first. An error undoes those that were done; after a crash `recover`
-does, when the folder is next written to.
+The moves are written to a journal first. An error undoes those that were done; after a crash
+`recover` does, when the folder is next written to.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from .manifest import damaged, read_json, require_inside
 JOURNAL = "moves.json"
 
 Move = tuple[str, str]
-"""From where to where, below the folder; nothing stands there yet."""
+"""From where to where, below the folder; the target does not exist yet."""
 
 
-def swap(folder: Path, part: Path, moves: Sequence[Move]) -> None:
-    """Do moves one after another; if one fails, all are undone.
+def move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
+    """Do moves below a folder one after another; if one fails, all are undone.
 
     Args:
         folder: What the moves are below.
         part: The folder, on the same drive, that holds the journal meanwhile.
-        moves: In the order in which they are to be done.
+        moves: In order.
 
     Raises:
         OSError: A file could not be moved; everything is as it was.
@@ -46,11 +46,7 @@ def swap(folder: Path, part: Path, moves: Sequence[Move]) -> None:
 
 
 def recover(folder: Path, part: Path) -> None:
-    """Undo the moves of a swap that a crash has cut short; nothing if there was none.
-
-    Args:
-        folder: What the moves were below.
-        part: The folder that held the journal.
+    """Undo the moves that a crash has cut short, if the part folder holds their journal.
 
     Raises:
         InputError: The journal is damaged.
@@ -62,13 +58,12 @@ def recover(folder: Path, part: Path) -> None:
     plain = read_json(journal)
     if not isinstance(plain, list) or not all(isinstance(m, list) and len(m) == 2 for m in plain):
         raise damaged(journal)
-    moves = [(require_inside(a, journal), require_inside(b, journal)) for a, b in plain]
-    _undo(folder, moves)
+    _undo(folder, [(require_inside(a, journal), require_inside(b, journal)) for a, b in plain])
     journal.unlink()
 
 
 def _undo(folder: Path, moves: Sequence[Move]) -> None:
-    """Undo the moves that were done: of these the target is there and the source is not."""
+    """Undo the moves that were done: their target is there and their source is not."""
     for source, target in reversed(moves):
         if (folder / target).exists() and not (folder / source).exists():
             _move(folder / target, folder / source)
@@ -76,17 +71,10 @@ def _undo(folder: Path, moves: Sequence[Move]) -> None:
 
 
 def remove_empty(folder: Path, path: str) -> None:
-    """Remove the folders of a file that is gone, if nothing else is in them.
-
-    Args:
-        folder: What stays.
-        path: The file's path below it.
-    """
-    for parent in Path(path).parents[:-1]:
-        try:
+    """Remove the folders of a file that is gone, below a folder, if nothing else is in them."""
+    with contextlib.suppress(OSError):
+        for parent in Path(path).parents[:-1]:
             (folder / parent).rmdir()
-        except OSError:
-            return
 
 
 def _move(source: Path, target: Path) -> None:
