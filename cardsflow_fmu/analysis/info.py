@@ -1,4 +1,4 @@
-"""What a robot or an FMU is made of, for people and for scripts."""
+"""Information about robots and FMUs, as data and as text."""
 
 from __future__ import annotations
 
@@ -76,9 +76,6 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
 
 def fmu_info(path: str | Path) -> dict[str, Any]:
     """The variables of an FMU, as plain data.
-
-    Args:
-        path: The .fmu.
 
     Raises:
         InputError: It is no FMU.
@@ -178,7 +175,7 @@ def _reach(robot: Robot) -> float:
 
 
 def _command(muscle: Muscle) -> str | None:
-    """What a muscle is told, with its unit; None for a passive one."""
+    """A muscle's command with its unit; None for a passive one."""
     command = law_of(muscle.model).command
     return None if command is None else f"{command.name} [{command.unit}]"
 

@@ -1,4 +1,4 @@
-"""`cardsflow check --motion`: where muscles meet one another, or links, along a motion."""
+"""Muscle-muscle and muscle-link interference along a motion: `cardsflow check --motion`."""
 
 from __future__ import annotations
 
@@ -145,8 +145,8 @@ def motion_findings(
         robot: The robot.
         motion: See `read_motion`.
         clearance: In [m].
-        capsule_radius: Radius of capsules that stand for the links, in [m]; None for the hulls of
-            their collision meshes.
+        capsule_radius: Radius of capsules in place of the links, in [m]; None for the hulls
+            of their collision meshes.
 
     Raises:
         InputError: The motion, the clearance or a mesh cannot be used.

@@ -1,4 +1,4 @@
-"""How strong the muscles of an experiment must be, and which attachment is the bottleneck."""
+"""Required muscle strengths along a motion, and the attachments that are the bottleneck."""
 
 from __future__ import annotations
 
@@ -75,13 +75,13 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     )
 
 
-def _followed(experiment: Experiment, times: FloatArray, way: list[FloatArray]) -> Motion:
+def _followed(experiment: Experiment, times: FloatArray, path: list[FloatArray]) -> Motion:
     """The joint motion that follows task positions, from one point to the next."""
     dynamics, tasks = DartDynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q
     posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
     found = []
-    for t, y in zip(times.tolist(), way, strict=True):
+    for t, y in zip(times.tolist(), path, strict=True):
         try:
             q = inverse_kinematics(dynamics, y, q, posture=posture).q
         except InputError as error:

@@ -1,4 +1,4 @@
-"""What was found about the sizes of muscles, as tables for people."""
+"""Sizing results as tables of text."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _doubts(sizes: dict[str, Any]) -> Iterator[str]:
     if sizes["impossible_points"]:
         yield (
             f"at {sizes['impossible_points']} of {sizes['points']} points no strength is enough: "
-            "the muscles cannot pull that way, or f_min is too large"
+            "the muscles cannot pull in that direction, or f_min is too large"
         )
     elif sizes["infeasible_points"]:
         yield (

@@ -1,4 +1,4 @@
-"""In what order coupled participants are stepped, and what each of them sees of the others."""
+"""Coupling schemes: the order of participants in a step, and the outputs that each reads."""
 
 from __future__ import annotations
 
@@ -34,9 +34,6 @@ class Coupling:
 
     def stages(self, names: Sequence[str]) -> tuple[list[list[str]], int]:
         """The participants in groups that see the same outputs of the others.
-
-        Args:
-            names: Of all participants.
 
         Returns:
             The groups, in order; and after how many of them a step is recorded.

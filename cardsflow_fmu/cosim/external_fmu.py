@@ -155,10 +155,6 @@ def _conversion(source: Unit | None, target: Unit | None, route: str) -> Convers
 def stated_units(external: ExternalFmu, own: Sequence[str]) -> dict[str, Unit]:
     """The units that the experiment states for variables of an FMU.
 
-    Args:
-        external: What the experiment says of the FMU.
-        own: Names of the FMU's inputs and outputs.
-
     Raises:
         UnknownNameError: There is no such variable.
     """

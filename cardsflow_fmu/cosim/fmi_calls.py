@@ -1,4 +1,4 @@
-"""The calls of FMI 2.0 and FMI 3.0 that a co-simulation makes, through one interface.
+"""FMI 2.0 and FMI 3.0 calls of a co-simulation through one interface.
 
 FMPy loads and instantiates an FMU; the calls of a step go to its library directly, since FMPy
 builds new arrays at every call. Each call answers with FMI's status.
@@ -29,12 +29,6 @@ Log = Callable[[int, str], None]
 
 class FmuCalls(ABC):
     """An instance of an FMU.
-
-    Args:
-        name: Of the instance.
-        description: The model description, as FMPy reads it.
-        folder: Where the FMU is.
-        log: What takes its messages.
 
     Raises:
         Exception: FMPy cannot load the library, or the FMU refuses to be instantiated.

@@ -1,4 +1,4 @@
-"""An FMI 2.0 or FMI 3.0 co-simulation FMU as a participant."""
+"""FMI 2.0 and FMI 3.0 co-simulation FMUs as participants."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from cardsflow_fmu.utils.interrupts import interruptible
 from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
 from .fmu_variables import Row, Signal, read_signals
 
-_TOLD = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
-"""The class of an error that tells what is wrong and what to do."""
+_OWN_ERROR = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
+"""The class of an error of this package, whose message is for users."""
 
 
 class FmuInstance:
@@ -157,7 +157,7 @@ class FmuInstance:
 
     def _messages(self) -> str:
         """What was logged; as one text, since FMI 2.0's messages are cut into pieces."""
-        return _words("\n".join(self._log)).strip()
+        return _user_text("\n".join(self._log)).strip()
 
     def _fail(self, when: str) -> None:
         self._is_stepping = False
@@ -166,10 +166,10 @@ class FmuInstance:
         )
 
 
-def _words(text: str) -> str:
-    """Of an error that this package's models mean to tell, its words; of any other, all of it."""
+def _user_text(text: str) -> str:
+    """The message alone of an error of this package's models; all of any other text."""
     summary, trace, _ = text.partition("\nTraceback (most recent call last):")
-    return _TOLD.sub("", summary, count=1) if trace and _TOLD.search(summary) else text
+    return _OWN_ERROR.sub("", summary, count=1) if trace and _OWN_ERROR.search(summary) else text
 
 
 def _description(file: Path, folder: Path) -> Any:

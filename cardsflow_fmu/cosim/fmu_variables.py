@@ -1,4 +1,4 @@
-"""Variables of an FMU as rows of numbers, with buffers that are laid out once."""
+"""Variables of an FMU as rows of numbers with fixed buffers."""
 
 from __future__ import annotations
 
@@ -67,12 +67,7 @@ class Signal:
 
 
 def read_signals(description: Any, folder: Path) -> list[Signal]:
-    """The variables of an unpacked FMU that are numbers, in the order of its description.
-
-    Args:
-        description: The model description, as FMPy reads it.
-        folder: Where the FMU is.
-    """
+    """The variables of an unpacked FMU that are numbers, in the order of its description."""
     units = variable_units(description)
     kinds = _KINDS[description.fmiVersion[:3]]
     elements = _elements(folder) if description.fmiVersion.startswith("3") else {}
@@ -168,9 +163,6 @@ class Bank:
 
 class Row:
     """Signals of an FMU as one row of numbers.
-
-    Args:
-        signals: The signals.
 
     Attributes:
         names: Of all elements.

@@ -1,4 +1,4 @@
-"""Keeping pace with the clock: absolute deadlines, and what came of them."""
+"""Pacing by the clock: absolute deadlines, lateness, real-time scheduling."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Pacer:
 
     Args:
         step: The step that a run may be late by, in [s].
-        clock: What tells the time, in [s].
+        clock: The time, in [s].
         sleep: What waits, for a time in [s].
 
     Attributes:
@@ -98,7 +98,7 @@ def timeliness(lateness: FloatArray, step: float) -> dict[str, Any]:
 
 
 def describe_timeliness(report: Mapping[str, Any]) -> str:
-    """One line for people of what `timeliness` told."""
+    """One line of text about the timeliness."""
     if report["kept_up"] is None:
         return "no step was paced"
     median, most, highest = (1e3 * report["lateness"][key] for key in ("median", "p99", "max"))
@@ -157,7 +157,7 @@ def _take_priority() -> tuple[int, Any] | None:
     if sys.platform != "linux":
         return None
     before = os.sched_getscheduler(0), os.sched_getparam(0)
-    if scheduling() in _REAL_TIME:  # whoever has taken it gives it back
+    if scheduling() in _REAL_TIME:  # taken and given back by a caller
         return None
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
     try:

@@ -1,4 +1,4 @@
-"""Recordings of runs: columns, ticks and failures; and what follows a run while it goes on."""
+"""Recordings of runs: columns, ticks, failures; sinks and callbacks of running ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which output feeds which input: by equal names, or as the wiring says, units converted."""
+"""Connections of outputs to inputs: by equal names or explicit wiring, with unit conversion."""
 
 from __future__ import annotations
 
@@ -85,12 +85,11 @@ def connect(
     Args:
         participants: With different names.
         wiring: An output, or a number, for each input that is not wired by equal names; both by
-            full name. A name that stands for several ports, as `plant.q` does for `plant.q.elbow`
+            full name. A name of a group of ports, as `plant.q` does for `plant.q.elbow`
             and `plant.q.wrist`, or for an array, wires them in order.
         by_name: Whether an input that the wiring leaves out takes the output of the same name, and
             must have one. Otherwise it stays at its start value.
-        changes: What is done to the value of an input on its way, by its full name, where that is
-            not what the units of both ends ask for.
+        changes: Conversions of inputs by full name, where they are not those of the units.
 
     Returns:
         What has to be copied before a participant steps, by its name.
@@ -120,7 +119,7 @@ def routes(
 
 
 def members(name: str, names: Iterable[str]) -> list[str]:
-    """The ports that a name stands for: itself, or those of its group or its array, in order."""
+    """The ports of a name: itself, or those of its group or its array, in order."""
     names = list(names)
     if name in names:
         return [name]

@@ -80,12 +80,7 @@ class FmuDescription:
 
 
 def root_element(fmu: FmuDescription, **attributes: str) -> ET.Element:
-    """The root of a model description.
-
-    Args:
-        fmu: What to describe.
-        attributes: Those that come first.
-    """
+    """The root of a model description."""
     return ET.Element(
         "fmiModelDescription",
         attributes,

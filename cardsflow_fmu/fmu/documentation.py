@@ -1,4 +1,4 @@
-"""Writes the page documentation/index.html of an FMU: its ports, and how it is to be run."""
+"""The documentation/index.html of an FMU: its ports and its use."""
 
 from __future__ import annotations
 
@@ -19,11 +19,7 @@ _STYLE = (
 
 
 def documentation_page(fmu: FmuDescription) -> bytes:
-    """The contents of index.html.
-
-    Args:
-        fmu: What to describe.
-    """
+    """The contents of index.html."""
     title = escape(f"{fmu.model_name}: {fmu.description}")
     parts = [
         "<!DOCTYPE html>",

@@ -1,4 +1,4 @@
-"""The files of an FMU that are there for people and their tools: page, licence, icon, terminals."""
+"""Files of an FMU for people and tools: documentation, licence, icon, terminals."""
 
 from __future__ import annotations
 
@@ -16,10 +16,6 @@ _HERE = Path(__file__).parent
 
 def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
     """The files by their path in the FMU.
-
-    Args:
-        fmu: What to describe.
-        fmi: Version of FMI.
 
     Raises:
         InputError: The installation is incomplete.

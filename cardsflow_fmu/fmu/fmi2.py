@@ -19,12 +19,7 @@ from .description import (
 
 
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
-    """The root element.
-
-    Args:
-        fmu: What to describe; it has no arrays.
-        guid: What the library has to answer to.
-    """
+    """The root element."""
     root = root_element(fmu, fmiVersion="2.0", guid=guid)
     root.append(_co_simulation(fmu))
     root.extend(unit_definitions(fmu))

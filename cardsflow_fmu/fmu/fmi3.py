@@ -26,10 +26,6 @@ _TIME = "time"
 def describe(fmu: FmuDescription, token: str) -> ET.Element:
     """The root element.
 
-    Args:
-        fmu: What to describe.
-        token: What the library has to answer to.
-
     Raises:
         InputError: A variable has the name of the independent variable.
     """

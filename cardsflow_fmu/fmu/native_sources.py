@@ -1,4 +1,4 @@
-"""The C sources that travel in a native FMU, so that others can compile it for their platform."""
+"""C sources in native FMUs, to be compiled for other platforms."""
 
 from __future__ import annotations
 
@@ -26,10 +26,6 @@ platform computes the same bits. The functions of FMI keep their plain names, fo
 
 def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
     """Contents by path in the FMU.
-
-    Args:
-        model_name: Name of the model and of its library.
-        fmi: Version of FMI.
 
     Raises:
         InputError: The installation is incomplete.

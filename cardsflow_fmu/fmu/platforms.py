@@ -1,4 +1,4 @@
-"""The C library for the platforms that an FMU is to run on: those that are there, or compiled."""
+"""C libraries for the platforms of an FMU: prebuilt or cross-compiled."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def libraries_for(
     """The C library for each platform: those that are there as they are, the others compiled.
 
     Args:
-        platforms: Names in FMI 2.0's way, `linux64`, or FMI 3.0's, `x86_64-linux`.
+        platforms: Names as in FMI 2.0, `linux64`, or FMI 3.0, `x86_64-linux`.
         folder: Where to compile to; it exists.
         native: Whether it is for native FMUs, whose libraries come with the package.
 

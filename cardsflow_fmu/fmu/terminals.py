@@ -1,4 +1,4 @@
-"""Writes terminalsAndIcons.xml: the signals of each joint, muscle and task frame as a terminal."""
+"""The terminalsAndIcons.xml of an FMU: signals of each joint, muscle and task frame."""
 
 from __future__ import annotations
 
@@ -23,10 +23,6 @@ def terminals_and_icons(variables: Sequence[Variable], fmi: FmiVersion) -> bytes
     Terminals are matched member by member, as the rule `bus` says: a plant's `joint_1` has `q` and
     `qd`, which are members of a controller's `joint_1` as well. With arrays, a terminal is all
     joints or all muscles.
-
-    Args:
-        variables: The variables of the FMU.
-        fmi: Version of FMI.
     """
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion=fmi)
     graphics = ET.SubElement(root, "GraphicalRepresentation")

@@ -1,4 +1,4 @@
-"""Writes .fmu files: byte for byte the same for the same input."""
+"""FMU archives: byte for byte the same for the same input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A controller as an FMU model: state, reference and known loads in, muscle commands out."""
+"""The controller as an FMU model: state, reference and known loads in, muscle commands out."""
 
 from __future__ import annotations
 
@@ -43,10 +43,6 @@ class ControllerModel(ExperimentModel):
 
     The law is evaluated with the inputs as they stand at the beginning of a step; its forces hold
     until the next.
-
-    Args:
-        experiment: Whose controller.
-        values: Memory for the variables.
     """
 
     description = "Controller of muscle forces"
@@ -78,13 +74,13 @@ class ControllerModel(ExperimentModel):
         ends = np.cumsum([n, n, 3 * r, len(load_signals(robot))])
         self._q, self._qd, rows, self._loads, self._states = np.split(self.inputs, ends)
         self._reference = rows.reshape(3, r)
-        told = len(driven_muscles(robot))
-        ends = np.cumsum([m, told, r])
+        driven = len(driven_muscles(robot))
+        ends = np.cumsum([m, driven, r])
         self._forces, self._commands, self._slack, self._report = np.split(self.outputs, ends)
         self._kp, self._kd, self._f_min, self._f_max, self._period = np.split(
             self.parameters, [r, 2 * r, 2 * r + m, 2 * r + 2 * m]
         )
-        counted = self.inputs.size + m + told + r
+        counted = self.inputs.size + m + driven + r
         self.steady_outputs = counted + np.arange(self._report.size)
         self._applied = np.empty(0)
 
@@ -136,7 +132,7 @@ class ControllerModel(ExperimentModel):
         q, qd, muscles = self._q, self._qd, self._muscles
         if muscles is None:
             return self._loop.tick(q, qd, self._reference, load)
-        applied = muscles.see(q, qd, self._states)
+        applied = muscles.observe(q, qd, self._states)
         period = self._loop.period
         f_min, f_max, pushed = muscles.bounds(self._f_min, self._f_max, period)
         if pushed.any():
@@ -144,7 +140,7 @@ class ControllerModel(ExperimentModel):
             load = known if load is None else load + known
         self._law.set_bounds(f_min, f_max)
         solution = self._loop.tick(q, qd, self._reference, load, applied=applied)
-        muscles.tell(self._loop.acting, period)
+        muscles.update(self._loop.acting, period)
         self._commands[:] = muscles.commands
         return solution
 
@@ -180,12 +176,7 @@ class ControllerModel(ExperimentModel):
 
 
 def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
-    """The law that an experiment asks for.
-
-    Args:
-        experiment: The experiment.
-        dynamics: The robot as the controller knows it.
-    """
+    """The law that an experiment asks for."""
     settings = experiment.controller
     tasks, law = settings.tasks, getattr(controllers, TYPES[settings.type].law)
     made: Law

@@ -1,4 +1,4 @@
-"""A model as a participant of a co-simulation, without any FMI."""
+"""Models as participants of a co-simulation, without any FMI."""
 
 from __future__ import annotations
 
@@ -10,12 +10,7 @@ from .model import FmuModel
 
 
 class DirectParticipant:
-    """A model stepped as a plain Python object.
-
-    Args:
-        name: Its name in the wiring.
-        model: The model; it is initialised.
-    """
+    """A model stepped as a plain Python object."""
 
     def __init__(self, name: str, model: FmuModel) -> None:
         self.name = name

@@ -1,4 +1,4 @@
-"""A model that is made of an experiment, which travels in its FMU."""
+"""The base of models that are made of an experiment."""
 
 from __future__ import annotations
 

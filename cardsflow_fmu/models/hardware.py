@@ -1,4 +1,4 @@
-"""Hardware as an FMU model: the ports of the plant, and a real robot behind them."""
+"""Hardware as an FMU model with the ports of the plant."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class HardwareModel(ExperimentModel):
     """A robot at the other end of a link; a step may be any whole number of exchanges.
 
     What is read at the end of a step was measured at its beginning in real time, and at its end in
-    lock step. Loads are no affair of the model: those that are there act by themselves. Where the
-    plant is told to start is where the robot is required to be; its internal step is nothing here.
+    lock step. Loads have no effect: those on the robot act by themselves. The
+    start of the plant is where the robot is required to be; its internal step is not used.
 
-    However it ends, by `close`, by being forgotten, or with the program: the robot is led to its
-    safe state.
+    However it ends, by `close`, by garbage collection, or with the program: the robot is led to
+    its safe state.
 
     Args:
         experiment: Whose hardware.
         values: Memory for the variables.
-        connection: The way to the hardware; that of the environment when None.
+        connection: How the hardware is reached; that of the environment when None.
     """
 
     description = "Robot hardware behind the ports of the plant"
@@ -106,7 +106,7 @@ class HardwareModel(ExperimentModel):
         super().reset()
 
     def close(self) -> None:
-        """Lead the hardware to its safe state; the outputs tell the last there was of it."""
+        """Lead the hardware to its safe state; the outputs keep its last state."""
         if self._ending is not None:
             self._ending()
         if self._session is not None:
@@ -129,7 +129,7 @@ class HardwareModel(ExperimentModel):
 
     def _connect(self) -> None:
         session = make_session(self._experiment, self._connection)
-        # also when nobody calls close: whoever frees an FMU only forgets its model
+        # also without close: an FMU that is freed only drops its model
         self._ending = weakref.finalize(self, session.end)
         try:
             session.open()

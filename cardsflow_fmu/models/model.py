@@ -67,12 +67,7 @@ class FmuModel(ABC):
     @classmethod
     @abstractmethod
     def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
-        """Make the model from the files that travel in an FMU.
-
-        Args:
-            folder: The FMU's resources.
-            values: Memory for the variables.
-        """
+        """Make the model from the files that travel in an FMU."""
 
     @abstractmethod
     def initialize(self, t: float = 0.0) -> None:

@@ -1,8 +1,8 @@
-"""Muscles with laws under a control law that asks for forces: what they can do, how they do it.
+"""Muscles with tension laws under a force-based control law: reachable tensions and commands.
 
 At every tick the muscles' states and the joints' velocities say which tensions can be reached
-within a horizon; the control law chooses among them, and the commands that would lead there, if
-they were held as long, are found by inverting the muscles' laws. A horizon of one period aims at
+within a horizon; the control law chooses among them, and the commands that lead there, if they are
+held as long, are found by inverting the muscles' laws. A horizon of one period aims at
 the next tick. Muscles that answer late, as a motor behind a spring does, need a longer one: a
 command that makes up for the whole delay within a single period overshoots in what is not aimed at,
 and the next one more.
@@ -49,22 +49,22 @@ class MuscleControl:
         self.reset(())
 
     def reset(self, commands: tuple[float, ...]) -> None:
-        """Forget everything.
+        """Clear the memory.
 
         Args:
-            commands: What the muscles are told until the first tick, shape (m,); 0 when empty.
+            commands: Commands until the first tick, shape (m,); 0 when empty.
         """
-        self._told = np.array(commands) if len(commands) else np.zeros(self._m)
+        self._held = np.array(commands) if len(commands) else np.zeros(self._m)
         self._began = np.zeros(self._m)
         self._has_ticked = False
 
     @property
     def commands(self) -> FloatArray:
         """The commands of the muscles that take one, in the order of their ports."""
-        return self._told[self._driven]
+        return self._held[self._driven]
 
-    def see(self, q: FloatArray, qd: FloatArray, states: FloatArray) -> FloatArray | None:
-        """Take over the state of a tick.
+    def observe(self, q: FloatArray, qd: FloatArray, states: FloatArray) -> FloatArray | None:
+        """Set the measured state of a tick.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -78,7 +78,7 @@ class MuscleControl:
         self._drive.set_state(q, qd, self._states)
         if not self._has_ticked:
             return None
-        mean: FloatArray = 0.5 * (self._began + self._drive.tensions(self._told))
+        mean: FloatArray = 0.5 * (self._began + self._drive.tensions(self._held))
         return mean
 
     def horizon(self, period: float) -> float:
@@ -95,8 +95,8 @@ class MuscleControl:
         """What the muscles can come to, within the bounds if they can keep them.
 
         Args:
-            f_min: Smallest forces wanted, shape (m,), in [N].
-            f_max: Largest forces wanted, shape (m,), in [N].
+            f_min: Smallest desired forces, shape (m,), in [N].
+            f_max: Largest desired forces, shape (m,), in [N].
             period: Until the next tick, in [s].
 
         Returns:
@@ -107,23 +107,23 @@ class MuscleControl:
         least, most = np.clip(f_min, low, high), np.clip(f_max, low, high)
         return np.maximum(least, 0.0), np.maximum(most, 0.0), np.minimum(most, 0.0)
 
-    def tell(self, forces: FloatArray, period: float) -> None:
+    def update(self, forces: FloatArray, period: float) -> None:
         """Find the commands with which the muscles come to these tensions.
 
         Args:
             forces: Shape (m,), in [N].
             period: Until the next tick, in [s].
         """
-        self._told = self._drive.commands(forces, self.horizon(period))
-        self._began = self._drive.tensions(self._told)
+        self._held = self._drive.commands(forces, self.horizon(period))
+        self._began = self._drive.tensions(self._held)
         self._has_ticked = True
 
     def get_state(self) -> FloatArray:
-        """All that it remembers, shape (size,)."""
-        return np.concatenate([self._told, self._began, [self._has_ticked]])
+        """The memory, shape (size,)."""
+        return np.concatenate([self._held, self._began, [self._has_ticked]])
 
     def set_state(self, state: FloatArray) -> None:
         """Go back to a state from `get_state`."""
         m = self._m
-        self._told, self._began = state[:m].copy(), state[m : 2 * m].copy()
+        self._held, self._began = state[:m].copy(), state[m : 2 * m].copy()
         self._has_ticked = bool(state[2 * m])

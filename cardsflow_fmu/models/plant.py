@@ -23,12 +23,7 @@ from .start_commands import start
 
 
 class PlantModel(ExperimentModel):
-    """A simulated robot; a step may be any whole number of its internal steps.
-
-    Args:
-        experiment: What to simulate.
-        values: Memory for the variables.
-    """
+    """A simulated robot; a step may be any whole number of its internal steps."""
 
     description = "Simulated robot with muscles"
     has_derivatives = True

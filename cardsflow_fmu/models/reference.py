@@ -25,11 +25,7 @@ _TIME = struct.Struct("<d")
 
 
 def make_reference(experiment: Experiment) -> Reference:
-    """What an experiment is to follow, its approach included.
-
-    Args:
-        experiment: The experiment.
-    """
+    """What an experiment is to follow, its approach included."""
     settings = experiment.reference
     curve: Reference
     if isinstance(settings.curve, Trajectory):
@@ -42,17 +38,12 @@ def make_reference(experiment: Experiment) -> Reference:
     if settings.approach is None:
         return curve
     approach = settings.approach
-    way = ApproachReference(approach.start, curve.evaluate(0.0).q, approach.duration)
-    return SequenceReference([way, curve])
+    lead = ApproachReference(approach.start, curve.evaluate(0.0).q, approach.duration)
+    return SequenceReference([lead, curve])
 
 
 class ReferenceModel(ExperimentModel):
-    """What is to be followed, evaluated at the end of every step, and loads from outside.
-
-    Args:
-        experiment: Whose reference.
-        values: Memory for the variables.
-    """
+    """What is to be followed, evaluated at the end of every step, and loads from outside."""
 
     description = "Reference"
     any_step = True

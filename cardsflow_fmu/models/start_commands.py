@@ -1,4 +1,4 @@
-"""The commands that muscles have been at rest with when a run begins."""
+"""Commands of muscles in equilibrium at the start of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The binding of the loop in C, native_loop.h, and what its models are opened with."""
+"""The binding of native_loop.h, and the opening of its models."""
 
 from __future__ import annotations
 
@@ -24,10 +24,6 @@ _INSTEAD = 'run it as FMUs (without --native; in a study with engine = "fmu")'
 
 def native_models(experiment: Experiment, names: Sequence[str]) -> dict[str, bytes]:
     """The models in C, as their files hold them.
-
-    Args:
-        experiment: What to run.
-        names: Which models of it.
 
     Raises:
         InputError: It has something that is not in C; the message names it.

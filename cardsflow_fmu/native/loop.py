@@ -64,9 +64,6 @@ class _Part:
 class NativeLoop(StepLoop):
     """An experiment that computes in C alone, with the verbs of `master.Master`.
 
-    Args:
-        experiment: What to run.
-
     Raises:
         InputError: It has something that the native models lack, which is named.
     """

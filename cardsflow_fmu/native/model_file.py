@@ -1,4 +1,4 @@
-"""Native models: what an FMU needs to compute in C alone, without any Python; see native_file.h.
+"""Native model files, from which FMUs compute in C alone, without any Python; see native_file.h.
 
 The settings stand in the order that the C sources of the models say.
 """
@@ -55,10 +55,6 @@ class NativeModel(NamedTuple):
 
 def native_model(experiment: Experiment, model: str) -> NativeModel:
     """The native model of an experiment.
-
-    Args:
-        experiment: What to simulate.
-        model: Which model of it.
 
     Raises:
         InputError: The experiment has something that the C core cannot do.

@@ -1,4 +1,4 @@
-"""The settings of a native reference, in the order of native_reference.c."""
+"""Settings of native references, in the order of native_reference.c."""
 
 from __future__ import annotations
 
@@ -16,11 +16,7 @@ _SPLINES, _ROSE, _APPROACH = range(3)
 
 
 def reference_settings(experiment: Experiment) -> list[ArrayLike]:
-    """What is to be followed, and the forces from outside, as numbers.
-
-    Args:
-        experiment: Whose reference.
-    """
+    """What is to be followed, and the forces from outside, as numbers."""
     settings, rows = experiment.reference, len(make_reference(experiment).evaluate(0.0).q)
     parts: list[ArrayLike] = []
     begin, count = 0.0, 1
@@ -50,8 +46,8 @@ def _disturbance(experiment: Experiment) -> list[ArrayLike]:
 
 
 def _approach(approach: ApproachSettings, goal: Sequence[float]) -> list[ArrayLike]:
-    way = [b - a for a, b in zip(approach.start, goal, strict=True)]
-    return [_APPROACH, approach.duration, approach.start, way]
+    displacement = [b - a for a, b in zip(approach.start, goal, strict=True)]
+    return [_APPROACH, approach.duration, approach.start, displacement]
 
 
 def _rose(flower: FlowerSettings) -> list[ArrayLike]:

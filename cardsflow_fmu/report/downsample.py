@@ -1,4 +1,4 @@
-"""Fewer points that draw the same line: of many neighbours, the lowest and the highest."""
+"""Downsampling of lines for drawing: the minimum and maximum of each group of points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BINS = 2000
 """More than a figure has pixels beside each other."""
 
 
-def envelope(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArray, FloatArray]:
+def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArray, FloatArray]:
     """The points of a line that reach farthest down and up, and its ends; no point is made up.
 
     Args:

@@ -1,4 +1,4 @@
-"""Figures of results, by what they are to show: `cardsflow plot` and `Result.plot`."""
+"""Figures of results by topic: `cardsflow plot` and `Result.plot`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
-from .downsample import BINS, envelope
+from .downsample import BINS, downsample
 from .panels import Panel, panels_of
 from .run_figures import _STYLE
 
@@ -66,7 +66,7 @@ def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BI
     Args:
         panels: At least one.
         title: Above all; nothing when empty.
-        bins: Of the envelope that is drawn of a long curve.
+        bins: Of the downsampling of a long curve.
     """
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(8.0, 0.6 + 2.4 * len(panels)), layout="constrained")
@@ -97,11 +97,11 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
     colours = mpl.colormaps["tab20" if len(panel.curves) > 10 else "tab10"].colors  # type: ignore[attr-defined]
     drawn = [curve for curve in panel.curves if not curve.reference]
     for k, curve in enumerate(drawn):
-        points = envelope(curve.time, curve.values, bins)
+        points = downsample(curve.time, curve.values, bins)
         name = curve.name if k < _MOST_IN_LEGEND else "_"
         axes.plot(*points, label=name, color=colours[k % len(colours)], linewidth=1.1)
     for k, curve in enumerate(curve for curve in panel.curves if curve.reference):
-        points = envelope(curve.time, curve.values, bins)
+        points = downsample(curve.time, curve.values, bins)
         name = "_" if k else "reference"
         axes.plot(*points, ":", label=name, color="black", linewidth=1.3)
     if len(drawn) > _MOST_IN_LEGEND:

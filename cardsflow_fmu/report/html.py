@@ -1,4 +1,4 @@
-"""Parts of pages: sections and tables, with everything escaped."""
+"""HTML sections and tables, escaped."""
 
 from __future__ import annotations
 
@@ -9,12 +9,7 @@ from typing import Any
 
 
 def section(title: str, *parts: str) -> str:
-    """A part of a page under its title.
-
-    Args:
-        title: Plain text.
-        parts: HTML.
-    """
+    """A part of a page under its title."""
     return "\n".join(("<section>", f"<h2>{escape(title)}</h2>", *parts, "</section>"))
 
 

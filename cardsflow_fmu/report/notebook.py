@@ -1,4 +1,4 @@
-"""How a result shows itself in a notebook."""
+"""The HTML view of a result in a notebook."""
 
 from __future__ import annotations
 
@@ -16,11 +16,7 @@ _BINS = 500
 
 
 def result_html(result: RunData) -> str:
-    """The summary and a figure of forces, tracking and errors.
-
-    Args:
-        result: What a run gave.
-    """
+    """The summary and a figure of forces, tracking and errors."""
     size = f"<p>{len(result.rows)} rows of {len(result.names)} columns</p>"
     return "\n".join((*summary_tables(result.summary), size, *_figure(result)))
 

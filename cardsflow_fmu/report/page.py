@@ -1,4 +1,4 @@
-"""`cardsflow report`: a run on one page that opens from disk and can be sent to anyone."""
+"""The report of a run on one self-contained page: `cardsflow report`."""
 
 from __future__ import annotations
 
@@ -32,10 +32,6 @@ _BINS = 500
 def report(path: str | Path, file: str | Path) -> Path:
     """Write the report of a run.
 
-    Args:
-        path: The folder of the run.
-        file: Where to.
-
     Raises:
         InputError: The folder does not hold what is needed, or the file cannot be written.
     """
@@ -47,9 +43,6 @@ def report(path: str | Path, file: str | Path) -> Path:
 
 def report_page(result: ExperimentRunData) -> str:
     """The report of a run as one page of HTML, which names no address.
-
-    Args:
-        result: The run, with its robot's files there.
 
     Raises:
         InputError: The run gave no rows.

@@ -1,4 +1,4 @@
-"""What a figure of results can show, by name: forces, tracking, errors and more, as curves."""
+"""Panels of figures by topic: forces, tracking, errors and more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of a run, by matplotlib without a display."""
+"""The figures that a run writes: tracking, path, world."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from cardsflow_fmu.signals.muscles import (
 )
 from cardsflow_fmu.signals.ports import Followed, followed_signals, muscle_signals
 
-from .downsample import envelope, every_few
+from .downsample import downsample, every_few
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
 
@@ -37,11 +37,7 @@ _STYLE: Any = {
 
 
 def run_images(result: ExperimentRunData) -> dict[str, bytes]:
-    """The figures of a run as PNG and SVG files, by name.
-
-    Args:
-        result: A run with at least one row.
-    """
+    """The figures of a run as PNG and SVG files, by name."""
     images = _images(TRACKING, tracking_figure(result))
     if _point(result) is not None:
         images |= _images(PATH, path_figure(result))
@@ -54,9 +50,6 @@ def tracking_figure(result: ExperimentRunData) -> Figure:
     """Force commands, and positions against the dotted reference: the paper's figures 10 and 12.
 
     Of muscles with laws, their commands and their tensions, with dots where these were to be.
-
-    Args:
-        result: A run with at least one row.
     """
     groups = _commands(result)
     with mpl.rc_context(_STYLE):
@@ -84,7 +77,7 @@ def world_figure(result: ExperimentRunData) -> Figure:
         places = list(np.atleast_1d(figure.subplots(len(rows), 1, sharex=True)))
         places[-1].set_xlabel("time [s]")
         if objects:
-            _draw_ways(places.pop(0), result, objects)
+            _draw_displacements(places.pop(0), result, objects)
         if contacts:
             _draw_contacts(places.pop(0), result, contacts)
         _mark_incomplete(figure, result)
@@ -92,7 +85,7 @@ def world_figure(result: ExperimentRunData) -> Figure:
 
 
 def path_figure(result: ExperimentRunData) -> Figure:
-    """The way of the first task point in space, against the dotted reference.
+    """The path of the first task point in space, against the dotted reference.
 
     Args:
         result: A run with at least one row, of a robot with a task point of x, y and z.
@@ -104,7 +97,7 @@ def path_figure(result: ExperimentRunData) -> Figure:
         followed = _point(result)
         assert followed is not None
         rows = every_few(len(result.rows))
-        axes.plot(*result.columns(followed.actual)[rows].T, label="way", linewidth=1.2)
+        axes.plot(*result.columns(followed.actual)[rows].T, label="path", linewidth=1.2)
         axes.plot(*result.columns(followed.desired)[rows].T, ":", color="black", label="reference")
         for axis, name in zip("xyz", followed.actual, strict=True):
             getattr(axes, f"set_{axis}label")(f"{name} [m]")
@@ -159,19 +152,19 @@ def _mark_incomplete(figure: Figure, result: ExperimentRunData) -> None:
 
 def _draw_forces(axes: Axes, result: ExperimentRunData) -> None:
     time, robot = result["time"], result.experiment.robot
-    wanted = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
-    names = [name for name in wanted if name in result.names]
+    desired = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
+    names = [name for name in desired if name in result.names]
     if len(names) > 10:
         axes.set_prop_cycle(color=mpl.colormaps["tab20"].colors)  # type: ignore[attr-defined]
     for name in names:
-        (line,) = axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
-        if wanted[name] != name and wanted[name] in result.names:
+        (line,) = axes.plot(*downsample(time, result[name]), label=name, linewidth=1.2)
+        if desired[name] != name and desired[name] in result.names:
             axes.plot(
-                *envelope(time, result[wanted[name]]), ":", color=line.get_color(), linewidth=1.0
+                *downsample(time, result[desired[name]]), ":", color=line.get_color(), linewidth=1.0
             )
     modelled = bool(modelled_muscles(robot))
     if modelled:
-        axes.plot([], [], ":", color="black", label="wanted")
+        axes.plot([], [], ":", color="black", label="desired")
     axes.set_ylabel("tension [N]" if modelled else "force command [N]")
     _legend(axes)
 
@@ -190,7 +183,7 @@ def _commands(result: ExperimentRunData) -> dict[str, list[str]]:
 
 def _draw_commands(axes: Axes, result: ExperimentRunData, label: str, names: list[str]) -> None:
     for name in names:
-        axes.plot(*envelope(result["time"], result[name]), label=name, linewidth=1.2)
+        axes.plot(*downsample(result["time"], result[name]), label=name, linewidth=1.2)
     axes.set_ylabel(label)
     _legend(axes)
 
@@ -198,8 +191,8 @@ def _draw_commands(axes: Axes, result: ExperimentRunData, label: str, names: lis
 def _draw_positions(axes: Axes, result: ExperimentRunData) -> None:
     time, followed = result["time"], _followed(result)
     for name, desired in zip(followed.actual, followed.desired, strict=True):
-        (line,) = axes.plot(*envelope(time, result[name]), label=name, linewidth=1.2)
-        axes.plot(*envelope(time, result[desired]), ":", color="black", linewidth=1.4)
+        (line,) = axes.plot(*downsample(time, result[name]), label=name, linewidth=1.2)
+        axes.plot(*downsample(time, result[desired]), ":", color="black", linewidth=1.4)
         line.set_zorder(1)
     axes.plot([], [], ":", color="black", label="reference")
     units = "/".join(dict.fromkeys(followed.units)) or "-"
@@ -229,12 +222,12 @@ def _groups(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
     return [name.removesuffix(ending) for name in named]
 
 
-def _draw_ways(axes: Axes, result: ExperimentRunData, objects: Sequence[str]) -> None:
+def _draw_displacements(axes: Axes, result: ExperimentRunData, objects: Sequence[str]) -> None:
     for name in objects:
         for axis in "xyz":
-            way = result[f"{name}.{axis}"]
-            axes.plot(result["time"], way - way[0], label=f"{name}.{axis}", linewidth=1.2)
-    axes.set_ylabel("way of objects [m]")
+            position = result[f"{name}.{axis}"]
+            axes.plot(result["time"], position - position[0], label=f"{name}.{axis}", linewidth=1.2)
+    axes.set_ylabel("displacement of objects [m]")
     axes.legend(loc="upper left", fontsize=7, ncols=3)
 
 

@@ -1,4 +1,4 @@
-"""A run's summary as tables of HTML: for the report, and for notebooks."""
+"""Summaries of runs as HTML tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two results, column by column: the largest differences, and whether they are within bounds."""
+"""Comparison of two results, column by column, within absolute and relative bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of results as CSV: exact floats, and reading what may be changed or damaged."""
+"""Result tables as CSV: exact floats, and reading of possibly damaged files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What computes each participant of a run, and what steps them: for its summary."""
+"""Engines of a run's participants and its master, for the summary."""
 
 from __future__ import annotations
 
@@ -40,11 +40,7 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
 
 
 def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
-    """What computes plant and controller of a system of FMUs.
-
-    Args:
-        files: The FMU of each component.
-    """
+    """What computes plant and controller of a system of FMUs."""
     roles = [role for role in ("plant", "controller") if role in files]
     return {role: _fmu_engine(role, files[role]) for role in roles}
 

@@ -1,4 +1,4 @@
-"""Contents of the files of a run."""
+"""Contents of the files of a run by name."""
 
 from __future__ import annotations
 
@@ -15,10 +15,6 @@ Contents = dict[str, str | bytes]
 
 def table_file(run: RunData, form: TableForm = "csv") -> Contents:
     """The table by the name of its file.
-
-    Args:
-        run: The run.
-        form: Of the table.
 
     Raises:
         InputError: Parquet is asked for, and pyarrow is missing.

@@ -1,4 +1,4 @@
-"""The folder that a run writes into: usable before the run, and nobody else's files touched."""
+"""The output folder of a run: checked before the run, files not written by runs untouched."""
 
 from __future__ import annotations
 
@@ -38,9 +38,6 @@ _OWN = (
 
 class OutputFolder:
     """A context that makes the folder, and removes what it made unless results are written.
-
-    Args:
-        path: The folder.
 
     Raises:
         InputError: On entering: the folder cannot be written, or holds files of these names that

@@ -1,4 +1,4 @@
-"""Streams a run into its folder, so that results are readable whenever it ends."""
+"""The journal of a run: its table streamed into the folder, readable whenever it ends."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Journal:
     Args:
         folder: Where to.
         contents: Files beside the table that are known before the first step, by name.
-        streamed: Names of files that others stream into the folder.
+        streamed: Names of files that participants stream into the folder.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Journal:
         files = [SUMMARY, UNITS, TABLE, *self._contents, *self._streamed]
         summary = summary | {"files": {name: name for name in files}}
         self._folder.write(
-            {  # the summary first: it is what tells whose files these are
+            {  # the summary first: it marks the files as those of a run
                 SUMMARY: json.dumps(summary, indent=1) + "\n",
                 UNITS: json.dumps(dict(units), indent=1) + "\n",
                 TABLE: header,
@@ -100,9 +100,6 @@ class Journal:
 
     def update(self, filled: int) -> None:
         """Take note of new rows; they are in the file a twentieth of a second later.
-
-        Args:
-            filled: Number of rows that are filled.
 
         Raises:
             SimulationError: The file cannot be written.

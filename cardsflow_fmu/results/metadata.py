@@ -1,4 +1,4 @@
-"""Reading what a run has noted beside its table: JSON that anyone may have changed."""
+"""The summary and units of a run as read from JSON, with checks."""
 
 from __future__ import annotations
 
@@ -49,9 +49,6 @@ _ROWS = {
 def read_summary(file: Path) -> dict[str, Any]:
     """The summary of a run.
 
-    Args:
-        file: summary.json.
-
     Raises:
         InputError: It is missing, or not what a run writes.
     """
@@ -87,9 +84,6 @@ def _are_rows(rows: Any, columns: tuple[str, ...]) -> bool:
 
 def read_units(file: Path) -> dict[str, str]:
     """The units of a table, by the names of its columns.
-
-    Args:
-        file: results.units.json.
 
     Raises:
         InputError: It is missing, or not what a run writes.

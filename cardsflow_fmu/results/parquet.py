@@ -35,9 +35,6 @@ def require_parquet() -> Any:
 def parquet_bytes(result: RunData) -> bytes:
     """A result as the content of a .parquet, a column a signal.
 
-    Args:
-        result: What a run gave.
-
     Raises:
         InputError: pyarrow is missing.
     """

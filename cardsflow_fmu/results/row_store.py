@@ -1,4 +1,4 @@
-"""Where the rows of a run stand while it goes on: in memory, or in a file where they are many."""
+"""Memory for the rows of a run: RAM, or a memory-mapped file for large tables."""
 
 from __future__ import annotations
 
@@ -55,11 +55,7 @@ class RowStore:
         self.rows = np.frombuffer(self._memory).reshape(count, columns)
 
     def release(self, filled: int) -> None:
-        """Take filled rows out of memory; they are read from the file when someone looks.
-
-        Args:
-            filled: Number of rows that are filled.
-        """
+        """Take filled rows out of memory; they are read from the file when someone looks."""
         end = filled * self._width // _DROPPED * _DROPPED
         if self._memory is None or end <= self._dropped or not hasattr(mmap, "MADV_DONTNEED"):
             return

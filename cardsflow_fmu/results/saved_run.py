@@ -1,4 +1,4 @@
-"""The run that a folder holds: its results, and the experiment and robot that gave them."""
+"""Runs in folders: results, experiment and robot."""
 
 from __future__ import annotations
 
@@ -32,9 +32,6 @@ _TABLES = (TABLE, PARQUET)
 
 def experiment_archive(experiment: Experiment) -> bytes:
     """The contents of experiment.zip.
-
-    Args:
-        experiment: What is run.
 
     Raises:
         InputError: A file of the robot cannot be read.
@@ -119,14 +116,14 @@ def load_run(path: str | Path) -> ExperimentRunData:
 
 
 def _require_same_robot(result: ExperimentRunData, archive: Path) -> None:
-    told, robot = result.summary.get("robot"), result.experiment.robot.name
-    if told is not None and told != robot:
-        what = f"is of robot {robot!r}, and the results beside it are of {told!r}"
+    stated, robot = result.summary.get("robot"), result.experiment.robot.name
+    if stated is not None and stated != robot:
+        what = f"is of robot {robot!r}, and the results beside it are of {stated!r}"
         raise InputError(what, file=archive)
 
 
 def _findings(result: ExperimentRunData) -> dict[str, Any]:
-    """What a run that was killed could not say of its rows: errors, forces, infeasible ticks."""
+    """Errors, forces and infeasible ticks, which the summary of a run that was killed lacks."""
     experiment, rows = result.experiment, len(result.rows)
     every = round(experiment.controller.period / experiment.run.step)
     ticks = list(range(0, rows, every))
@@ -160,7 +157,7 @@ def read_results(path: Path) -> RunData:
         table = folder / TABLE
         names, rows = read_csv(table, complete=complete)
     if not complete and len(rows):
-        summary["duration"] = float(rows[-1, 0])  # which a run that was killed could not tell
+        summary["duration"] = float(rows[-1, 0])  # not known to a run that was killed
     times = np.empty((0, 2))
     if (folder / SOLVE_TIMES).is_file():
         names_of_times, times = read_csv(folder / SOLVE_TIMES, complete=complete)

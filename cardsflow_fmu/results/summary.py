@@ -81,7 +81,7 @@ def summarize_system(
     step: float,
     engine: Mapping[str, str],
 ) -> dict[str, Any]:
-    """The summary of a system's run: what can be told from the names of its signals.
+    """The summary of a system's run: by the names of its signals.
 
     Args:
         name: Name of the system.
@@ -126,12 +126,7 @@ def tracking_errors(followed: Followed, columns: Columns) -> FloatArray:
 
 
 def present(followed: Followed, names: Sequence[str]) -> Followed:
-    """The followed signals that are recorded with their reference.
-
-    Args:
-        followed: What is followed.
-        names: What is recorded.
-    """
+    """The followed signals that are recorded with their reference."""
     kept = [
         row
         for row in zip(

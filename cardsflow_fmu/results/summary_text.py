@@ -1,4 +1,4 @@
-"""A run's summary in lines for people."""
+"""Summaries of runs as lines of text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
-    """What computed each participant, and what stepped them; summaries of before do not tell."""
+    """Engines of the participants and the master; older summaries have none."""
     engines = summary.get("engine")
     if not engines:
         return []

@@ -1,1 +1,1 @@
-"""What makes a Python model an FMU: the C library, and the Python end that it calls."""
+"""The runtime of FMUs: the C library, and the Python end that it calls."""

@@ -1,4 +1,4 @@
-"""A model's own Python module, which travels in its FMU as a file.
+"""Python modules of models that travel in their FMUs as files.
 
 Classes of packages are imported from where those are installed. A class from a module of its own,
 a single file beside someone's script, would not be found there, or another file of the same name
@@ -30,10 +30,6 @@ def carried_files(model_class: type[FmuModel]) -> dict[str, Path]:
 
 def import_module(name: str, folder: Path) -> ModuleType:
     """Import the module of a model.
-
-    Args:
-        name: Its name.
-        folder: The FMU's resources.
 
     Returns:
         The module that the name leads to, or the one that is carried where that is another.

@@ -1,4 +1,4 @@
-"""The Python end of an FMU whose host is itself Python: what the C library calls.
+"""The Python end of an FMU in a host that is itself Python.
 
 C must never see an exception, so everything here returns its failure as text.
 """
@@ -64,7 +64,7 @@ class HostedModel:
         return None
 
     def step(self) -> str | None:
-        """Advance by the step that the clock tells."""
+        """Advance by the step of the clock."""
         try:
             time, step = self._clock
             self._model.step(time, step)

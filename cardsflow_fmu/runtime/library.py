@@ -1,4 +1,4 @@
-"""The C libraries that FMUs carry: where they are, and what FMI calls their platforms."""
+"""C libraries of FMUs: their files and platforms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`resources/model.json`: which Python class an FMU runs, and what it was built with."""
+"""`resources/model.json`: the Python class of an FMU's model, and the versions that built it."""
 
 from __future__ import annotations
 
@@ -71,10 +71,6 @@ def class_path(model_class: type[FmuModel]) -> str:
 
 def load_class(path: str, folder: Path) -> type[FmuModel]:
     """The class at a path from `class_path`.
-
-    Args:
-        path: The path.
-        folder: The FMU's resources, which may hold the module.
 
     Raises:
         InputError: There is no such class.

@@ -1,4 +1,4 @@
-"""Writes the table of variables that the C library reads; csrc/port_table.h tells its format."""
+"""The table of variables for the C library; its format is that of csrc/port_table.h."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 
-# Contraction off: a fused multiply-add would make results depend on the processor. Nobody asks for
+# Contraction off: a fused multiply-add would make results depend on the processor. Nothing needs
 # errno or traps, but a loop that might set or meet one is not made of vector instructions.
 _NUMBERS = ("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 FLAGS = ("-std=c99", "-O3", *_NUMBERS, "-fvisibility=hidden")

@@ -1,4 +1,4 @@
-"""The Python end of a worker process: what the C library starts beside other hosts."""
+"""The Python end of a worker process, which the C library starts beside other hosts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of variables of hardware: the plant's, and what only hardware has to tell."""
+"""The table of hardware variables: the plant's, and diagnostics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Variables of muscles that are more than ideal cables: commands, tensions, states; see `ports`."""
+"""Variables of muscles with tension laws: commands, tensions, states; see `ports`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ENERGIES = {
         for axis in "xyz"
     },
 }
-"""What the books of a plant tell, with units."""
+"""Energies, work and momenta of a plant, with units."""
 
 
 def is_modelled(muscle: Muscle) -> bool:
@@ -52,7 +52,7 @@ def driven_muscles(robot: Robot) -> list[int]:
 
 
 def tension_signals(robot: Robot) -> list[str]:
-    """The signal that tells what every muscle really pulls with, in the order of f.
+    """The actual tension of every muscle, in the order of f.
 
     `tension.<muscle>` where a law makes it, `f.<muscle>` where it is what is commanded.
     """
@@ -67,19 +67,13 @@ def command_signals(robot: Robot) -> list[str]:
     return [names[k] for k in driven_muscles(robot)]
 
 
-def command_unit(muscle: Muscle) -> str:
-    """Unit of a muscle's command."""
-    command = law_of(muscle.model).command
-    return "" if command is None else plain(command.unit)
-
-
 def plain(unit: str) -> str:
     """The unit as ports have it: none for a number."""
     return "" if unit == "1" else unit
 
 
 def state_order(robot: Robot) -> list[int]:
-    """Which of the muscles' states, muscle after muscle, each port stands for.
+    """Which of the muscles' states, muscle after muscle, each port is of.
 
     Ports of one kind stand together: all activations, then all fibre lengths.
     """
@@ -138,7 +132,7 @@ def tension_ports(robot: Robot) -> list[Port]:
 
 
 def energy_ports() -> list[Port]:
-    """What the books of a plant tell, as outputs."""
+    """Energies, work and momenta of a plant, as outputs."""
     return [
         Port(name, unit, "output", "continuous", what) for name, (unit, what) in ENERGIES.items()
     ]

@@ -1,4 +1,4 @@
-"""A variable of an FMU, and how it is named after a joint, a muscle or a task frame."""
+"""FMU variables, and their names after joints, muscles and task frames."""
 
 from __future__ import annotations
 

@@ -201,7 +201,7 @@ def plant_ports(
         qd: Velocities at the start, in [rad/s] or [m/s].
         step: Internal step, in [s].
         commands: Of every muscle at the start, where one has a law.
-        energy: Whether the plant keeps books of energy and momentum.
+        energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links that take forces and torques from outside.
         scene: What stands around the robot.
     """

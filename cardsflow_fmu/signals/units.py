@@ -1,4 +1,4 @@
-"""Units of variables: what they are made of, and how a value in one reads in another."""
+"""Units of variables: SI base exponents, and conversions."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class Unit:
 
     Attributes:
         name: Such as `deg`.
-        exponents: Of kg, m, s, A, K, mol, cd and rad; None where nothing tells: it then fits a
-            unit of the same name alone.
+        exponents: Of kg, m, s, A, K, mol, cd and rad; None where undefined: it then fits a unit
+            of the same name alone.
         factor: Such as pi / 180.
         offset: Such as 273.15 for degC.
     """
@@ -100,7 +100,7 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
 
     Args:
         source: The unit of the value; None for a value without one.
-        target: The unit wanted.
+        target: The desired unit.
 
     Raises:
         InputError: They measure different things, or one of them is missing.
@@ -131,9 +131,6 @@ def variable_units(description: Any) -> dict[str, Unit]:
 
     A unit that the FMU names without saying what it is made of counts as the one of this package
     with the same name; an unknown one as something that fits only itself.
-
-    Args:
-        description: The model description, as FMPy reads it.
     """
     defined = {unit.name: _defined(unit) for unit in description.unitDefinitions}
     units = {}

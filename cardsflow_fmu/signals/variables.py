@@ -1,4 +1,4 @@
-"""The variables of an FMU: one a port, or arrays of ports that stand together."""
+"""Variables of FMUs: scalars, or arrays of neighbouring ports."""
 
 from __future__ import annotations
 
@@ -50,20 +50,12 @@ class Variable:
 
 
 def scalar_variables(ports: Sequence[Port]) -> list[Variable]:
-    """One variable a port.
-
-    Args:
-        ports: The model's table.
-    """
+    """One variable a port."""
     return [Variable(port.name, index, (port,)) for index, port in enumerate(ports)]
 
 
 def array_variables(ports: Sequence[Port]) -> list[Variable]:
-    """Neighbours with a common first part of their names as arrays: `q.a`, `q.b` as `q`.
-
-    Args:
-        ports: The model's table.
-    """
+    """Neighbours with a common first part of their names as arrays: `q.a`, `q.b` as `q`."""
     variables: list[Variable] = []
     reference = 0
     for key, group in groupby(ports, _array):

@@ -1,4 +1,4 @@
-"""Variables of a plant in a world: forces of contacts, objects, wrenches on links; see `ports`."""
+"""Variables of a plant's surroundings: contact forces, objects, wrenches on links; see `ports`."""
 
 from __future__ import annotations
 

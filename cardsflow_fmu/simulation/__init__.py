@@ -1,1 +1,1 @@
-"""Build and run an experiment."""
+"""Building and running of experiments and systems."""

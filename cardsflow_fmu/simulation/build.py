@@ -79,7 +79,7 @@ def _buildable(experiment: Experiment) -> list[str]:
 def _libraries(
     platforms: Sequence[str] | None, folder: Path, native: bool
 ) -> dict[str, Path] | None:
-    """The libraries that are asked for; all that there are when nobody asks."""
+    """Libraries of the named platforms; all prebuilt ones when None."""
     if platforms is not None:
         return libraries_for(platforms, folder, native=native)
     if not native:

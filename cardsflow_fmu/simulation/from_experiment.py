@@ -1,4 +1,4 @@
-"""Experiments as systems of participants: FMUs, plain objects, or a loop in C."""
+"""Experiments as open systems: FMUs, plain objects, or a loop in C."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The system of FMUs in an .ssp file as a system of participants."""
+"""The FMUs of an .ssp file as an open system."""
 
 from __future__ import annotations
 

@@ -17,10 +17,5 @@ MODELS: dict[str, type[ExperimentModel]] = {
 
 
 def model_name(role: str, experiment: Experiment) -> str:
-    """Name of the model in a role: the hardware's in that of the plant, where it is used.
-
-    Args:
-        role: Plant, controller or reference.
-        experiment: The experiment.
-    """
+    """Name of the model in a role: the hardware's in that of the plant, where it is used."""
     return HARDWARE if role == "plant" and experiment.hardware.use else role

@@ -1,4 +1,4 @@
-"""Systems of participants that are ready to be run."""
+"""Open systems: initialised participants, ready to be run."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Systems of FMUs as .ssp files: reader, writer, run."""
+"""Systems of FMUs as .ssp files: reader, writer, description."""

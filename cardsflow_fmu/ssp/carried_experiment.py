@@ -1,4 +1,4 @@
-"""The experiment that travels in the FMUs of an .ssp: whose results those of its runs are."""
+"""The experiment in the FMUs of an .ssp file."""
 
 from __future__ import annotations
 
@@ -26,9 +26,6 @@ def system_experiment(path: Path) -> bytes | None:
 
     What is wrong with the archive is for others to say: nothing is known of its robot then.
 
-    Args:
-        path: The .ssp.
-
     Returns:
         The archive; None where no FMU of ours is in it.
     """
@@ -39,9 +36,6 @@ def system_experiment(path: Path) -> bytes | None:
 
 def system_hardware(path: Path) -> HardwareSettings | None:
     """What the hardware's FMU knows of the way to its hardware.
-
-    Args:
-        path: The .ssp.
 
     Returns:
         The settings; None where there is no hardware's FMU of ours.

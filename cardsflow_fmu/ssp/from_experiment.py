@@ -1,4 +1,4 @@
-"""An experiment as a system of FMUs, for an .ssp file."""
+"""Experiments as systems of FMUs, for .ssp files."""
 
 from __future__ import annotations
 
@@ -24,11 +24,6 @@ def experiment_system(
     experiment: Experiment, fmus: Mapping[str, Path], tables: Mapping[str, Sequence[Port]]
 ) -> System:
     """Reference, controller and plant, wired as in a run of the experiment.
-
-    Args:
-        experiment: The experiment.
-        fmus: The FMU of each role.
-        tables: The experiment's ports of each role.
 
     Raises:
         InputError: Something does not fit, or an FMU has connectors that SSP cannot hold.

@@ -1,4 +1,4 @@
-"""What a system of FMUs in an .ssp is made of, for people and for scripts."""
+"""Information about the system of FMUs in an .ssp file, as data and as text."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from .system import Component
 
 def system_info(path: str | Path) -> dict[str, Any]:
     """The participants of a system and who feeds whom, as plain data.
-
-    Args:
-        path: The .ssp.
 
     Raises:
         InputError: It cannot be read, or asks for something that is not supported.

@@ -1,4 +1,4 @@
-"""Reads the parameter bindings of a system or a component: inline, or from an .ssv file."""
+"""Parameter bindings of a system or a component: inline, or from an .ssv file."""
 
 from __future__ import annotations
 

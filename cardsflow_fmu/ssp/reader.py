@@ -1,4 +1,4 @@
-"""Reads .ssp files: flat systems of co-simulation FMUs, whoever has written them."""
+"""Reading of .ssp files: flat systems of co-simulation FMUs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A system of FMUs as plain records, between an experiment or an .ssp file and whoever needs it."""
+"""Systems of FMUs as plain records."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Connection:
 
     Attributes:
         source, target: The two ends.
-        change: What is done to the value on the way.
+        change: Conversion of the value.
     """
 
     source: tuple[str, str]

@@ -1,4 +1,4 @@
-"""Writes .ssp files: a system structure (SSD), parameter sets (SSV) and the FMUs, reproducibly."""
+"""Writing of .ssp files: system structure (SSD), parameter sets (SSV) and FMUs, reproducibly."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def _add_units(root: ET.Element, prefix: str, units: Iterable[Unit | None]) -> N
 
 
 def _add_experiment(root: ET.Element, system: System) -> None:
-    """Start, end, and the step in the only way that another tool understands: libcosim's."""
+    """Start, end, and the step in the only form that another tool reads: libcosim's."""
     experiment = ET.SubElement(root, "ssd:DefaultExperiment", startTime="0.0")
     if system.stop_time is not None:
         experiment.set("stopTime", repr(system.stop_time))

@@ -1,4 +1,4 @@
-"""What reading every kind of SSP file needs: elements by local name, numbers, units."""
+"""Elements, numbers and units in SSP files."""
 
 from __future__ import annotations
 
@@ -17,9 +17,6 @@ _MAX_BYTES = 64 * 2**20
 
 def parse(file: Path) -> Any:
     """The root of an XML file, without expanding entities or reading anything else.
-
-    Args:
-        file: The file.
 
     Raises:
         InputError: It is no XML.

@@ -1,1 +1,1 @@
-"""Helpers that know nothing of robots: archives, interrupts, files, text tables."""
+"""Helpers independent of robots: archives, interrupts, files, text tables."""

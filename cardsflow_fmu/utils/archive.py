@@ -1,4 +1,4 @@
-"""Zip archives: written the same for the same contents byte by byte, unpacked with distrust."""
+"""Zip archives: byte-for-byte reproducible writing, defensive unpacking."""
 
 from __future__ import annotations
 
@@ -17,11 +17,7 @@ _MAX_FILES, _MAX_BYTES = 10_000, 2**31
 
 
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write aside and move into place, so that nobody sees half a file.
-
-    Args:
-        path: The archive.
-        files: Contents by path below its root.
+    """Write aside and move into place, so that no half-written file is ever seen.
 
     Raises:
         InputError: It cannot be written.
@@ -73,17 +69,13 @@ def unpack_archive(path: Path, folder: Path, kind: str, contents: str) -> Path:
         raise
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
-    except Exception as error:  # damage shows in many ways, in what unpacks as well
+    except Exception as error:  # damage shows in many errors, of zlib too
         raise InputError(f"is no {kind}: {' '.join(str(error).split())}", file=path) from None
     return folder
 
 
 def require_inside(name: str, path: Path) -> None:
     """Refuse a name in an archive that leads out of it.
-
-    Args:
-        name: The name.
-        path: The archive.
 
     Raises:
         InputError: It does.

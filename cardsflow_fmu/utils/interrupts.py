@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM between two steps instead of in the middle of one.
+"""Handling of Ctrl-C and SIGTERM between two steps instead of in the middle of one.
 
 A terminal that is closed sends SIGHUP, which is taken as they are, unless `nohup` has it ignored.
 """
@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import Any
 
 INTERRUPTED = "interrupted"
-"""What an error says that stands for Ctrl-C or SIGTERM."""
+"""Message of the error that Ctrl-C or SIGTERM becomes."""
 
 
 @contextmanager
@@ -57,10 +57,10 @@ def _handling(handler: Any, numbers: Sequence[signal.Signals] = _ENDS) -> Iterat
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard = [n for n in numbers if n != _HANG_UP or signal.getsignal(n) is not signal.SIG_IGN]
-    before = [signal.signal(number, handler) for number in heard]
+    handled = [n for n in numbers if n != _HANG_UP or signal.getsignal(n) is not signal.SIG_IGN]
+    before = [signal.signal(number, handler) for number in handled]
     try:
         yield
     finally:
-        for number, previous in zip(heard, before, strict=True):
+        for number, previous in zip(handled, before, strict=True):
             signal.signal(number, previous)

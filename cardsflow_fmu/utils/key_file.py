@@ -1,4 +1,4 @@
-"""The key that frames are signed with: a file that is nobody else's business."""
+"""Files of pre-shared keys, with which frames are signed."""
 
 from __future__ import annotations
 
@@ -15,9 +15,6 @@ _MOST_BYTES = 4096
 
 def read_key(file: str | Path) -> bytes:
     """The key in a file: all of its bytes.
-
-    Args:
-        file: The file.
 
     Raises:
         InputError: It cannot be read, or holds too few or too many bytes for a key.

@@ -1,4 +1,4 @@
-"""Times that must be whole multiples of one another."""
+"""Times that are whole multiples of one another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a single file that takes the place of an earlier one of ours, and of nobody else's."""
+"""Single output files that replace earlier ones of this package, and no others."""
 
 from __future__ import annotations
 
@@ -19,10 +19,6 @@ _FAR = 2**16
 def own_place(file: str | Path, suffixes: Collection[str]) -> Path:
     """A place for a file that is new, or that we have written before: asked for before the work.
 
-    Args:
-        file: Where to.
-        suffixes: What the name may end in.
-
     Raises:
         InputError: The name does not fit, or somebody else's file is there.
     """
@@ -42,7 +38,7 @@ def write_own(place: Path, content: str | bytes) -> Path:
 
     Args:
         place: From `own_place`.
-        content: What; it tells by `MARK` who has made it.
+        content: The content; it holds `MARK`.
 
     Raises:
         InputError: It cannot be written.

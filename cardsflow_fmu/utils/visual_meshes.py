@@ -1,4 +1,4 @@
-"""The visual meshes of a robot, which only those need who look at it."""
+"""Files of a robot's visual meshes."""
 
 from __future__ import annotations
 
@@ -9,12 +9,7 @@ from addin_sdfusion.robot.mesh_files import is_file, mesh_file
 
 
 def visual_files(robot: Robot, folder: Path) -> dict[str, Path]:
-    """The files of the visual meshes that are there, by their URIs.
-
-    Args:
-        robot: The robot.
-        folder: Where its main file stands.
-    """
+    """The files of the visual meshes that are there, by their URIs."""
     uris = sorted({mesh.uri for link in robot.links for mesh in visuals(link)})
     files = {uri: mesh_file(uri, folder) for uri in uris}
     return {uri: file for uri, file in files.items() if is_file(file)}

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardsflow_fmu.report.downsample import envelope, every_few
+from cardsflow_fmu.report.downsample import downsample, every_few
 
 
 @pytest.mark.parametrize("count", [1, 5, 4000, 4001, 30_000, 99_999])
@@ -11,7 +11,7 @@ def test_points_are_the_lines_own_and_reach_as_far(count: int) -> None:
     rng = np.random.default_rng(count)
     x, y = np.sort(rng.normal(size=count)), rng.normal(size=count)
     y[count // 3] = 50.0  # a single peak
-    kept_x, kept_y = envelope(x, y)
+    kept_x, kept_y = downsample(x, y)
     assert len(kept_x) <= min(2 * 2000 + 2, count) or count <= 4000
     rows = np.searchsorted(x, kept_x)
     np.testing.assert_array_equal(y[rows], kept_y)
@@ -23,7 +23,7 @@ def test_points_are_the_lines_own_and_reach_as_far(count: int) -> None:
 
 def test_every_group_keeps_its_lowest_and_highest() -> None:
     y = np.random.default_rng(0).normal(size=1000)
-    kept = set(envelope(np.arange(1000.0), y, bins=100)[0].astype(int))
+    kept = set(downsample(np.arange(1000.0), y, bins=100)[0].astype(int))
     for group in np.arange(1000).reshape(100, 10):
         assert {group[y[group].argmin()], group[y[group].argmax()]} <= kept
 
@@ -31,7 +31,7 @@ def test_every_group_keeps_its_lowest_and_highest() -> None:
 def test_gaps_stay() -> None:
     y = np.zeros(50_000)
     y[20_000:30_000] = np.nan
-    x, kept = envelope(np.arange(50_000.0), y)
+    x, kept = downsample(np.arange(50_000.0), y)
     np.testing.assert_array_equal(np.isnan(kept), (x >= 20_000) & (x < 30_000))
 
 
