@@ -44,19 +44,34 @@ class Dynamics(Protocol):
         """L(q) = dl/dq, shape (m, n)."""
 
 
-class TaskDynamics(Dynamics, Protocol):
-    """Dynamics of a robot with an operational space of k task coordinates.
+class LimitedDynamics(Dynamics, Protocol):
+    """Dynamics of a robot with joint limits.
 
     Attributes:
         q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite where there is none.
-        task_names: k names, in the order of y, such as `hand.x`.
-        task_angles: Which task coordinates are angles, shape (k,).
     """
 
     @property
     def q_min(self) -> FloatArray: ...  # noqa: D102
     @property
     def q_max(self) -> FloatArray: ...  # noqa: D102
+
+
+class PathDynamics(LimitedDynamics, Protocol):
+    """Dynamics of a robot whose muscle lengths are known."""
+
+    def muscle_lengths(self, q: FloatArray) -> FloatArray:
+        """l(q), shape (m,), in [m]."""
+
+
+class TaskDynamics(LimitedDynamics, Protocol):
+    """Dynamics of a robot with an operational space of k task coordinates.
+
+    Attributes:
+        task_names: k names, in the order of y, such as `hand.x`.
+        task_angles: Which task coordinates are angles, shape (k,).
+    """
+
     @property
     def task_names(self) -> tuple[str, ...]: ...  # noqa: D102
     @property

@@ -1,4 +1,4 @@
-"""Checks of numbers and vectors that a caller gives."""
+"""Checks of numbers and vectors that a caller gives; `what` and `name` are for the messages."""
 
 from __future__ import annotations
 
@@ -15,24 +15,12 @@ from .arrays import FloatArray
 
 
 def is_finite(value: object) -> bool:
-    """Whether a value is a number, and neither infinite nor NaN.
-
-    Args:
-        value: Anything.
-    """
+    """Whether a value is a number, and neither infinite nor NaN."""
     return isinstance(value, Real) and math.isfinite(value)
 
 
 def float_array(what: str, values: ArrayLike) -> FloatArray:
-    """A copy of the values as floats, of whatever shape they have.
-
-    Args:
-        what: What they are, for the message.
-        values: The values.
-
-    Raises:
-        InputError: They are no numbers.
-    """
+    """A copy of the values as floats, of any shape; InputError if they are no numbers."""
     try:
         return np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -40,16 +28,7 @@ def float_array(what: str, values: ArrayLike) -> FloatArray:
 
 
 def finite_vector(what: str, values: ArrayLike, size: int) -> FloatArray:
-    """The values as floats, shape (size,).
-
-    Args:
-        what: What they are, for the message.
-        values: The values.
-        size: How many there must be.
-
-    Raises:
-        InputError: There are too many or too few, or one is not a finite number.
-    """
+    """The values as floats, shape (size,); InputError if they are not that many finite numbers."""
     try:
         vector = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -67,10 +46,10 @@ def named_vector(
     above: float | None = None,
     infinite: bool = False,
 ) -> FloatArray:
-    """Numbers that are not negative, one a name, shape (n,), from a number or a vector.
+    """Numbers that are not negative, one for each name, shape (n,), from a number or a vector.
 
     Args:
-        what: What they are, for the message.
+        what: What they are.
         values: A number for all, or one each.
         names: n names.
         above: They must be above this; at least 0 when None.
@@ -94,45 +73,26 @@ def named_vector(
 
 
 def require_positive(**values: float) -> None:
-    """Refuse numbers that are not positive and finite.
-
-    Args:
-        values: By what they are called.
-
-    Raises:
-        InputError: One is not.
-    """
+    """Refuse numbers that are not positive and finite with an InputError."""
     for name, value in values.items():
         if not (is_finite(value) and value > 0):
             raise InputError(f"{name} must be positive and finite, not {value!r}")
 
 
 def require_period(period: float) -> None:
-    """Refuse a sampling period that is not a positive time in [s].
-
-    Raises:
-        InputError: It is not.
-    """
+    """Refuse a sampling period in [s] that is not positive and finite with an InputError."""
     if not (is_finite(period) and period > 0):
         raise InputError(f"period must be a positive time in s, not {period!r}")
 
 
 def require_delay(delay: int) -> None:
-    """Refuse a delay of a loop that is not 0 or 1 ticks.
-
-    Raises:
-        InputError: It is not.
-    """
+    """Refuse a delay that is not 0 or 1 ticks with an InputError."""
     if delay not in (0, 1):
         raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
 
 
 def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
-    """That vectors have one number for every name.
-
-    Args:
-        names: n names.
-        vectors: By what they are called; None for one that is left out.
+    """Refuse vectors that do not have one number for every name; None is left out.
 
     Raises:
         InputError: A vector has another shape; the message names it.
@@ -145,16 +105,7 @@ def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
 
 
 def positive_or_none(what: str, value: float | None, unit: str) -> float | None:
-    """A positive, finite number, or None.
-
-    Args:
-        what: What it is called.
-        value: The number, in `unit`.
-        unit: For the message.
-
-    Raises:
-        InputError: It is not positive and finite.
-    """
+    """A positive, finite number in `unit`, or None; InputError for others."""
     if value is not None and not (is_finite(value) and value > 0):
         raise InputError(f"{what} must be positive, in {unit}, or None: {value!r}")
     return value

@@ -99,6 +99,7 @@ class MotionTerms:
 
         Raises:
             InputError: The method does not fit the robot, or an option is wrong.
+            UnknownNameError: There is no such method or option.
         """
         forces = distribute(self.L, self.tau, self.f_min, self.f_max, method, **options)
         return MotionForces(self, forces)
@@ -222,24 +223,6 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
         dynamics.muscle_names,
         names,
     )
-
-
-def inverse_dynamics(
-    dynamics: Dynamics, motion: Motion, method: str = "least_squares", **options: Any
-) -> MotionForces:
-    """The muscle forces that a motion takes.
-
-    Args:
-        dynamics: The robot.
-        motion: The motion.
-        method: Name of a distribution, see `controllers.force_distribution`.
-        options: Further keyword arguments of the method.
-
-    Raises:
-        InputError: The motion or the method does not fit the robot.
-        UnknownNameError: There is no such method or option.
-    """
-    return motion_terms(dynamics, motion).distribute(method, **options)
 
 
 @dataclass(frozen=True, eq=False)

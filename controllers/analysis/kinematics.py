@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +10,7 @@ from scipy.optimize import least_squares, lsq_linear
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import TaskDynamics
+from controllers.dynamics import PathDynamics, TaskDynamics
 from controllers.validation import finite_vector, is_finite
 
 _EXACT = 1e-15  # relative changes at which an iteration has nothing to gain any more
@@ -23,25 +22,6 @@ _SETTLED = (
     1e-6  # a distance that is not worth a further step, in [rad] or [m], or relative to a step
 )
 _ITERATIONS = 200
-
-
-class MusclePathKinematics(Protocol):
-    """Muscle lengths of a robot, for forward kinematics; see `controllers.Dynamics`."""
-
-    @property
-    def coordinate_names(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def muscle_names(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def q_min(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def q_max(self) -> FloatArray: ...  # noqa: D102
-
-    def muscle_lengths(self, q: FloatArray) -> FloatArray:
-        """l(q), shape (m,)."""
-
-    def muscle_jacobian(self, q: FloatArray) -> FloatArray:
-        """L(q) = dl/dq, shape (m, n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +60,7 @@ class InverseKinematics:
 
 
 def forward_kinematics(
-    robot: MusclePathKinematics,
+    robot: PathDynamics,
     lengths: ArrayLike,
     q_start: ArrayLike,
     *,

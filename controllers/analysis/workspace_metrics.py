@@ -1,4 +1,8 @@
-"""Workspace metrics of CASPR, for one pose or a stack of poses."""
+"""Workspace metrics of CASPR, for one pose or a stack of poses.
+
+All take muscle Jacobians L, shape (..., m, n), in [m/rad] or [m/m], and raise InputError for
+another shape or values that are not finite.
+"""
 
 from __future__ import annotations
 
@@ -18,12 +22,6 @@ def condition_number(L: ArrayLike) -> FloatArray:
     """Smallest over largest singular value of L, from 0, singular, to 1, isotropic; shape (...).
 
     CASPR's `ConditionNumberMetric`, which is the inverse of what is usually called so.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-
-    Raises:
-        InputError: A size or a number is wrong.
     """
     poses = _poses(L)
     if poses.m < poses.n:
@@ -40,12 +38,6 @@ def tension_factor(L: ArrayLike) -> FloatArray:
     of fully restrained cable-driven manipulators", Robotics and Autonomous Systems 57 (2009).
     CASPR's `TensionFactorMetric` takes the ratio of one solution, of least sum; that is the
     same where one muscle is to spare, and smaller otherwise.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-
-    Raises:
-        InputError: A size or a number is wrong.
     """
     poses = _poses(L)
     m, factors = poses.m, np.zeros(len(poses.L))
@@ -72,12 +64,6 @@ def unilateral_dexterity(L: ArrayLike) -> FloatArray:
     muscles, and of all but one. Kurtz, Hayward, "Dexterity measures with unilateral actuation
     constraints: the n + 1 case", Advanced Robotics 9 (1994), widened as CASPR's
     `UnilateralDexterityMetric` does.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-
-    Raises:
-        InputError: A size or a number is wrong.
     """
     poses = _poses(L)
     best = _dexterity(poses.L)

@@ -10,26 +10,18 @@ these forces, about 1/K; with it only errors of the model are left to the spring
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, bias_torque
+from controllers.dynamics import PathDynamics, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
 
 from .motors import SpringMotors
-
-
-class CableDynamics(Dynamics, Protocol):
-    """Dynamics of a robot whose muscle lengths are known too."""
-
-    def muscle_lengths(self, q: FloatArray) -> FloatArray:
-        """l(q), shape (m,), in [m]."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +57,7 @@ class CableLengthController:
 
     def __init__(
         self,
-        dynamics: CableDynamics,
+        dynamics: PathDynamics,
         motors: SpringMotors,
         *,
         pretension: ArrayLike | None = None,

@@ -44,11 +44,7 @@ def composite_inertias(
 
 
 def fixed_energy(robot: Robot) -> float:
-    """Potential energy of the weight of the links that do not move, in [J]; 0 at the origin.
-
-    Args:
-        robot: A valid robot.
-    """
+    """Potential energy of the weight of the links that do not move, in [J]; 0 at the origin."""
     fixed = composite_inertias(robot, *moving_frames(robot))[-1]
     return -float(np.array(robot.gravity) @ (fixed.mass * fixed.centre))
 

@@ -66,11 +66,7 @@ class MovingFrame:
 
 
 def moving_frames(robot: Robot) -> tuple[list[MovingFrame], dict[str, Place]]:
-    """The frames that move, parents first, and where every link is fixed.
-
-    Args:
-        robot: A valid robot.
-    """
+    """The frames that move, parents first, and where every link is fixed."""
     frames: list[MovingFrame] = []
     places = {WORLD: Place(-1, np.eye(4))}
     first = 0

@@ -49,9 +49,8 @@ def library() -> ctypes.PyDLL:
     core.core_open.restype = pointer
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
-    for name in ("move", "task_jacobian", "task_bias", "mass_matrix", "coriolis", "gravity"):
-        getattr(core, f"core_{name}").restype = None  # an index would forget it
-    for name in ("accelerate", "trace", "count_turns", "rates", "reach", "energies"):
+    without_answer = "move task_jacobian task_bias mass_matrix coriolis gravity accelerate trace"
+    for name in f"{without_answer} count_turns rates reach energies".split():
         getattr(core, f"core_{name}").restype = None  # an index would forget it
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
     for name in ("step", "runge_kutta"):
@@ -130,8 +129,9 @@ def law_parameters() -> dict[str, tuple[str, ...]]:
 class Core:
     """A robot opened in the C core.
 
-    The functions below are the library's functions themselves, to be called with
-    `handle` first and arrays as bytes (`array.tobytes()`), the cheapest form of arguments.
+    The library's functions are attributes: `move` is core_move, `update_gravity` is core_gravity.
+    They are called with `handle` first and arrays as bytes (`array.tobytes()`), the cheapest form
+    of arguments.
 
     Args:
         blob: From `pack_blob`.
@@ -153,28 +153,11 @@ class Core:
             raise CardsflowError(f"the C core refuses the robot: {message.value.decode()}")
         self._memory = np.empty((size + 7) // 8)
         self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self._memory.ctypes.data))
-        self.move = core.core_move
-        self.move_checked = core.core_move_checked
-        self.pull = core.core_pull
-        self.update_task_jacobian = core.core_task_jacobian
-        self.trace = core.core_trace
-        self.count_turns = core.core_count_turns
-        self.update_rates = core.core_rates
-        self.start = core.core_start
-        self.drive = core.core_drive
-        self.update_law_rates = core.core_law_rates
-        self.advance = core.core_advance
-        self.reach = core.core_reach
-        self.invert = core.core_invert
-        self.curve = core.core_curve
-        self.update_task_bias = core.core_task_bias
-        self.update_mass_matrix = core.core_mass_matrix
-        self.update_coriolis = core.core_coriolis
-        self.update_gravity = core.core_gravity
-        self.update_energies = core.core_energies
-        self.accelerate = core.core_accelerate
-        self.step = core.core_step
-        self.runge_kutta = core.core_runge_kutta
+
+    def __getattr__(self, name: str) -> Any:
+        function = getattr(library(), f"core_{name.removeprefix('update_')}")
+        setattr(self, name, function)  # found at once the next time
+        return function
 
     def external_wrenches(self, frames: IntArray, points: FloatArray) -> FloatArray:
         """Make wrenches act on points of moving frames, in every step from now on.

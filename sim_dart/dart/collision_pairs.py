@@ -12,9 +12,6 @@ def connected(robot: Robot) -> set[frozenset[str]]:
 
     Links that fixed joints hold together count as one body, so the neighbours of one are those of
     all. Trees are robots of their own: links of two of them are never connected.
-
-    Args:
-        robot: A valid robot.
     """
     pairs: set[frozenset[str]] = set()
     for tree in trees(robot):

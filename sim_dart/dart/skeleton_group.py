@@ -19,11 +19,7 @@ from .skeleton import Skeleton, build_skeleton
 
 
 def trees(robot: Robot) -> list[Robot]:
-    """The robot's trees, each as a robot without muscles, in the order of their first joints.
-
-    Args:
-        robot: A valid robot.
-    """
+    """The robot's trees, each as a robot without muscles, in the order of their first joints."""
     root = {WORLD: ""}
     for joint in robot.joints:
         root[joint.child] = joint.child if joint.parent == WORLD else root[joint.parent]

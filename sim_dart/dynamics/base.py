@@ -16,8 +16,10 @@ from sim_dart.muscles.paths import MusclePaths
 class RobotDynamics(ABC):
     """The terms of M qdd + C + G = -L'f + A tau of a robot.
 
-    Joint damping is not part of these terms; `damping` gives it apart. Every array returned is the
-    caller's own.
+    Joint damping is not part of these terms; `damping` gives it apart. All methods take q, joint
+    positions, shape (n,), in [rad] or [m], and some qd, joint velocities, shape (n,), in [rad/s] or
+    [m/s]; they raise InputError for another shape or values that are not finite. Every array
+    returned is the caller's own.
 
     Args:
         robot: The robot; its active cable set and operational space count.
@@ -60,37 +62,19 @@ class RobotDynamics(ABC):
         self._task_rows = task_rows(robot)
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
-        """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates."""
         return self._mass_matrix(self._finite("q", q))
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        """
+        """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N]."""
         return self._coriolis(self._finite("q", q), self._finite("qd", qd))
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """G(q) = dV/dq, of the weight and of the joints' springs, shape (n,), in [N·m] or [N].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """G(q) = dV/dq, of the weight and of the joints' springs, shape (n,), in [N·m] or [N]."""
         return self._gravity(self._finite("q", q))
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        """
+        """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²]."""
         return self._frame_biases(self._finite("q", q), self._finite("qd", qd))[self._task_rows]
 
     @abstractmethod
@@ -110,35 +94,19 @@ class RobotDynamics(ABC):
         return finite(what, values, self.n)
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
-        """l(q), shape (m,), in [m].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """l(q), shape (m,), in [m]."""
         return self._paths.evaluate(q).lengths.copy()
 
     def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
-        """L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m]."""
         return self._paths.evaluate(q).jacobian.copy()
 
     def task_position(self, q: ArrayLike) -> FloatArray:
-        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order."""
         return self._paths.task_position(q)
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J(q) = dy/dq, shape (k, n): y' = J q' for positions and angles alike.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """J(q) = dy/dq, shape (k, n): y' = J q' for positions and angles alike."""
         return self._paths.task_jacobian(q)
 
     def point_jacobian(self, q: ArrayLike) -> FloatArray:
@@ -146,8 +114,5 @@ class RobotDynamics(ABC):
 
         Its transpose makes generalised forces of forces on these points, whichever of their axes
         count in y.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
         """
         return self._paths.point_jacobian(q)

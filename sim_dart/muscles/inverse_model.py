@@ -92,11 +92,7 @@ class MuscleDrive:
         return self._laws.invert(forces, period).copy()
 
     def resting_reach(self, q: ArrayLike) -> Reach:
-        """The tensions that muscles can hold at rest.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """The tensions that muscles can hold at rest at q, shape (n,), in [rad] or [m]."""
         self._move(q)
         return Reach(*self._laws.resting_reach())
 

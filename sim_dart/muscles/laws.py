@@ -23,7 +23,10 @@ class MuscleLaws:
     """The tension laws of a robot's active muscles, at the pose to which the core was moved last.
 
     A command beyond the range of its law acts as the nearest one in it; that of a passive muscle is
-    ignored. A step of a simulation is
+    ignored. Commands have shape (m,), each in its law's unit, qd has shape (n,), in [rad/s] or
+    [m/s], and states have shape (S,): another shape or a value that is not finite is an InputError.
+
+    A step of a simulation is
 
         core.move(q);  laws.drive(qd, u);  ... qd' from laws.torques ...
         laws.update_rates(qd');  laws.advance(u, h)
@@ -75,26 +78,12 @@ class MuscleLaws:
         self._core, self._handle, self._m, self._n = core, core.handle, m, n
 
     def start(self, commands: ArrayLike) -> None:
-        """Set the states to those of muscles at rest, with these commands for long.
-
-        Args:
-            commands: Shape (m,), in each law's unit.
-
-        Raises:
-            InputError: A command is not finite, or the shape is wrong.
-        """
+        """Set the states to those of muscles at rest, with these commands for long."""
         u = self._vector("commands", commands)
         self._check(self._core.start(self._handle, u.tobytes()), "command", u)
 
     def set_states(self, states: ArrayLike) -> None:
-        """Set the states, for example to measured ones.
-
-        Args:
-            states: Shape (S,).
-
-        Raises:
-            InputError: A value is not finite, or the shape is wrong.
-        """
+        """Set the states, for example to measured ones."""
         values = vector("states", states, self.states.size)
         if not np.isfinite(values).all():
             name = self.state_names[int(np.argmin(np.isfinite(values)))]
@@ -102,27 +91,12 @@ class MuscleLaws:
         self.states[:] = values
 
     def update_rates(self, qd: ArrayLike) -> FloatArray:
-        """Path velocities l' = L qd.
-
-        Args:
-            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        """
+        """Path velocities l' = L qd."""
         self._core.update_rates(self._handle, vector("qd", qd, self._n).tobytes())
         return self.rates
 
     def drive(self, qd: ArrayLike, commands: ArrayLike) -> FloatArray:
-        """Rates, tensions and torques.
-
-        Args:
-            qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-            commands: Shape (m,), in each law's unit.
-
-        Returns:
-            The tensions.
-
-        Raises:
-            InputError: A command is not finite, or the shape is wrong.
-        """
+        """Rates, tensions and torques; the tensions are returned."""
         u = self._vector("commands", commands)
         rates = vector("qd", qd, self._n).tobytes()
         self._check(self._core.drive(self._handle, rates, u.tobytes()), "command", u)
@@ -132,12 +106,6 @@ class MuscleLaws:
         """Time derivatives of the states, at the last rates.
 
         They can be much faster than a step: `advance` is made for that, explicit rules are not.
-
-        Args:
-            commands: Shape (m,), in each law's unit.
-
-        Raises:
-            InputError: A command is not finite, or the shape is wrong.
         """
         u = self._vector("commands", commands)
         self._check(self._core.update_law_rates(self._handle, u.tobytes()), "command", u)
@@ -147,11 +115,8 @@ class MuscleLaws:
         """Go on with the states, while every path lengthens with its last rate.
 
         Args:
-            commands: Shape (m,), in each law's unit; constant meanwhile.
+            commands: Constant meanwhile.
             h: How long, in [s].
-
-        Raises:
-            InputError: A command is not finite, or the shape is wrong.
         """
         u = self._vector("commands", commands)
         self._check(self._core.advance(self._handle, u.tobytes(), h), "command", u)
@@ -181,9 +146,6 @@ class MuscleLaws:
 
         Returns:
             Commands, shape (m,), in each law's unit; 0 for passive muscles. A view.
-
-        Raises:
-            InputError: A force is not finite, or the shape is wrong.
         """
         f = self._vector("forces", forces)
         self._check(self._core.invert(self._handle, f.tobytes(), h), "force", f)

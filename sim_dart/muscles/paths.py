@@ -31,6 +31,9 @@ class PathState(NamedTuple):
 class MusclePaths:
     """The muscle paths of a robot's active cable set.
 
+    All methods take q, joint positions, shape (n,), in [rad] or [m], and raise InputError for
+    another shape.
+
     Args:
         robot: The robot.
         count_turns: Whether cables over cylinders remember how often they have turned, as on a
@@ -65,23 +68,12 @@ class MusclePaths:
         self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
 
     def evaluate(self, q: ArrayLike) -> PathState:
-        """Lengths and Jacobian at q, as views that the next call changes.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-
-        Raises:
-            InputError: q has another shape.
-        """
+        """Lengths and Jacobian at q, as views that the next call changes."""
         self._move(self._handle, vector("q", q, self._n).tobytes())
         return self._state
 
     def path_points(self, q: ArrayLike) -> list[FloatArray]:
-        """A line through each muscle's path, for drawing: arrays of shape (k, 3), in [m].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """A line through each muscle's path, for drawing: arrays of shape (k, 3), in [m]."""
         self.evaluate(q)
         return self._shapes.lines()
 
@@ -100,28 +92,16 @@ class MusclePaths:
         return self._shapes.forces(tensions)
 
     def task_position(self, q: ArrayLike) -> FloatArray:
-        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order."""
         self.evaluate(q)
         return self._task_values[self._task_rows]
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J = dy/dq, shape (k, n): rows in [m] or [rad] per [rad] or [m].
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """J = dy/dq, shape (k, n): rows in [m] or [rad] per [rad] or [m]."""
         return self._frame_jacobian(q)[self._task_rows]
 
     def point_jacobian(self, q: ArrayLike) -> FloatArray:
-        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-        """
+        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes."""
         return self._frame_jacobian(q)[self._point_rows]
 
     def _frame_jacobian(self, q: ArrayLike) -> FloatArray:

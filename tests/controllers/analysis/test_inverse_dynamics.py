@@ -13,7 +13,6 @@ from addin_sdfusion.robot import InputError, UnknownNameError, read_robot
 from controllers import ForceDistribution
 from controllers.analysis.inverse_dynamics import (
     Motion,
-    inverse_dynamics,
     motion_terms,
     size_muscles,
 )
@@ -37,7 +36,7 @@ def arm() -> DartDynamics:
 def test_the_forces_make_the_acceleration(arm: DartDynamics) -> None:
     """In the plant, they give the velocity that the motion has a moment later."""
     motion = swing(points=9)
-    found = inverse_dynamics(arm, motion)
+    found = motion_terms(arm, motion).distribute()
     assert found.solved.all()
     plant = Plant(planar_2r(), step=1e-6)
     for q, qd, qdd, f in zip(motion.q, motion.qd, motion.qdd, found.forces, strict=True):
@@ -47,7 +46,7 @@ def test_the_forces_make_the_acceleration(arm: DartDynamics) -> None:
 
 
 def test_the_forces_equal_those_of_the_controller(arm: DartDynamics) -> None:
-    found = inverse_dynamics(arm, swing())
+    found = motion_terms(arm, swing()).distribute()
     distribution = ForceDistribution(arm.f_min, arm.f_max)
     for L, tau, f in zip(found.terms.L, found.terms.tau, found.forces, strict=True):
         np.testing.assert_allclose(distribution.solve(L, tau).forces, f, atol=1e-6)
@@ -60,7 +59,7 @@ def test_external_loads_add_to_the_torque(arm: DartDynamics) -> None:
 
 
 def test_power_is_what_the_joints_get(arm: DartDynamics) -> None:
-    found = inverse_dynamics(arm, swing())
+    found = motion_terms(arm, swing()).distribute()
     joints = np.sum(found.terms.tau * found.terms.motion.qd, axis=1)
     np.testing.assert_allclose(found.power.sum(axis=1), joints, atol=1e-7)
     assert (found.power > 0.1).any()
@@ -96,7 +95,7 @@ def test_a_motion_without_any_solution_has_no_statistics(arm: DartDynamics) -> N
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_works_along_a_motion(arm: DartDynamics, method: str) -> None:
-    found = inverse_dynamics(arm, swing(points=15), method)
+    found = motion_terms(arm, swing(points=15)).distribute(method)
     assert found.solved.any()
     made = -np.einsum("tmn,tm->tn", found.terms.L, found.forces)
     np.testing.assert_allclose(made[found.solved], found.terms.tau[found.solved], atol=1e-6)
@@ -132,9 +131,8 @@ def test_the_left_arm_along_a_motion(shared: Path) -> None:
     t = np.linspace(0, 2, 41)
     ways = np.column_stack([0.05 * np.sin(t + k) for k in range(4)])
     rates = np.column_stack([0.05 * np.cos(t + k) for k in range(4)])
-    found = inverse_dynamics(
-        robot, Motion(t, ways + np.array([1.45, 0.0, 0.0, -1.3]), rates, -ways)
-    )
+    motion = Motion(t, ways + np.array([1.45, 0.0, 0.0, -1.3]), rates, -ways)
+    found = motion_terms(robot, motion).distribute()
     assert found.solved.all()
     down, up = found.torque_margins
     assert (down > 0).all()
@@ -161,9 +159,9 @@ def test_wrong_motions_are_refused(change: dict[str, object], message: str) -> N
 
 def test_motions_and_methods_that_do_not_fit_are_refused(arm: DartDynamics) -> None:
     with pytest.raises(InputError, match="the motion has 3 coordinates, the robot 2: joint_1"):
-        inverse_dynamics(arm, swing(3))
+        motion_terms(arm, swing(3)).distribute()
     with pytest.raises(UnknownNameError, match="no force distribution 'best'"):
-        inverse_dynamics(arm, swing(), "best")
+        motion_terms(arm, swing()).distribute("best")
     with pytest.raises(InputError, match="margin"):
         size_muscles(motion_terms(arm, swing()), margin=-0.1)
     with pytest.raises(InputError, match="no upper bound"):
