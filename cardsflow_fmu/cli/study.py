@@ -14,7 +14,7 @@ from .common import FAILED, GOOD, Commands, add_json, add_output
 from .progress import study_progress
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.studies.execution.executors import Crew
+    from cardsflow_fmu.studies.execution.executors import RunExecutor
     from cardsflow_fmu.studies.run import StudyResult
 
 
@@ -48,17 +48,18 @@ def add_study(commands: Commands) -> None:
 
 
 def _study(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.studies.analysis.summary import summary_text
     from cardsflow_fmu.studies.definition.study import Study
-    from cardsflow_fmu.studies.run import run_study, summary_text
+    from cardsflow_fmu.studies.run import run_study
 
     study = Study.load(options.study)
     if options.only is not None:
         return _only(options)
-    with _crew(options) as crew, study_progress() as progress:
+    with _executor(options) as executor, study_progress() as progress:
         result = run_study(
             study,
             jobs=options.jobs,
-            crew=crew,
+            executor=executor,
             resume=options.resume,
             output=options.output,
             progress=progress,
@@ -83,18 +84,18 @@ def _only(options: argparse.Namespace) -> int:
 
 
 @contextlib.contextmanager
-def _crew(options: argparse.Namespace) -> Iterator[Crew | None]:
-    """Dask's workers where they are asked for."""
+def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
+    """The executor of `--dask`; None without."""
     if options.dask is None:
         yield None
         return
     import os
 
-    from cardsflow_fmu.studies.execution.dask_executor import dask_crew
+    from cardsflow_fmu.studies.execution.dask_executor import dask_executor
 
     jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
-    with dask_crew(options.dask, jobs) as crew:
-        yield crew
+    with dask_executor(options.dask, jobs) as executor:
+        yield executor
 
 
 def _print(result: StudyResult) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
 from .downsample import BINS, downsample
 from .panels import Panel, panels_of
-from .run_figures import _STYLE
+from .run_figures import STYLE
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -68,7 +69,7 @@ def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BI
         title: Above all; nothing when empty.
         bins: Of the downsampling of a long curve.
     """
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 0.6 + 2.4 * len(panels)), layout="constrained")
         every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, panel in zip(every, panels, strict=True):
@@ -88,9 +89,15 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow") -> bytes:
         salt: Makes names within an SVG differ from those of another in the same page.
     """
     memory = io.BytesIO()
-    with mpl.rc_context(_STYLE | {"svg.hashsalt": salt}):
+    with mpl.rc_context(STYLE | {"svg.hashsalt": salt}):
         figure.savefig(memory, format=form, dpi=150, metadata=_METADATA[form])
     return memory.getvalue()
+
+
+def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
+    """A figure as SVG within a page, without the metadata of a file; `salt` as for `image`."""
+    svg = image(figure, "svg", salt=salt).decode()
+    return re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
 
 
 def _draw(axes: Axes, panel: Panel, bins: int) -> None:

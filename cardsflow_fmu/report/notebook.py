@@ -22,11 +22,10 @@ def result_html(result: RunData) -> str:
 
 
 def _figure(result: RunData) -> list[str]:
-    from .figures import figure_of_panels, image
+    from .figures import figure_of_panels, inline_svg
     from .panels import panels_of
 
     try:
-        svg = image(figure_of_panels(panels_of(result), bins=_BINS), "svg").decode()
+        return [inline_svg(figure_of_panels(panels_of(result), bins=_BINS))]
     except InputError as error:
         return [f"<p>{escape(str(error))}</p>"]
-    return [svg[svg.index("<svg") :]]

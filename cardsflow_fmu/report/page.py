@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +12,16 @@ from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.info import robot_info
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
-from cardsflow_fmu.utils.overwrite import GENERATOR, own_place, write_own
+from cardsflow_fmu.utils.overwrite import own_place, write_own
 from cardsflow_fmu.viewer.html.page import replay_page
 from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.view import PAGES, act_of
 
-from .figures import figure_of_panels, image
-from .html import section, table
+from .figures import figure_of_panels, inline_svg
+from .html import page, section, table
 from .panels import all_panels
 from .summary_html import summary_tables
 
-# Nothing but what stands in the page itself may be loaded, whatever the page is opened from.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
 _BINS = 500
 
 
@@ -37,8 +33,8 @@ def report(path: str | Path, file: str | Path) -> Path:
     """
     place = own_place(file, PAGES)
     with opened_run(path) as result:
-        page = report_page(result)
-    return write_own(place, page)
+        text = report_page(result)
+    return write_own(place, text)
 
 
 def report_page(result: ExperimentRunData) -> str:
@@ -48,28 +44,17 @@ def report_page(result: ExperimentRunData) -> str:
         InputError: The run gave no rows.
     """
     name = str(result.summary.get("experiment", result.experiment.robot.name))
-    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     act = act_of(result)
-    return "\n".join(
-        (
-            "<!DOCTYPE html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            GENERATOR,
-            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
-            '<meta name="viewport" content="width=device-width">',
-            f'<link rel="icon" href="data:,"><title>{escape(name)}: report</title>',
-            f"<style>{style}</style></head><body>",
-            f"<h1>{escape(name)}</h1>",
-            *_notice(result),
-            section("Summary", *summary_tables(result.summary)),
-            section("Replay", _replay(act)),
-            section("Figures", *_figures(result)),
-            section("Robot", *_robot(result)),
-            section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
-            section("Versions", table(("what", "version"), _versions(result.summary))),
-            "</body></html>",
-            "",
-        )
+    return page(
+        f"{name}: report",
+        f"<h1>{escape(name)}</h1>",
+        *_notice(result),
+        section("Summary", *summary_tables(result.summary)),
+        section("Replay", _replay(act)),
+        section("Figures", *_figures(result)),
+        section("Robot", *_robot(result)),
+        section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
+        section("Versions", table(("what", "version"), _versions(result.summary))),
     )
 
 
@@ -82,15 +67,13 @@ def _notice(result: ExperimentRunData) -> list[str]:
 
 def _replay(act: Act) -> str:
     """The replay as a page of its own within this one, so that neither touches the other."""
-    page = escape(replay_page([act]))
-    return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{page}"></iframe>'
+    inner = escape(replay_page([act]))
+    return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{inner}"></iframe>'
 
 
 def _figures(result: ExperimentRunData) -> Iterator[str]:
     for kind, panels in all_panels(result).items():
-        svg = image(figure_of_panels(panels, bins=_BINS), "svg", salt=kind).decode()
-        # what stands before and beside the picture is for files: a page has it already
-        svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+        svg = inline_svg(figure_of_panels(panels, bins=_BINS), salt=kind)
         yield f"<figure>{svg}<figcaption>{escape(kind.replace('_', ' '))}</figcaption></figure>"
 
 

@@ -27,7 +27,7 @@ from .downsample import downsample, every_few
 TRACKING, PATH, WORLD = "tracking", "path", "world"
 
 # Text stays text in an SVG, and equal results give equal files.
-_STYLE: Any = {
+STYLE: Any = {
     "font.size": 9,
     "axes.grid": True,
     "grid.alpha": 0.3,
@@ -52,7 +52,7 @@ def tracking_figure(result: ExperimentRunData) -> Figure:
     Of muscles with laws, their commands and their tensions, with dots where these were to be.
     """
     groups = _commands(result)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 5.6 + 2.2 * len(groups)), layout="constrained")
         forces, *commands, positions = figure.subplots(2 + len(groups), 1, sharex=True)
         _draw_forces(forces, result)
@@ -72,7 +72,7 @@ def world_figure(result: ExperimentRunData) -> Figure:
     """
     objects, contacts = _objects(result), _contacts(result)
     rows = [part for part in (objects, contacts) if part]
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 0.6 + 2.5 * len(rows)), layout="constrained")
         places = list(np.atleast_1d(figure.subplots(len(rows), 1, sharex=True)))
         places[-1].set_xlabel("time [s]")
@@ -90,7 +90,7 @@ def path_figure(result: ExperimentRunData) -> Figure:
     Args:
         result: A run with at least one row, of a robot with a task point of x, y and z.
     """
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.8, 5.2))
         # no layout engine knows how far the labels of a 3-D axis reach
         axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
@@ -109,7 +109,7 @@ def path_figure(result: ExperimentRunData) -> Figure:
 
 def _images(name: str, figure: Figure) -> dict[str, bytes]:
     images: dict[str, bytes] = {}
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
             memory = io.BytesIO()
             figure.savefig(memory, format=kind, dpi=150, metadata=metadata)

@@ -1,10 +1,8 @@
-"""From a study to its runs, its table and its report."""
+"""Studies from their definition to runs, table and report."""
 
 from __future__ import annotations
 
 import contextlib
-import json
-import math
 import os
 import string
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -13,17 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.results.summary import versions
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.utils.interrupts import INTERRUPTED
 
 from .analysis.best_robot import write_best
-from .analysis.statistics import Collected, collect, distributions, sensitivities, worst_runs
+from .analysis.statistics import collect
+from .analysis.summary import study_summary, summary_text
 from .analysis.table import Rows, columns_of, units_text, write_tables
 from .definition.errors import StudyError
 from .definition.fingerprint import experiment_digest, fingerprint
@@ -32,11 +28,11 @@ from .definition.outcome import Outcome
 from .definition.rerun_command import rerun_command
 from .definition.sampling import Run, expand, run_count
 from .definition.study import Study
-from .execution.dispatch import perform
-from .execution.executors import Crew, GivenCrew, process_crew
+from .execution.dispatch import dispatch
+from .execution.executors import ExecutorAdapter, RunExecutor, process_executor
 from .execution.fmu_cache import remove_unpacked
 from .execution.optimisation import Search, optimise
-from .execution.run_store import RunFiles
+from .execution.run_store import RunStore
 from .execution.worker import Job, do_run
 
 Progress = Callable[[int, int, int], None]
@@ -47,13 +43,13 @@ BEST = "best"
 
 @dataclass
 class StudyResult:
-    """What a study gave.
+    """The result of a study.
 
     Attributes:
         folder: Where runs, table and report are.
-        summary: What stands in summary.json.
+        summary: Content of summary.json.
         rows: Gives the runs and their outcomes, in order.
-        files: What was written, by name; the runs' own files are not among them.
+        files: Files by name, without those of single runs.
     """
 
     folder: Path
@@ -64,10 +60,9 @@ class StudyResult:
 
 def run_study(
     study: Study,
-    executor: Executor | None = None,
+    executor: Executor | RunExecutor | None = None,
     *,
     jobs: int | None = None,
-    crew: Crew | None = None,
     resume: bool = False,
     output: str | Path | None = None,
     progress: Progress | None = None,
@@ -76,10 +71,9 @@ def run_study(
 
     Args:
         study: The study.
-        executor: Who does the runs; processes of our own when None.
-        jobs: How many at once; one a core when None.
-        crew: As executor, for those who hand out runs in another way.
-        resume: Whether to go on where runs are there already.
+        executor: Executor of the runs; a pool of processes when None.
+        jobs: Number of runs at once; one a core when None.
+        resume: Whether to continue a study that has runs already.
         output: Folder for everything; the study's own when None.
         progress: Called when a run is done.
 
@@ -88,19 +82,19 @@ def run_study(
         StudyError: The study stopped before its end; it can be resumed.
     """
     jobs = os.cpu_count() or 1 if jobs is None else jobs
-    files = RunFiles(Path(output or study.output))
+    files = RunStore(Path(output or study.output))
     with files.locked():
         if files.any() and not resume:
             what = "holds runs of a study: go on with --resume, or choose another folder with -o"
             raise InputError(what, file=files.folder)
-        work = _Work(study, files, progress)
+        work = _StudyRun(study, files, progress)
         try:
-            with _crew(executor, jobs, crew) as hands:
+            with _run_executor(executor, jobs) as runs:
                 search = None
                 if study.optimise is None:
-                    work.sampled(hands)
+                    work.sampled(runs)
                 else:
-                    search = work.optimised(hands)
+                    search = work.optimised(runs)
             return _finished(study, work, search)
         except (StudyError, KeyboardInterrupt) as error:
             reason = INTERRUPTED if isinstance(error, KeyboardInterrupt) else str(error)
@@ -111,23 +105,23 @@ def run_study(
 
 
 def only_run(study: Study, beginning: str, output: str | Path | None = None) -> tuple[str, Outcome]:
-    """Do one run of a study again, in this process, and write nothing.
+    """Repeat one run of a study, in this process, and write nothing.
 
     Args:
         study: The study.
-        beginning: What the run's hash begins with.
+        beginning: The begin of the run's hash.
         output: Folder of the study; its own when None.
 
     Returns:
-        The command that does the run with all files, and what came of it.
+        The command that writes all files of the run, and the outcome.
 
     Raises:
         InputError: There is no such run.
     """
-    files = RunFiles(Path(output or study.output))
+    files = RunStore(Path(output or study.output))
     if not set(beginning) <= set(string.hexdigits) or not beginning:
         raise InputError(f"must be the begin of a run's hash, not {beginning!r}", key="--only")
-    work = _Work(study, files, None)
+    work = _StudyRun(study, files, None)
     runs = () if study.optimise else expand(study, work.fingerprint)
     run = next((run for run in runs if run.hash.startswith(beginning)), None)
     if run is None:
@@ -139,10 +133,10 @@ def only_run(study: Study, beginning: str, output: str | Path | None = None) -> 
     return rerun_command(study, run), do_run(work.job, run.settings)
 
 
-class _Work:
-    """The runs of a study, done and to be done."""
+class _StudyRun:
+    """The progress of a study."""
 
-    def __init__(self, study: Study, files: RunFiles, progress: Progress | None) -> None:
+    def __init__(self, study: Study, files: RunStore, progress: Progress | None) -> None:
         self.study, self.files, self._progress = study, files, progress
         self.base = Experiment.load(study.experiment, study.settings)
         digest = experiment_digest(self.base)
@@ -159,7 +153,7 @@ class _Work:
         self.total = run_count(study) if study.optimise is None else study.optimise.most_runs
         self.done = self._failed = 0
 
-    def sampled(self, crew: Crew) -> None:
+    def sampled(self, executor: RunExecutor) -> None:
         """Do the runs of a sampling that have no file."""
         self._build()
         seen: set[str] = set()
@@ -173,9 +167,9 @@ class _Work:
                     self._count(outcome)
                 seen.add(run.hash)
 
-        perform(missing(), self.job, crew, self._keep)
+        dispatch(missing(), self.job, executor, self._keep)
 
-    def optimised(self, crew: Crew) -> Search:
+    def optimised(self, executor: RunExecutor) -> Search:
         """Do the generations of an optimisation."""
         self._build()
 
@@ -184,7 +178,7 @@ class _Work:
             missing = {run.hash: run for run in runs if self.files.read(run) is None}
             for _ in range(len(runs) - len(missing)):
                 self._count(None)
-            perform(missing.values(), self.job, crew, self._keep)
+            dispatch(missing.values(), self.job, executor, self._keep)
             return [self.outcome(run) for run in runs]
 
         return optimise(self.study, self.fingerprint, generation)
@@ -194,7 +188,7 @@ class _Work:
         return expand(self.study, self.fingerprint)
 
     def outcome(self, run: Run) -> Outcome:
-        """What came of a run that is done."""
+        """The outcome of a run that is done."""
         outcome = self.files.read(run)
         if outcome is None:
             raise StudyError(f"{self.files.folder}: the file of run {run.hash} is gone or damaged")
@@ -222,25 +216,23 @@ class _Work:
 
 
 @contextlib.contextmanager
-def _crew(executor: Executor | None, jobs: int, crew: Crew | None) -> Iterator[Crew]:
-    if crew is not None:
-        yield crew
-    elif executor is not None:
-        yield GivenCrew(executor, jobs)
-    else:
-        with process_crew(jobs) as own:
+def _run_executor(executor: Executor | RunExecutor | None, jobs: int) -> Iterator[RunExecutor]:
+    if executor is None:
+        with process_executor(jobs) as own:
             yield own
+    else:
+        yield ExecutorAdapter(executor, jobs) if isinstance(executor, Executor) else executor
 
 
-def _finished(study: Study, work: _Work, search: Search | None) -> StudyResult:
-    """Write what the runs tell."""
+def _finished(study: Study, work: _StudyRun, search: Search | None) -> StudyResult:
+    """Write tables, summary and report."""
     from .analysis.report import report_page  # matplotlib takes a second to import
 
     rows: Rows = work.rows if search is None else lambda: iter(search.runs)
     columns = columns_of(study)
     collected = collect(columns, rows())
     units = metric_units(study.metrics, _tracking_unit(work.base))
-    summary = _summary(study, collected, rows)
+    summary = study_summary(study, collected, rows)
     folder = work.files.folder
     if search is not None:
         summary["best"] = _best(study, search, folder)
@@ -259,57 +251,6 @@ def _finished(study: Study, work: _Work, search: Search | None) -> StudyResult:
     files = {path.name: path for path in written}
     files |= {f"table.{kind}": folder / f"table.{kind}" for kind in study.tables}
     return StudyResult(folder, summary, rows, files)
-
-
-def summary_text(summary: Mapping[str, Any]) -> str:
-    """A summary as JSON, which knows no infinity: null stands for it.
-
-    Args:
-        summary: Of a study.
-    """
-    return json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
-    worst = {} if study.optimise else worst_runs(collected)  # a search looks at bad ones too
-    wanted = {place for places in worst.values() for place in places}
-    named = {place: run for place, (run, _) in enumerate(rows()) if place in wanted}
-    complete = len(collected.overheads)
-    return {
-        "study": study.name,
-        "experiment": str(study.experiment),
-        "engine": study.engine,
-        "seed": study.seed,
-        "runs": len(collected.hashes),
-        "complete": complete,
-        "failed": len(collected.hashes) - complete,
-        "failures": collected.failures,
-        "overhead_s": float(np.median(collected.overheads or [0.0])),
-        "metrics": distributions(collected),
-        "worst": {
-            name: [
-                {
-                    "run": named[place].index,
-                    "hash": named[place].hash,
-                    "value": float(collected.metrics[name][place]),
-                    "settings": dict(named[place].settings),
-                    "command": rerun_command(study, named[place]),
-                }
-                for place in places
-            ]
-            for name, places in worst.items()
-        },
-        "sensitivity": sensitivities(study, collected),
-        "versions": versions(),
-    }
 
 
 def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | None:
@@ -336,7 +277,7 @@ def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | Non
 
 
 def _tracking_unit(experiment: Experiment) -> str:
-    """The unit of what is followed."""
+    """The unit of the tracking error."""
     from cardsflow_fmu.signals.ports import followed_signals
 
     units = set(followed_signals(experiment.robot, experiment.reference.space).units)

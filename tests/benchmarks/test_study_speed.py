@@ -18,7 +18,7 @@ from interleaved import record
 from small_studies import small_study
 
 from cardsflow_fmu.studies import run_study
-from cardsflow_fmu.studies.execution.executors import process_crew
+from cardsflow_fmu.studies.execution.executors import process_executor
 
 RUNS, ROUNDS = 200, 2
 QUIET = 0.5
@@ -44,11 +44,11 @@ def test_throughput(tmp_path: Path) -> None:
         for seed in range(ROUNDS + 1)
     ]
     times, own = dict.fromkeys((1, 2), 0.0), 0.0
-    with process_crew(1) as one, process_crew(2) as two:
+    with process_executor(1) as one, process_executor(2) as two:
         for k, study in enumerate(studies):
-            for jobs, crew in ((1, one), (2, two)):
+            for jobs, executor in ((1, one), (2, two)):
                 begin, cpu = time.perf_counter(), time.process_time()
-                run_study(study, crew=crew, output=tmp_path / f"{jobs}_{k}")
+                run_study(study, executor=executor, output=tmp_path / f"{jobs}_{k}")
                 if k > 0:
                     times[jobs] += time.perf_counter() - begin
                     own += time.process_time() - cpu

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from typing import Any
 
 from cardsflow_fmu.studies.definition.outcome import Outcome
-from cardsflow_fmu.studies.execution.executors import ProcessCrew
+from cardsflow_fmu.studies.execution.executors import ProcessExecutor
 from cardsflow_fmu.studies.execution.worker import Job
 
 DEADLY = "controller.kp"
@@ -22,7 +22,7 @@ def deadly_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
     return Outcome({"force.peak": settings[DEADLY]})
 
 
-class DeadlyCrew(ProcessCrew):
+class DeadlyExecutor(ProcessExecutor):
     """Processes that do deadly runs."""
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:

@@ -1,4 +1,4 @@
-"""Writes the robot that an optimisation has found, for every tool that goes on with it."""
+"""Files of the best robot of an optimisation."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
     imports: points in the root frame, all joints at zero.
 
     Args:
-        experiment: With the robot.
-        folder: Where to.
+        experiment: The experiment with the robot.
+        folder: The folder.
 
     Returns:
-        What a format cannot hold, a line each.
+        Notes on what a format cannot hold, a line each.
     """
     robot, notes = experiment.robot, []
     for format_ in ("sdf", "caspr"):

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cardsflow_fmu.report.html import Markup, page, table
 from cardsflow_fmu.studies.definition.metrics import parted
 from cardsflow_fmu.studies.definition.rerun_command import only_command
 from cardsflow_fmu.studies.definition.study import Study
@@ -15,14 +16,7 @@ from cardsflow_fmu.studies.definition.study import Study
 from .plots import histogram, search_history, sensitivity_bars
 from .statistics import Collected
 
-_STYLE = """body{font:14px/1.45 sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}
-table{border-collapse:collapse}
-td,th{padding:.15em .7em;border-bottom:1px solid #ddd;text-align:right}
-td:first-child,th:first-child,td.text{text-align:left}code{font-size:12px;word-break:break-all}
-td code{text-align:left}td{white-space:nowrap}details code{white-space:normal}
-summary{text-align:left}"""
-
-_LARGEST = 1e100  # beyond this nothing is drawn: its axes could not hold it
+_LARGEST = 1e100  # of what can be drawn
 _SHOWN = ("count", "min", "p05", "median", "mean", "p95", "max", "deviation")
 
 
@@ -37,7 +31,7 @@ def report_page(
 
     Args:
         study: The study.
-        summary: What its summary.json holds.
+        summary: Content of its summary.json.
         collected: The numbers of its runs.
         units: Of the metrics.
         history: Of an optimisation, see `plots.search_history`.
@@ -52,12 +46,7 @@ def report_page(
         *_sensitivity(summary),
         *_failures(collected),
     ]
-    body = "\n".join(parts)
-    return (
-        "<!DOCTYPE html>\n"
-        f'<html lang="en"><head><meta charset="utf-8"><title>{escape(study.name)}</title>'
-        f"<style>{_STYLE}</style></head><body>\n{body}\n</body></html>\n"
-    )
+    return page(study.name, *parts)
 
 
 def _opening(study: Study, summary: Mapping[str, Any]) -> str:
@@ -85,19 +74,19 @@ def _best(
         yield "<p>No run meets the constraints.</p>"
     else:
         yield f"<p>{escape(objective)} {best['objective']:.6g} {escape(unit)}</p>"
-        yield _table(("setting", "value"), [(k, _cell(v)) for k, v in best["settings"].items()])
+        yield table(("setting", "value"), best["settings"].items())
         yield f"<p><code>{escape(best['command'])}</code></p>"
     yield search_history(objective, unit, history)
 
 
 def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterable[str]:
     rows = [
-        (f"{name} [{units[name] or '-'}]", *(_cell(numbers[key]) for key in _SHOWN))
+        (f"{name} [{units[name] or '-'}]", *(numbers[key] for key in _SHOWN))
         for name, numbers in summary["metrics"].items()
     ]
     if rows:
         yield "<h2>Distributions</h2>"
-        yield _table(("metric", *_SHOWN), rows)
+        yield table(("metric", *_SHOWN), rows)
 
 
 def _histograms(collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
@@ -115,13 +104,13 @@ def _worst(study: Study, summary: Mapping[str, Any], units: Mapping[str, str]) -
         yield f"<h3>{escape(name)}</h3>"
         rows = [
             (
-                str(c["run"]),
+                c["run"],
                 f"{c['value']:.6g} {units[name]}",
-                f"{only_command(study, c['hash'])}\n{c['command']}",
+                _commands(only_command(study, c["hash"]), c["command"]),
             )
             for c in cases
         ]
-        yield _table(("run", "value", "again"), rows)
+        yield table(("run", "value", "again"), rows)
 
 
 def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
@@ -137,28 +126,10 @@ def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
 def _failures(collected: Collected) -> Iterable[str]:
     if collected.failures:
         yield "<h2>Failed runs</h2>"
-        rows = [(error, str(count)) for error, count in collected.failures.items()]
-        yield _table(("error", "runs"), rows)
+        yield table(("error", "runs"), collected.failures.items())
 
 
-def _cell(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _table(names: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in names)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{_escaped(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
-    )
-    return f"<table><tr>{head}</tr>\n{body}</table>"
-
-
-def _escaped(cell: str) -> str:
-    """A cell; of two commands the second is folded away behind the first."""
-    if not cell.startswith("cardsflow "):
-        return escape(cell)
-    first, _, second = cell.partition("\n")
-    code = f"<code>{escape(first)}</code>"
-    if not second:
-        return code
-    return f"<details><summary>{code}</summary><code>{escape(second)}</code></details>"
+def _commands(first: str, second: str) -> Markup:
+    """Two commands, the second folded away behind the first."""
+    summary = f"<summary><code>{escape(first)}</code></summary>"
+    return Markup(f"<details>{summary}<code>{escape(second)}</code></details>")

@@ -1,4 +1,4 @@
-"""What the runs of a study tell together: distributions, worst cases, sensitivity."""
+"""Statistics of a study: distributions, worst cases, sensitivities."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _QUANTILES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 @dataclass
 class Collected:
-    """The numbers of a study: what a table of them takes, and no more.
+    """The numbers of a study's table.
 
     Attributes:
         hashes: One a run.
-        inputs: By the name of the variation, one a run; NaN for what is no number.
+        inputs: By the name of the variation, one a run; NaN for other values.
         metrics: By name, one a run; NaN of a failed run.
-        failures: Errors, and how often.
+        failures: Number of runs by error.
         overheads: Time of every complete run beyond its simulation, in [s].
     """
 
@@ -73,9 +73,9 @@ def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
 
 
 def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
-    """How every metric is distributed over the runs that have it."""
+    """The distribution of every metric over the runs that have it."""
     found: dict[str, dict[str, float | int]] = {}
-    with np.errstate(over="ignore"):  # squares of what is very large
+    with np.errstate(over="ignore"):  # squares of large values
         for name, values in collected.metrics.items():
             there = values[np.isfinite(values)]
             if there.size:
@@ -95,7 +95,7 @@ def _distribution(there: FloatArray) -> dict[str, float | int]:
 
 
 def worst_runs(collected: Collected) -> dict[str, list[int]]:
-    """The places of the runs that are worst by each metric, the worst first.
+    """Rows of the worst runs by each metric, the worst first.
 
     Metrics that are equal in all runs are left out, and so are those of single muscles.
     """
@@ -110,7 +110,7 @@ def worst_runs(collected: Collected) -> dict[str, list[int]]:
 
 
 def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any]]:
-    """How much each variation counts for each metric.
+    """The influence of each variation on each metric.
 
     A study with the sampler `sensitivity` gives Sobol's indices: `first`, the part of the variance
     that a variation makes alone, and `total`, with all it makes together with others. The others

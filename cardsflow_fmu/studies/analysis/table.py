@@ -1,4 +1,4 @@
-"""The table of a study: a row a run, in the order of the runs, whoever did them."""
+"""The table of a study, a row a run, in their order."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cardsflow_fmu.studies.definition.errors import StudyError
-from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.outcome import LEADING_COLUMNS, TRAILING_COLUMNS, Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
 from cardsflow_fmu.studies.definition.study import Study, TableKind
 
 _BLOCK = 1024
-_LEADING, _TRAILING = ("run", "hash"), ("status", "error")
-OWN_COLUMNS = (*_LEADING, *_TRAILING)
 
 Rows = Callable[[], Iterator[tuple[Run, Outcome]]]
 
@@ -34,7 +32,7 @@ class Columns(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """All of them, in order."""
-        return (*_LEADING, *self.variations, *self.metrics, *_TRAILING)
+        return (*LEADING_COLUMNS, *self.variations, *self.metrics, *TRAILING_COLUMNS)
 
 
 def columns_of(study: Study) -> Columns:
@@ -43,10 +41,10 @@ def columns_of(study: Study) -> Columns:
 
 
 def write_tables(folder: Path, kinds: Iterable[TableKind], columns: Columns, rows: Rows) -> None:
-    """Write the table in every kind that is asked for, each row when it is read.
+    """Write the table in the formats of the study, row by row.
 
     Args:
-        folder: Where to.
+        folder: The folder.
         kinds: Of the files `table.csv` and `table.parquet`.
         columns: The columns.
         rows: Gives the runs and their outcomes, in order; called once a kind.

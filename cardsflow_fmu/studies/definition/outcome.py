@@ -1,4 +1,4 @@
-"""What came of a run: its metrics, or why there are none."""
+"""The outcome of a run: its metrics, or its error."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+LEADING_COLUMNS, TRAILING_COLUMNS = ("run", "hash"), ("status", "error")
+"""Columns of a study's table before and behind those of variations and metrics."""
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a run.
+    """The outcome of a run.
 
     Attributes:
         metrics: By name; None where a run has no such thing. Empty of a failed run.

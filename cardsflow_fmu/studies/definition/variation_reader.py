@@ -15,9 +15,9 @@ from cardsflow_fmu.config.key_path import EVERY_OTHER, indexed, join_path, split
 from cardsflow_fmu.config.table import Table
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import task_names
-from cardsflow_fmu.studies.analysis.table import OWN_COLUMNS
 
 from .nominal_values import nominal_value
+from .outcome import LEADING_COLUMNS, TRAILING_COLUMNS
 from .path_check import Trial
 from .variations import (
     RELATIVE,
@@ -76,7 +76,7 @@ def require_free_names(
         InputError: One is.
     """
     for variation in variations:
-        if variation.name in (*OWN_COLUMNS, *metrics):
+        if variation.name in (*LEADING_COLUMNS, *TRAILING_COLUMNS, *metrics):
             what = f"the table has another column {variation.name!r}; give the variation a name"
             raise table.error("vary", what)
 

@@ -1,4 +1,4 @@
-"""Dask's workers, on this machine or on others: extra `sweep`."""
+"""The executor of Dask's workers, on this machine or others: extra `sweep`."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError
 
-from .executors import GivenCrew
+from .executors import ExecutorAdapter
 
 LOCAL = "local"
 _PATIENCE = 10.0
 
 
 @contextlib.contextmanager
-def dask_crew(address: str, jobs: int) -> Iterator[GivenCrew]:
-    """Dask's workers; it hands out the run of a worker that dies to another by itself.
+def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
+    """Dask's workers; Dask itself resubmits the run of a worker that dies.
 
     The experiment's folder is to be found under the same path on every machine.
 
     Args:
-        address: Of a scheduler, such as `tcp://host:8786`; `local` for a cluster of its own.
-        jobs: How many workers a cluster of its own has.
+        address: Of a scheduler, such as `tcp://host:8786`; `local` for a cluster on this machine.
+        jobs: Number of workers of a local cluster.
 
     Raises:
-        InputError: Dask is not installed, nobody answers there, or no number of workers.
+        InputError: Dask is not installed, there is no scheduler, or `jobs` is not positive.
     """
     try:
         import distributed
@@ -58,13 +58,13 @@ def dask_crew(address: str, jobs: int) -> Iterator[GivenCrew]:
             raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None
         workers = sum(client.nthreads().values()) or 1
         executor = stack.enter_context(client.get_executor(pure=False))
-        yield GivenCrew(executor, workers, attempts=2)
+        yield ExecutorAdapter(executor, workers, attempts=2)
 
 
 def _require_answer(address: str) -> None:
-    """Refuse an address where nobody listens: Dask's own client gives up late, and loudly."""
-    _, _, place = address.rpartition("://")
-    host, _, port = place.rstrip("/").rpartition(":")
+    """Refuse an address without listener: Dask's own client gives up late, and loudly."""
+    _, _, location = address.rpartition("://")
+    host, _, port = location.rstrip("/").rpartition(":")
     if not host or not port.isdigit() or not 0 < int(port) < 65536:
         what = f"no Dask scheduler at {address}: an address is tcp://HOST:PORT, or {LOCAL!r}"
         raise InputError(what, key="--dask")

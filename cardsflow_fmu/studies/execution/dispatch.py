@@ -1,4 +1,4 @@
-"""Handing out runs and taking in their outcomes: few at a time, and dead workers survived."""
+"""The dispatch of runs to an executor, which survives the death of workers."""
 
 from __future__ import annotations
 
@@ -10,56 +10,56 @@ from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
 
-from .executors import Crew
+from .executors import RunExecutor
 from .worker import Job
 
-_GIVE_UP = 3  # so many runs whose workers died, and not one that ended, and the study stops
+_GIVE_UP = 3  # runs whose workers died, without one that ended, until the study stops
 
 Keep = Callable[[Run, Outcome], None]
 
 
-def perform(runs: Iterable[Run], job: Job, crew: Crew, keep: Keep) -> None:
-    """Do all runs; a run that keeps killing its worker fails, and the others go on.
+def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, keep: Keep) -> None:
+    """Do all runs; a run that kills its worker repeatedly fails, and the others go on.
 
     Args:
-        runs: Taken one by one, as they are handed out.
-        job: What they have in common.
-        crew: Who does them.
-        keep: Called with every run and its outcome, in the order in which they end.
+        runs: The runs, read as they are submitted.
+        job: Their common part.
+        executor: Their executor.
+        keep: Called with every run and its outcome, in the order of completion.
 
     Raises:
-        StudyError: There is no going on.
+        StudyError: The runs cannot go on.
     """
-    _Performance(iter(runs), job, crew, keep).go()
+    _Dispatcher(iter(runs), job, executor, keep).go()
 
 
-class _Performance:
-    """What is handed out, and what is waiting.
+class _Dispatcher:
+    """The runs that are submitted, and those to be submitted again.
 
-    When a pool of processes breaks, nobody knows which of its runs did it: they are handed out
-    again one at a time, and the one that is alone when the pool breaks is the one that counts.
+    When a pool of processes breaks, the run that broke it is not known: its runs are submitted
+    again one at a time, and a death counts for the run that is alone.
     """
 
-    def __init__(self, runs: Iterator[Run], job: Job, crew: Crew, keep: Keep) -> None:
-        self._runs, self._job, self._crew, self._keep = runs, job, crew, keep
+    def __init__(self, runs: Iterator[Run], job: Job, executor: RunExecutor, keep: Keep) -> None:
+        self._runs, self._job, self._executor, self._keep = runs, job, executor, keep
         self._pending: dict[Future[Outcome], Run] = {}
         self._suspects: deque[Run] = deque()
         self._deaths: Counter[int] = Counter()
         self._given_up, self._any_ended = 0, False
 
     def go(self) -> None:
-        """Until nothing is left."""
+        """Do all runs."""
         try:
-            while self._hand_out():
+            while self._submit_due():
                 done, _ = wait(self._pending, return_when=FIRST_COMPLETED)
-                self._take_in(done)
+                self._collect(done)
         finally:
             for future in self._pending:
                 future.cancel()
 
-    def _hand_out(self) -> bool:
-        """Hand out what may be; whether something is out."""
-        while not self._suspects and len(self._pending) < self._crew.window:
+    def _submit_due(self) -> bool:
+        """Submit as many runs as may be; returns whether any is under way."""
+        while not self._suspects and len(self._pending) < self._executor.window:
             run = next(self._runs, None)
             if run is None:
                 break
@@ -70,12 +70,12 @@ class _Performance:
 
     def _submit(self, run: Run) -> None:
         try:
-            self._pending[self._crew.submit(self._job, run.settings)] = run
-        except BrokenExecutor:  # broken since the last outcome was taken in
+            self._pending[self._executor.submit(self._job, run.settings)] = run
+        except BrokenExecutor:  # broken since the last outcome
             self._suspects.append(run)
             self._renew()
 
-    def _take_in(self, done: Iterable[Future[Outcome]]) -> None:
+    def _collect(self, done: Iterable[Future[Outcome]]) -> None:
         was_alone = len(self._pending) == 1
         broken = False
         for future in done:
@@ -97,7 +97,7 @@ class _Performance:
             self._renew()
 
     def _renew(self) -> None:
-        """New workers; what had ended before the old ones died is taken in."""
+        """Replace the workers; outcomes from before their death are kept."""
         wait(self._pending)
         for future, run in self._pending.items():
             if future.cancelled() or future.exception() is not None:
@@ -105,13 +105,13 @@ class _Performance:
             else:
                 self._ended(run, future.result())
         self._pending.clear()
-        self._crew.renew()
+        self._executor.renew()
 
     def _lost(self, run: Run, error: Exception, *, counts: bool) -> None:
-        """A run whose worker died goes back, or fails."""
+        """Resubmit a run whose worker died, or let it fail."""
         self._deaths[run.index] += counts
         times = self._deaths[run.index]
-        if times < self._crew.attempts:
+        if times < self._executor.attempts:
             self._suspects.append(run)
             return
         self._given_up += 1

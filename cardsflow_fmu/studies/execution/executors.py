@@ -1,4 +1,4 @@
-"""Who does the runs: a pool of processes of our own, Dask's workers, or any executor given."""
+"""Executors of runs: a pool of own processes, or an adapter of any other executor."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from cardsflow_fmu.studies.definition.outcome import Outcome
 
 from .worker import Job, do_run
 
-_PER_WORKER = 2  # runs that wait for a worker, so that it never waits for a run
+_PER_WORKER = 2  # runs queued for a worker, so that it never idles
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class Crew(Protocol):
-    """Who does the runs.
+class RunExecutor(Protocol):
+    """An executor of runs.
 
     Attributes:
-        window: How many runs to hand out at once.
-        attempts: How often a run is handed out whose worker dies.
+        window: Number of runs to submit at once.
+        attempts: Number of times that a run is submitted whose worker dies.
     """
 
     window: int
     attempts: int
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
-        """Hand out a run."""
+        """Submit a run."""
 
     def renew(self) -> None:
         """Go on after workers have died.
@@ -44,13 +44,13 @@ class Crew(Protocol):
         """
 
 
-class ProcessCrew:
-    """Processes of our own, fresh interpreters with one thread each.
+class ProcessExecutor:
+    """A pool of own processes, fresh interpreters with one thread each.
 
     Ctrl-C and the end of this process, of whatever kind, end them at once.
 
     Args:
-        jobs: How many.
+        jobs: Number of processes.
     """
 
     attempts = 3
@@ -62,17 +62,17 @@ class ProcessCrew:
         self._open()
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
-        """Hand out a run."""
+        """Submit a run."""
         with _single_threaded():
             return self._pool.submit(do_run, job, settings)
 
     def renew(self) -> None:
-        """New processes in the place of those that are lost."""
+        """Replace the processes."""
         self.close()
         self._open()
 
     def close(self) -> None:
-        """End the processes, whatever they are at."""
+        """End the processes at once."""
         self._lifeline.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._watched.close()
@@ -87,13 +87,13 @@ class ProcessCrew:
         )
 
 
-class GivenCrew:
-    """The workers of an executor that somebody else opens and closes.
+class ExecutorAdapter:
+    """An adapter of an executor that the caller opens and closes.
 
     Args:
         executor: The executor.
-        workers: How many runs it does at once.
-        attempts: How often a run is handed out whose worker dies.
+        workers: Number of its workers.
+        attempts: Number of times that a run is submitted whose worker dies.
     """
 
     def __init__(self, executor: Executor, workers: int, attempts: int = 3) -> None:
@@ -102,51 +102,48 @@ class GivenCrew:
         self._executor = executor
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
-        """Hand out a run."""
+        """Submit a run."""
         try:
             return self._executor.submit(do_run, job, settings)
         except RuntimeError as error:
             raise StudyError(f"the executor takes no more runs: {error}") from None
 
     def renew(self) -> None:
-        """Nobody here can do that."""
+        """Not possible."""
         raise StudyError("the executor has lost its workers")
 
 
 @contextlib.contextmanager
-def process_crew(jobs: int) -> Iterator[ProcessCrew]:
-    """Processes of our own, ended at the end.
+def process_executor(jobs: int) -> Iterator[ProcessExecutor]:
+    """A pool of processes, as a context.
 
     Args:
-        jobs: How many.
+        jobs: Number of processes.
 
     Raises:
-        InputError: Not a number of processes.
+        InputError: The number is not positive.
     """
     if jobs < 1:
         raise InputError(f"must be at least 1, not {jobs}", key="jobs")
-    crew = ProcessCrew(jobs)
-    try:
-        yield crew
-    finally:
-        crew.close()
+    with contextlib.closing(ProcessExecutor(jobs)) as executor:
+        yield executor
 
 
 def _begin_worker(watched: Connection) -> None:
-    """In a new process: leave Ctrl-C to the parent, and end with it."""
+    """Initialise a worker: the parent handles Ctrl-C, and its end is the worker's."""
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
     threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
 
 
 def _end_with(watched: Connection) -> None:
-    """Nothing is ever sent: what arrives is the end of the pipe, when the parent closes or dies."""
+    """Exit at the end of the pipe, when the parent closes it or dies; nothing is ever sent."""
     watched.poll(None)
     os._exit(1)
 
 
 @contextlib.contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Processes that start meanwhile have one thread in their numerical libraries."""
+    """Processes that start meanwhile use one thread in their numerical libraries."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:

@@ -1,4 +1,4 @@
-"""FMUs for many runs: built once, unpacked once in a process, parameters given at the start."""
+"""FMUs of many runs: built once, unpacked once a process, with parameters set at the start."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from cardsflow_fmu.simulation.from_experiment import PreparedFmu
 from cardsflow_fmu.simulation.models import MODELS, model_name
 
 UNPACKED = "unpacked_"
-"""What the folders begin with that FMUs are unpacked into."""
+"""Prefix of the folders that FMUs are unpacked into."""
 
 MOST_KEPT = 4
-"""How many sets of FMUs a process keeps unpacked: robots that differ need FMUs of their own."""
+"""Number of sets of FMUs that a process keeps unpacked: different robots need different FMUs."""
 
 _kept: OrderedDict[str, Path] = OrderedDict()
 
@@ -28,14 +28,13 @@ _kept: OrderedDict[str, Path] = OrderedDict()
 def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dict[str, PreparedFmu]:
     """The FMUs for a run.
 
-    What is a parameter of the FMUs is given at the start; only for a run that differs in something
-    else FMUs of its own are built.
+    Parameters are set at the start; a run that differs in anything else has FMUs of its own.
 
     Args:
         base: The experiment without variations.
         experiment: That of the run.
-        shared: Folder with the FMUs of the base, and for those that are unpacked; where it is not
-            there, this process makes its own.
+        shared: Folder with the FMUs of the base, and for unpacked ones; a temporary folder where it
+            does not exist.
     """
     built = with_parameters_of(base, experiment)
     digest = _digest(built)
@@ -102,7 +101,7 @@ def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[
 
 
 def _digest(experiment: Experiment) -> str:
-    """The hash of what the FMUs carry."""
+    """The hash of the resources of the FMUs."""
     digest = hashlib.sha256()
     resources = experiment.resources(with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
@@ -128,7 +127,7 @@ def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
 
 
 def remove_unpacked(shared: Path) -> None:
-    """Remove what processes have unpacked, whether they ended or were killed.
+    """Remove unpacked FMUs of all processes, ended or killed.
 
     Args:
         shared: Folder with the FMUs of the base.

@@ -1,4 +1,4 @@
-"""The search for the best robot: generations of runs, each like any other run of a study."""
+"""The search for the best robot, by generations of runs."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 from .optimisers import search
 
-Perform = Callable[[Iterable[Run]], list[Outcome]]
-"""Does runs, or finds them done; their outcomes in order."""
+RunGeneration = Callable[[Iterable[Run]], list[Outcome]]
+"""Does runs that have no outcome yet; returns all outcomes, in order."""
 
 _MISSES, _FAILS = 1e12, 1e15  # costs above any that meets the constraints
 
 
 @dataclass
 class Search:
-    """What has been looked at.
+    """The state of a search.
 
     Attributes:
         runs: All runs with their outcomes, in order.
         history: By the name of the search, the best objective after each generation; NaN before
             anything meets the constraints.
-        best: The place of the best run that meets the constraints; None if there is none.
+        best: Index of the best run that meets the constraints; None if there is none.
     """
 
     runs: list[tuple[Run, Outcome]] = field(default_factory=list)
@@ -37,13 +37,13 @@ class Search:
     lowest: float = _MISSES
 
 
-def optimise(study: Study, fingerprint: str, perform: Perform) -> Search:
-    """Search for the best, once a seed.
+def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> Search:
+    """Search for the best robot, once a seed.
 
     Args:
         study: A study with `optimise`.
-        fingerprint: Of what all runs have in common.
-        perform: Does a generation.
+        fingerprint: Hash of the common part of all runs.
+        run_generation: Does a generation.
 
     Raises:
         InputError: The algorithm is not installed.
@@ -64,7 +64,7 @@ def optimise(study: Study, fingerprint: str, perform: Perform) -> Search:
                 )
                 for k, point in enumerate(points)
             ]
-            outcomes = perform(runs)
+            outcomes = run_generation(runs)
             found.runs += zip(runs, outcomes, strict=True)
             costs = [cost(settings, outcome) for outcome in outcomes]
             for k, value in enumerate(costs):
@@ -79,7 +79,7 @@ def optimise(study: Study, fingerprint: str, perform: Perform) -> Search:
 
 
 def cost(settings: Optimise, outcome: Outcome) -> float:
-    """What is made small: the objective; what misses constraints is above all that meets them.
+    """The cost: the objective, or more than any objective where a constraint is missed.
 
     Args:
         settings: Objective and constraints.
@@ -97,7 +97,7 @@ def cost(settings: Optimise, outcome: Outcome) -> float:
 
 
 def _finite(value: Any) -> float:
-    """A number; NaN for what is none."""
+    """A number; NaN for anything else."""
     return float(value) if value is not None and math.isfinite(value) else math.nan
 
 

@@ -1,4 +1,4 @@
-"""The algorithms that search the unit cube: scipy's differential evolution, and CMA-ES."""
+"""Optimisers in the unit cube: scipy's differential evolution, and CMA-ES."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SPREAD = 0.3  # of the first generation of CMA-ES, in parts of the cube
 
 
 def search(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) -> None:
-    """Search for the least cost, generation by generation; the caller keeps what it sees.
+    """Search for the least cost, generation by generation; `evaluate` keeps the results.
 
     Args:
         settings: Algorithm and sizes.

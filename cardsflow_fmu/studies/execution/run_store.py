@@ -1,4 +1,4 @@
-"""A small file a run: written at once or not at all, and told apart from what is damaged."""
+"""The file of each run: written atomically, with a checksum."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ RUNS = "runs"
 _LOCK = ".lock"
 
 
-class RunFiles:
-    """The runs that a folder holds.
+class RunStore:
+    """The runs in a folder.
 
     Args:
         folder: The study's output folder.
@@ -33,7 +33,7 @@ class RunFiles:
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Makes the folder, and keeps other studies out of it.
+        """Make the folder, and lock it against other studies.
 
         Raises:
             InputError: It cannot be written, or another study is at work in it.
@@ -77,7 +77,7 @@ class RunFiles:
             raise StudyError(f"{error}; make room there") from None
 
     def read(self, run: Run) -> Outcome | None:
-        """What came of a run; None if there is no file, or none that is sound."""
+        """The outcome of a run; None without a valid file."""
         content = self._content(self._runs / f"{run.hash}.json")
         if content is None or content["hash"] != run.hash:
             return None
@@ -86,7 +86,7 @@ class RunFiles:
         )
 
     def settings(self, beginning: str) -> list[dict[str, Any]]:
-        """The settings of the runs whose hash begins so."""
+        """The settings of the runs whose hash has a prefix."""
         found = map(self._content, sorted(self._runs.glob(f"{beginning}*.json")))
         return [content["settings"] for content in found if content is not None]
 

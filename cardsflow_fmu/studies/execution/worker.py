@@ -1,4 +1,4 @@
-"""One run in a worker process: a function of plain arguments, whatever executor calls it."""
+"""One run in a worker process: a function of plain arguments, for any executor."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What the runs of a study have in common, small enough to go with each of them.
+    """The common part of the runs of a study, small enough to be sent with each.
 
     Attributes:
         experiment: The experiment.toml, or the folder that holds one.
         digest: Of the experiment, see `experiment_digest`.
-        settings: Changes to it that all runs share.
+        settings: Common changes of its settings.
         engine: Plain Python objects, FMUs, or a loop in C.
-        metrics: What to look at.
-        box: Where the workspace is looked at.
-        fmus: Folder with the FMUs of the experiment, built; where it is not there, they are built
-            again.
+        metrics: Names of the metrics.
+        box: The box of the workspace.
+        fmus: Folder with the built FMUs of the experiment; they are built again where it does not
+            exist.
     """
 
     experiment: Path
@@ -48,14 +48,14 @@ class Job:
 
 
 def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
-    """Do a run; whatever it fails of is its outcome.
+    """Do a run; an error is an outcome.
 
     Args:
-        job: What all runs have in common.
-        settings: What is this run's own.
+        job: The common part.
+        settings: Settings of this run.
 
     Raises:
-        StudyError: The experiment here is another one than that of the study.
+        StudyError: The experiment differs from that of the study.
     """
     with _ONE_AT_A_TIME:
         begin = time.perf_counter()
@@ -69,7 +69,7 @@ def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
             metrics = metric_values(job.metrics, result, job.box)
         except CardsflowError as error:
             return Outcome({}, _one_line(error))
-        except Exception as error:  # a run that fails is a row, whatever it fails of
+        except Exception as error:  # any failure is a row
             return Outcome({}, f"internal error: {type(error).__name__}: {_one_line(error)}")
         return Outcome(metrics, None, simulated, time.perf_counter() - begin - simulated)
 
@@ -78,7 +78,7 @@ def _base(job: Job) -> Experiment:
     """The experiment without variations, read once in a process.
 
     Raises:
-        StudyError: It has changed since the study began, or is another here.
+        StudyError: It differs from that of the study.
     """
     key = job.experiment, repr(job.settings)
     if key not in _bases:

@@ -23,7 +23,7 @@ from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.studies import StudyError, StudyResult, run_study
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.study import Study
-from cardsflow_fmu.studies.execution.executors import GivenCrew
+from cardsflow_fmu.studies.execution.executors import ExecutorAdapter
 from cardsflow_fmu.studies.execution.worker import Job
 from cardsflow_fmu.studies.run import only_run
 
@@ -48,7 +48,7 @@ def stamps(folder: Path) -> dict[str, int]:
     return {file.name: file.stat().st_mtime_ns for file in (folder / "runs").iterdir()}
 
 
-class Counting(GivenCrew):
+class Counting(ExecutorAdapter):
     """Counts what it hands out, and stops after a number of runs."""
 
     def __init__(self, executor: ThreadPoolExecutor, most: int = 10**9) -> None:
@@ -113,10 +113,10 @@ def test_resuming_does_what_is_missing_and_nothing_twice(tmp_path: Path) -> None
     with ThreadPoolExecutor(1) as executor:
         first = Counting(executor, most=3)
         with pytest.raises(StudyError, match="interrupted; 3 of 6 runs are done, --resume goes on"):
-            run_study(study, crew=first, output=output)
+            run_study(study, executor=first, output=output)
         before = stamps(output)
         second = Counting(executor)
-        run_study(study, crew=second, output=output, resume=True)
+        run_study(study, executor=second, output=output, resume=True)
     assert len(before) == 3
     assert before.items() <= stamps(output).items()
     assert len(second.handed) == 3
@@ -133,18 +133,18 @@ def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
     two.write_text(two.read_text().replace('"error": null', '"error": "none"'))
     three.write_bytes(b"")
     with ThreadPoolExecutor(1) as executor:
-        crew = Counting(executor)
-        run_study(study, crew=crew, output=output, resume=True)
-    assert len(crew.handed) == 3
+        executor = Counting(executor)
+        run_study(study, executor=executor, output=output, resume=True)
+    assert len(executor.handed) == 3
     assert (output / "table.csv").read_bytes() == good
 
 
 def test_equal_runs_are_done_once(tmp_path: Path) -> None:
     text = '[[vary]]\npath = "controller.kp"\nvalues = [1000.0, 1000.0, 1500.0]\n'
     with ThreadPoolExecutor(1) as executor:
-        crew = Counting(executor)
-        run_study(small_study(tmp_path, text), crew=crew, output=tmp_path / "out")
-    assert len(crew.handed) == 2
+        executor = Counting(executor)
+        run_study(small_study(tmp_path, text), executor=executor, output=tmp_path / "out")
+    assert len(executor.handed) == 2
     assert len(table(tmp_path / "out")) == 3
 
 
@@ -199,9 +199,9 @@ def test_an_experiment_that_changed_meanwhile_is_another_study(tmp_path: Path) -
     run_here(study, output)
     more = small_study(tmp_path, short=study_text(duration=0.3))
     with ThreadPoolExecutor(1) as executor:
-        crew = Counting(executor)
-        run_study(more, crew=crew, output=output, resume=True)
-    assert len(crew.handed) == 6
+        executor = Counting(executor)
+        run_study(more, executor=executor, output=output, resume=True)
+    assert len(executor.handed) == 6
 
 
 def study_text(duration: float) -> str:

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
-from deadly_runs import DEADLY, DeadlyCrew
+from deadly_runs import DEADLY, DeadlyExecutor
 from small_studies import one_thread, small_study, write_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
-from cardsflow_fmu.studies.execution.dask_executor import dask_crew
-from cardsflow_fmu.studies.execution.dispatch import perform
+from cardsflow_fmu.studies.execution.dask_executor import dask_executor
+from cardsflow_fmu.studies.execution.dispatch import dispatch
 from cardsflow_fmu.studies.execution.worker import Job
 
 LONG = pytest.mark.skipif(
@@ -48,9 +48,9 @@ def deadly(gains: Iterable[float]) -> list[Run]:
 @pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_a_row_and_all_others_are_done() -> None:
     kept: dict[int, Outcome] = {}
-    with closing(DeadlyCrew(2)) as crew:
+    with closing(DeadlyExecutor(2)) as executor:
         runs = deadly([1.0, 2.0, -1.0, 3.0, 4.0, 5.0])
-        perform(runs, JOB, crew, lambda run, outcome: kept.update({run.index: outcome}))
+        dispatch(runs, JOB, executor, lambda run, outcome: kept.update({run.index: outcome}))
     assert sorted(kept) == list(range(6))
     assert [k for k, outcome in kept.items() if not outcome.complete] == [2]
     assert "its worker died 3 times" in str(kept[2].error)
@@ -59,8 +59,11 @@ def test_a_run_that_kills_its_worker_is_a_row_and_all_others_are_done() -> None:
 
 @LONG
 def test_workers_that_die_of_everything_stop_the_study() -> None:
-    with closing(DeadlyCrew(1)) as crew, pytest.raises(StudyError, match="die of every run"):
-        perform(deadly([-1.0] * 50), JOB, crew, lambda run, outcome: None)
+    with (
+        closing(DeadlyExecutor(1)) as executor,
+        pytest.raises(StudyError, match="die of every run"),
+    ):
+        dispatch(deadly([-1.0] * 50), JOB, executor, lambda run, outcome: None)
 
 
 def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
@@ -74,7 +77,10 @@ def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
 
 @pytest.mark.extra("sweep")
 def test_a_lost_scheduler_is_bad_input() -> None:
-    with pytest.raises(InputError, match="no Dask scheduler at nonsense"), dask_crew("nonsense", 1):
+    with (
+        pytest.raises(InputError, match="no Dask scheduler at nonsense"),
+        dask_executor("nonsense", 1),
+    ):
         pass
 
 
@@ -86,8 +92,8 @@ def test_tables_are_equal_for_one_two_and_dask(tmp_path: Path) -> None:
     for jobs in (1, 2):
         run_study(study, jobs=jobs, output=tmp_path / str(jobs))
         tables.append((tmp_path / str(jobs) / "table.csv").read_bytes())
-    with dask_crew("local", 2) as crew:
-        run_study(study, crew=crew, output=tmp_path / "dask")
+    with dask_executor("local", 2) as executor:
+        run_study(study, executor=executor, output=tmp_path / "dask")
     tables.append((tmp_path / "dask" / "table.csv").read_bytes())
     assert tables[0] == tables[1] == tables[2]
 
@@ -126,7 +132,7 @@ def test_a_dask_worker_killed_in_mid_run_is_survived(tmp_path: Path) -> None:
     killed: list[int] = []
     with (
         distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
-        dask_crew(cluster.scheduler_address, 2) as crew,
+        dask_executor(cluster.scheduler_address, 2) as executor,
     ):
 
         def kill(done: int, total: int, failed: int) -> None:
@@ -134,7 +140,7 @@ def test_a_dask_worker_killed_in_mid_run_is_survived(tmp_path: Path) -> None:
                 killed.append(cluster.workers[0].process.pid)
                 os.kill(killed[0], signal.SIGKILL)
 
-        run_study(study, crew=crew, output=tmp_path / "dask", progress=kill)
+        run_study(study, executor=executor, output=tmp_path / "dask", progress=kill)
     assert killed
     run_study(study, jobs=2, output=tmp_path / "own")
     own, dask = ((tmp_path / name / "table.csv").read_bytes() for name in ("own", "dask"))

@@ -1,0 +1,71 @@
+"""The summary of a study: distributions, worst cases, sensitivities."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from cardsflow_fmu.results.summary import versions
+from cardsflow_fmu.studies.definition.rerun_command import rerun_command
+from cardsflow_fmu.studies.definition.study import Study
+
+from .statistics import Collected, distributions, sensitivities, worst_runs
+from .table import Rows
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """The summary of a study as JSON, with null for what is not finite."""
+    return json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
+    """The content of summary.json.
+
+    Args:
+        study: The study.
+        collected: The numbers of its runs.
+        rows: Gives the runs and their outcomes, in order.
+    """
+    worst = {} if study.optimise else worst_runs(collected)  # a search tries bad ones too
+    chosen = {row for rows_ in worst.values() for row in rows_}
+    runs = {row: run for row, (run, _) in enumerate(rows()) if row in chosen}
+    complete = len(collected.overheads)
+    return {
+        "study": study.name,
+        "experiment": str(study.experiment),
+        "engine": study.engine,
+        "seed": study.seed,
+        "runs": len(collected.hashes),
+        "complete": complete,
+        "failed": len(collected.hashes) - complete,
+        "failures": collected.failures,
+        "overhead_s": float(np.median(collected.overheads or [0.0])),
+        "metrics": distributions(collected),
+        "worst": {
+            name: [
+                {
+                    "run": runs[row].index,
+                    "hash": runs[row].hash,
+                    "value": float(collected.metrics[name][row]),
+                    "settings": dict(runs[row].settings),
+                    "command": rerun_command(study, runs[row]),
+                }
+                for row in rows_
+            ]
+            for name, rows_ in worst.items()
+        },
+        "sensitivity": sensitivities(study, collected),
+        "versions": versions(),
+    }
