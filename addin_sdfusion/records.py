@@ -31,10 +31,10 @@ _LARGEST = 2**30  # bytes of a record, unpacked: one that claims more is damaged
 
 
 def to_plain(value: Any) -> Any:
-    """A record as plain data; what stands at its default is left out.
+    """A record as plain data; fields at their defaults are left out.
 
     Args:
-        value: A dataclass, or anything that stands in a field of one.
+        value: A dataclass, or the value of a field of one.
     """
     if isinstance(value, array):
         return _pack(value)
@@ -60,7 +60,7 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
     Args:
         cls: The record's class.
         plain: What `to_plain` gave, or what a file claims it gave.
-        where: The key that the data stands under, for messages.
+        where: The key of the data, for messages.
 
     Raises:
         InputError: A key is unknown or missing, or a value of the wrong kind.

@@ -1,7 +1,7 @@
 """Snapshot of a design as plain records: all that the export needs of Fusion, in one file.
 
-SI units. Positions and directions are given in the design's root frame, at the pose in which the
-design stands. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component
+SI units. Positions and directions are given in the design's root frame, at the
+design's pose. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component
 has the empty path.
 """
 
@@ -135,7 +135,7 @@ class MotionSnapshot:
     Attributes:
         kind: `rotation` or `translation`, of `one` relative to `two`.
         axis: Unit vector, as `two` has it: not carried by the joint's motions before it.
-        value: Where it stands, in [rad] or [m].
+        value: Its current value, in [rad] or [m].
         lower, upper: Limits, in [rad] or [m]; None where not enabled.
         role: What the CAD system calls it where a joint has several: `pitch`, `yaw`, `roll`,
             `rotation`, `slide`, `primary_slide`, `secondary_slide`.
@@ -163,7 +163,7 @@ class JointSnapshot:
         motions: In their order from `two` to `one`.
         as_built: Whether it is an as-built joint.
         suppressed: Whether it is switched off in the timeline.
-        locked: Whether it is locked where it stands.
+        locked: Whether it is locked.
         problem: What the CAD system says is wrong with it; empty if nothing.
     """
 

@@ -51,7 +51,7 @@ section { max-width: 100%; } main { display: flex; flex-wrap: wrap; gap: 0 34px;
   border-radius: 2px; overflow-wrap: anywhere; }
 .box.down::after { content: "\\25be"; float: right; color: #59616a; }
 .box.pick { background: #e5f1fb; border-color: #0a77cc; }
-.box.told { background: #eef0f2; white-space: pre-wrap; }
+.box.message { background: #eef0f2; white-space: pre-wrap; }
 .tick { display: inline-block; width: 14px; height: 14px; line-height: 14px; text-align: center;
   border: 1px solid #7d858e; background: #fff; border-radius: 2px; }
 .button { display: inline-block; border: 1px solid #9aa2aa; background: #eceef1; padding: 3px 10px;
@@ -143,7 +143,7 @@ def _field(item: Input, example: Example) -> str:
         return f'<span class="tick">{"&#10003;" if value else ""}</span>'
     if item.kind == "selection":
         return f'<div class="box pick">{escape(item.prompt)}</div>'
-    look = {"dropdown": "box down", "choices": "box down", "text": "box told"}.get(item.kind, "box")
+    look = {"dropdown": "box down", "choices": "box down", "text": "box message"}.get(item.kind, "box")
     text = f"{value:g}" if isinstance(value, float) else str(value)
     if item.kind == "dropdown" and not text and item.options:
         text = item.options[0]

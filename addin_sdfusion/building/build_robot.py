@@ -61,7 +61,7 @@ class BuiltRobot:
 def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
     """Build a robot from a design.
 
-    The result does not depend on the order in which anything stands in the snapshot.
+    The result does not depend on the order of anything in the snapshot.
     """
     wrong = snapshot_findings(snapshot)
     if not wrong:

@@ -157,7 +157,7 @@ def name_findings(robot: Robot) -> Iterator[Finding]:
 
 
 def design_notes(snapshot: DesignSnapshot, robot: Robot | None) -> Iterator[Finding]:
-    """What the kind of the design, or the way it lies, suggests."""
+    """Findings on the kind of the design."""
     subject = Subject("design", snapshot.name)
     if snapshot.intent == "part" and robot is not None and not robot.coordinates:
         problem = "is a part, so that nothing moves; make a hybrid or assembly design of its parts"

@@ -10,7 +10,7 @@ from ..snapshot import BodySnapshot, DesignSnapshot, JointSnapshot, MassSnapshot
 
 
 def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
-    """The design with z up, as the world of a robot has it: itself if it stands so already."""
+    """The design with z up, as the world of a robot has it: itself if z is up already."""
     if snapshot.settings.up_axis == "z":
         return snapshot
     return replace(

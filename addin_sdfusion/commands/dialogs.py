@@ -37,7 +37,7 @@ class Input:
         columns: Of a table: what the columns show.
         widths: Of a table: how wide the columns are, relative to each other.
         filters: Of a selection: what may be picked.
-        prompt: Of a selection: what stands beside the cursor.
+        prompt: Of a selection: the text beside the cursor.
         rows: Of a text: how many lines are shown; of a table: the most rows shown at once.
         value: What it is at first.
         read_only: Whether a string is shown only.

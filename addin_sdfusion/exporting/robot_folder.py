@@ -2,7 +2,7 @@
 
 All other files stay. A file of an earlier export that someone has changed since is kept
 as `<file>.bak` beside the new one; `experiment.toml` is the user's to change: theirs stays, and a
-new one that differs from what theirs was made of stands beside it as `experiment.new.toml`.
+new one that differs from what theirs was made of is put beside it as `experiment.new.toml`.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ class Replacement:
             kept.
 
         Raises:
-            InputError: Something that no export wrote stands in the way.
+            InputError: A file that no export wrote is in the way.
             OSError: A file could not be moved; everything is as it was.
         """
         own = read_manifest(self.folder)
@@ -191,7 +191,7 @@ class Replacement:
         return replaced
 
     def _is_stale(self, path: str, stale: list[str]) -> bool:
-        """Whether what stands there is a file that goes: `Arm.stl` where case does not count."""
+        """Whether the file there is one that goes: `Arm.stl` where case does not count."""
         alike = [old for old in stale if old.casefold() == path.casefold()]
         return any((self.folder / old).samefile(self.folder / path) for old in alike)
 

@@ -1,6 +1,6 @@
 """Writer of the table of muscles as a CSV file, for spreadsheets.
 
-One line a point. What belongs to the muscle stands in the line of its first point; a muscle without
+One line a point. What belongs to the muscle is in the line of its first point; a muscle without
 points has a line of its own. Positions are in the design's root frame. Wrap surfaces are faces and
 not in the file.
 """
@@ -52,7 +52,7 @@ def _parameters(row: MuscleRow) -> str:
 def imported(table: MuscleTable, new: MuscleTable, tolerance: float = 1e-7) -> MuscleTable:
     """The table with what was read from a file in the place of what has the same names.
 
-    A point that stands where one of the same name and link stood before is that point.
+    A point in the place of an earlier one of the same name and link is that point.
 
     Args:
         table: The table of the design.

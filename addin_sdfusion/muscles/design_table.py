@@ -1,7 +1,7 @@
 """Table of a design's muscles, task points, markers and wrap surfaces.
 
-What an attribute says beats what a name says. Positions are in the design's root frame at the pose
-in which the design stands, in [m].
+Attributes take precedence over names. Positions are in the design's root frame, at the design's
+pose, in [m].
 """
 
 from __future__ import annotations

@@ -141,7 +141,7 @@ def _renamed(use: WrapUse, old: str, new: str) -> WrapUse:
 
 
 def delete_muscle(table: MuscleTable, muscle: str) -> MuscleTable:
-    """The table without a muscle, its points and its ways over wrap surfaces."""
+    """The table without a muscle, its points and its wraps."""
     wraps = tuple(
         replace(wrap, muscles=tuple(use for use in wrap.muscles if use.muscle != muscle))
         for wrap in table.wraps

@@ -1,6 +1,6 @@
 """Rows of the table of muscles, and the table.
 
-Positions are in the design's root frame at the pose in which the design stands, in [m].
+Positions are in the design's root frame at the design's pose, in [m].
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ def mesh_file(uri: str, folder: Path | None) -> Path:
 
     Args:
         uri: `model://name/path`, `file://path` or a path; a name in it may be percent-encoded.
-        folder: Where the robot's file stands; the working directory when None.
+        folder: Folder of the robot's file; the working directory when None.
 
     Returns:
         The file that is there, or else the first that was looked for.
@@ -28,7 +28,7 @@ def mesh_file(uri: str, folder: Path | None) -> Path:
 
 
 def own_name(uri: str) -> str:
-    """Where a mesh stands below its robot's folder when it travels with it.
+    """Path of a mesh below its robot's folder when it travels with it.
 
     Args:
         uri: As `mesh_file` takes it.
@@ -49,7 +49,7 @@ def is_file(path: Path) -> bool:
 
 
 def _places(uri: str, folder: Path) -> Iterator[Path]:
-    """Where to look, the names first as they stand there and then decoded."""
+    """Where to look, the names first as they are and then decoded."""
     for words in (uri, unquote(uri)):
         if not words.startswith(MODEL_URI):
             yield folder / words.removeprefix(_FILE_URI)

@@ -55,7 +55,7 @@ def doubts(subject: Subject, joint: JointSnapshot) -> Iterator[Finding]:
         yield warning(subject, "locked-joint", problem)
     if joint.kind == "ball" and any(motion.value for motion in joint.motions):
         problem = (
-            "the design stands where this ball joint is turned, and does not say in which order; "
+            "this ball joint is turned in the design, which does not say in which order; "
             "pitch, then yaw, then roll is taken. Move it to its home position before the export"
         )
         yield warning(subject, "ball-joint-turned", problem)

@@ -1,7 +1,7 @@
 """Frames of links, and the joints between them.
 
 With all coordinates at zero every link's frame is parallel to the world's, and its origin is that
-of the joint that carries it. The design may stand in any pose: each joint is moved back by what the
+of the joint that carries it. The design may have any pose: each joint is moved back by what the
 joints before it are displaced.
 """
 
@@ -40,7 +40,7 @@ class _Placed(NamedTuple):
     """A link.
 
     Attributes:
-        displaced: What took it from the zero pose to where it stands.
+        displaced: Displacement from the zero pose to that of the design.
         origin: Of its frame at the zero pose, in [m].
     """
 

@@ -194,7 +194,7 @@ class _Search:
         for edge in self._between:
             if edge in used or edge.one not in self._above or edge.two not in self._above:
                 continue
-            one, two = (self._way_up(link) for link in edge.links)
+            one, two = (self._path_to_root(link) for link in edge.links)
             shared = set(one) & set(two)
             others = [branch.edge for branch in (*one, *two) if branch not in shared]
             loop = in_name_order({edge.name, *(e.name for e in others)})
@@ -205,10 +205,10 @@ class _Search:
             )
             self._findings.append(error(Subject("joint", edge.name), "closed-loop", problem))
 
-    def _way_up(self, link: str) -> list[Branch]:
-        way = []
+    def _path_to_root(self, link: str) -> list[Branch]:
+        path = []
         at: str | None = link
         while at is not None:
-            way.append(self._above[at])
+            path.append(self._above[at])
             at = self._above[at].parent
-        return way
+        return path

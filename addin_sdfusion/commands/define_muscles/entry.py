@@ -85,7 +85,7 @@ class DefineMuscles(Window):
         show(self.pending, self.inputs)
 
     def changed(self, changed: Any) -> None:
-        """An edit of the pending table; what goes wrong stands in the status."""
+        """An edit of the pending table; errors are shown in the status."""
         name, selected = str(changed.id), None
         try:
             if name in _FOCUS:

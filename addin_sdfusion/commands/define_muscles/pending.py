@@ -199,7 +199,7 @@ class PendingTable:
         self.change_wrap(lambda wrap: replace(wrap, muscles=(*wrap.muscles, use)))
 
     def change_use(self, index: int, edit: Callable[[WrapUse], WrapUse | None]) -> None:
-        """One way of a muscle over the surface; None deletes it."""
+        """One muscle's wrap over the surface; None deletes it."""
 
         def changed(wrap: WrapRow) -> WrapRow:
             uses = [edit(use) if i == index else use for i, use in enumerate(wrap.muscles)]

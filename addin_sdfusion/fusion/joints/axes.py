@@ -1,6 +1,6 @@
 """Axes of joints in the root frame, signed so that a value moves `one` relative to `two`.
 
-An axis is that on `two`: the direction that it has in the root frame where `two` stands, when the
+An axis is that on `two`: the direction that it has in the root frame at the pose of `two`, when the
 motions before it in the joint are at zero. It is given as a vector, and as the number of an axis of
 the joint's geometry; where these contradict each other the vector was not in the root frame.
 """
@@ -59,7 +59,7 @@ def signed(motions: Sequence[MotionSnapshot], frames: JointFrames) -> tuple[Moti
     """The motions of a joint without offsets, an axis reversed where its value says so.
 
     How `one` is placed on `two` is known from the joint's frames. If it is exactly how the values
-    would place it the other way round, the axis points the other way.
+    would place it the other way round, the axis is reversed.
     """
     if frames.one is None or frames.two is None:
         return tuple(motions)

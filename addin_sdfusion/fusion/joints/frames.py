@@ -85,7 +85,7 @@ def _agreeing(
     """The sides in the root frame, under the first reading under which they meet."""
     ones = [one, T_one.compose(one), T.compose(one)]
     twos = [two, T_two.compose(two), T.compose(two)]
-    # Both in the same way first: one side's frame says most about the other's.
+    # Both in the same frame first: one side's frame is the best guess of the other's.
     pairs = [*zip(ones, twos, strict=True), *product(ones, twos)]
     for a, b in pairs:
         if distance(a.p, b.p) <= reach + NEAR:

@@ -214,7 +214,7 @@ class _Reader:
             self._warn(
                 "joint-apart",
                 f"its two sides are {1000.0 * frames.apart:.3g} mm apart though it has no offset: "
-                "the parts do not stand where it holds them. Modify > Compute All, or undo the "
+                "the parts are not where it holds them. Modify > Compute All, or undo the "
                 "last move",
             )
 

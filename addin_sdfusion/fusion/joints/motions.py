@@ -121,7 +121,7 @@ def _shift(axis: Any, value: float, limits: Any, role: str, along: int) -> Freed
 
 
 def _limits(limits: Any, unit: float) -> tuple[float | None, float | None]:
-    """Lower and upper limit; a limit that is not enabled stands at 0 and means nothing."""
+    """Lower and upper limit; one that is not enabled is 0 without a meaning."""
     if limits is None:
         return None, None
     lower = finite(limits.minimumValue) * unit if limits.isMinimumValueEnabled else None
@@ -130,6 +130,6 @@ def _limits(limits: Any, unit: float) -> tuple[float | None, float | None]:
 
 
 def reversed_axis(axis: Vector3) -> Vector3:
-    """The axis the other way round."""
+    """The opposite axis."""
     x, y, z = axis
     return -x, -y, -z

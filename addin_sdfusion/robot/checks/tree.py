@@ -50,7 +50,7 @@ def parents_first(robot: Robot) -> Iterator[Finding]:
     placed = {WORLD}
     for joint in robot.joints:
         if joint.parent not in placed and joint.parent in above and joint.child not in looped:
-            problem = f"stands before joint {above[joint.parent].name!r} that carries its parent"
+            problem = f"comes before joint {above[joint.parent].name!r} that carries its parent"
             yield error(Subject("joint", joint.name), "joint-order", problem)
         placed.add(joint.child)
 
@@ -116,7 +116,7 @@ def limits(robot: Robot) -> Iterator[Finding]:
 
 
 def _loops(above: dict[str, Joint]) -> list[list[str]]:
-    """The loops of links that are met on the way up from any link."""
+    """The loops of links that are met on the path to the root from any link."""
     loops = []
     met: set[str] = set()
     for start in above:

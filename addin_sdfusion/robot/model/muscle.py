@@ -100,7 +100,7 @@ class WrapSurface:
 
 @dataclass(frozen=True, slots=True)
 class Wrap:
-    """A muscle's way over a wrap surface.
+    """A muscle's wrap over a surface.
 
     A cable is straight as long as its straight line clears the surface. Else it goes round it the
     shorter way, or on the chosen side, be it the longer way; coming off the surface changes its
@@ -144,7 +144,7 @@ class Muscle:
         f_max: Largest force, in [N]; infinite where unknown.
         model: How force, length and stiffness belong together.
         pulley: A swivelling pulley at its first via point, if there is one.
-        wraps: Surfaces on its way, in order.
+        wraps: Wraps over surfaces, in order.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """The tension laws of muscles: their parameters, commands and states, by the names files use.
 
-This is THE table. The equations themselves stand in the C core (`sim_dart/csrc/law_*.c`), which
+This is THE table. The equations themselves are in the C core (`sim_dart/csrc/law_*.c`), which
 takes the parameters in the order given here.
 """
 

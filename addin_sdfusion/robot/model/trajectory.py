@@ -21,8 +21,8 @@ class TrajectoryPoint:
         q: Positions, in [rad] or [m].
         qd: Velocities; empty for a linear spline and a parabolic blend.
         qdd: Accelerations; empty unless the spline is quintic or holds samples.
-        blend_time: Of a parabolic blend, how long the way from the point before speeds up, and how
-            long it slows down, in [s]; else 0.
+        blend_time: Of a parabolic blend, how long the segment from the point before speeds up, and
+            how long it slows down, in [s]; else 0.
     """
 
     time: float

@@ -44,7 +44,7 @@ class _Step:
 
 
 class MuscleReader:
-    """Reads muscles; collects the wrap surfaces that they meet on their way.
+    """Reads muscles; collects the wrap surfaces on their paths.
 
     Attributes:
         surfaces: All wrap surfaces.
@@ -110,7 +110,7 @@ class MuscleReader:
                 continue
             surface = self._surface(step, step.shape)
             if ends[i] or ends[i + 2] or outside[i] or outside[i + 2]:
-                problem = "a wrapping via point stands between two of type FIXPOINT"
+                problem = "a wrapping via point belongs between two of type FIXPOINT"
                 step.node.error("wrap-not-between-points", problem)
             side, turns = _state(step.node)
             yield Wrap(surface, max(passed, 0), side, turns, _is_inside(step.node))

@@ -44,7 +44,7 @@ def read_samples(file: Path) -> tuple[float, tuple[TrajectoryPoint, ...]]:
 def _require_fit(
     point: TrajectoryPoint, points: list[TrajectoryPoint], time_step: float, file: Path, line: int
 ) -> None:
-    """The sample stands at its time and has as many values as the first one."""
+    """The sample is at its time and has as many values as the first one."""
     time = len(points) * time_step
     late = points and point.time <= points[-1].time
     if late or not abs(point.time - time) <= TIME_TOLERANCE:

@@ -34,7 +34,7 @@ class Notes:
 
     Attributes:
         findings: What is wrong with the files.
-        places: Where each object stands, as file and line.
+        places: File and line of each object.
         files: The files that were read.
     """
 
@@ -47,12 +47,12 @@ class Notes:
 class Node:
     """An element that knows its file and the object it describes, and notes what is wrong.
 
-    Where a value is missing or unreadable the error is noted and a harmless stand-in is returned,
+    Where a value is missing or unreadable the error is noted and a harmless default is returned,
     so that a reader goes on to find everything else.
 
     Attributes:
         element: The element.
-        file: The file it stands in.
+        file: Its file.
         subject: The object that findings name.
         notes: Where findings go.
     """
@@ -74,7 +74,7 @@ class Node:
 
     @property
     def line(self) -> int | None:
-        """Where it stands, counted from 1."""
+        """Its line, counted from 1."""
         return _line(self.element)
 
     def about(self, subject: Subject) -> Node:

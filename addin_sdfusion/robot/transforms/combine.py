@@ -26,7 +26,7 @@ class Member:
         name: Its name; all its parts are called `<name>_<part>`.
         robot: The robot.
         pose: Of its world in the common one.
-        folder: Where its mesh files stand; None where its URIs are to stay as they are.
+        folder: Folder of its mesh files; None where its URIs are to stay as they are.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Writer of muscles and task frames for cardsflow.xml and the SDF plugin.
 
 A muscle names its links in order, each with the via points on it, in the frame of that link. What
-the original format has no word for stands in attributes and elements that its readers pass over:
+the original format has no word for is in attributes and elements that its readers pass over:
 
     myoMuscle    f_min f_max       force limits, in [N]
     cable_model  kind              how the cable behaves; parameter elements by name
@@ -12,7 +12,7 @@ In cardsflow.xml a wrap surface stands where it lies in the path, as the origina
 via point SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state says how it starts:
 0 straight, 1 the shorter way round, 2 the longer one; after that the old plugin follows the cable.
 `surface`, `length` and `side`, the sense of turning about the z axis, are additions. In the plugin
-the surfaces stand by themselves and a muscle's `wrap` elements name them.
+the surfaces are elements of their own and a muscle's `wrap` elements name them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ INSIDE = "inside"
 
 
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
-    """Write cardsflow.xml alone, to stand beside a model.sdf.
+    """Write cardsflow.xml alone, beside a model.sdf.
 
     Args:
         robot: What to write the active muscles and task frames of.
@@ -62,7 +62,7 @@ def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
 
 def cardsflow_losses(robot: Robot) -> list[Finding]:
     """What cardsflow.xml alone cannot hold."""
-    problem = "cardsflow.xml holds muscles and end effectors; links and joints stand in model.sdf"
+    problem = "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf"
     links = warning(Subject("robot", robot.name), "links-left-out", problem)
     return [links, *other_sets(robot, "cardsflow.xml"), *wrap_losses(robot)]
 

@@ -12,7 +12,7 @@ from ..model.robot import Robot
 
 
 def refuse(findings: Iterable[Finding]) -> None:
-    """Go on only if nothing stands against it.
+    """Refuse to write if there are errors.
 
     Raises:
         RobotError: One of the findings is an error.

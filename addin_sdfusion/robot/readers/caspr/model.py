@@ -61,7 +61,7 @@ def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Rob
     """The robot with its operational spaces."""
     if file.exists():
         if old is not None:
-            problem = f"left out, for {file.name} stands beside the file; remove this block"
+            problem = f"left out, for {file.name} is beside the file; remove this block"
             old.warning("old-operational-spaces", f"<operational_spaces> here: {problem}")
         root = parse(file, Subject("robot", robot.name), notes)
     elif old is not None:
@@ -83,7 +83,7 @@ def _links_and_joints(root: Node) -> tuple[list[Link], list[Joint]]:
             node.error("unexpected-element", f"<{node.tag}> among the links; CASPR has link_rigid")
         node = node.about(Subject("link", node.attribute("name")))
         if node.attribute("num") != str(i):
-            problem = f"num {shortened(node.attribute('num'))} stands where {i} belongs"
+            problem = f"num {shortened(node.attribute('num'))} is where {i} belongs"
             node.error("wrong-number", f"{problem}; links are numbered 1, 2, ... in order")
         links.append(_link(node))
         joints.append(_joint(node, i, links))

@@ -138,12 +138,12 @@ def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, .
 
 def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
     """The points, with the mean slopes as velocities of the inner ones."""
-    ways = list(pairwise(points))
-    if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in ways):
+    segments = list(pairwise(points))
+    if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in segments):
         return tuple(points)  # an error was added already
     slopes = [
         [(b - a) / (end.time - start.time) for a, b in zip(start.q, end.q, strict=True)]
-        for start, end in ways
+        for start, end in segments
     ]
     inner = [
         replace(point, qd=tuple((a + b) / 2.0 for a, b in zip(before, after, strict=True)))
@@ -155,9 +155,11 @@ def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
 def _with_blends(
     node: Node, items: list[Node], points: list[TrajectoryPoint]
 ) -> tuple[TrajectoryPoint, ...]:
-    """The points, with the blend times of the ways to them."""
+    """The points, with the blend times of the segments before them."""
     if items[0].has("blend_time"):
-        items[0].error("bad-time", "the first point has a blend_time and no way to it; remove it")
+        items[0].error(
+            "bad-time", "the first point has a blend_time and no segment before it; remove it"
+        )
     blended = [points[0]]
     for item, (before, point) in zip(items[1:], pairwise(points), strict=True):
         own = item.has("blend_time")
@@ -167,7 +169,9 @@ def _with_blends(
             else node.number_attribute("blend_time_default")
         )
         if not 0.0 < 2.0 * blend < point.time - before.time:
-            problem = f"blend time {blend!r} s is not above zero and below half the way to it"
+            problem = (
+                f"blend time {blend!r} s is not above zero and below half of the segment before it"
+            )
             item.error("bad-time", f"{problem}, {point.time - before.time!r} s")
         blended.append(replace(point, blend_time=blend))
     return tuple(blended)

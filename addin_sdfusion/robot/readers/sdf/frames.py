@@ -35,7 +35,7 @@ class Frames:
         for kind in ("frame", "joint", "link"):
             for node in model.all(kind):
                 self._add(kind, node)
-                for frame in node.all("frame"):  # before SDF 1.7 a frame may stand in its owner
+                for frame in node.all("frame"):  # before SDF 1.7 a frame may be in its owner
                     self._inside[self._add("frame", frame)] = (kind, node.attribute("name", ""))
         self.placements = {key: self._placement(key, node) for key, node in self._nodes.items()}
         self._in_model: dict[Key, Pose] = {MODEL: IDENTITY}

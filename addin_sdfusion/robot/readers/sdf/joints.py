@@ -94,7 +94,7 @@ def _link_named(node: Node, tag: str, frames: Frames) -> str:
 
 
 def _in_parent(name: str, parent: str, model: Model) -> Pose:
-    """T_parent_joint, as it stands in the file if it does."""
+    """T_parent_joint, as given in the file if it is."""
     key, frames = ("joint", name), model.frames
     if parent == WORLD:
         return compose(model.T_world_model, frames.in_model(key))
@@ -104,7 +104,7 @@ def _in_parent(name: str, parent: str, model: Model) -> Pose:
 
 
 def _in_child(name: str, child: str, frames: Frames) -> Pose:
-    """T_child_joint, as it stands in the file if it does."""
+    """T_child_joint, as given in the file if it is."""
     key, link = ("joint", name), ("link", child)
     exact = frames.placements.get(("frame", joint_frame_name(name, child)))
     if exact is not None and exact.relative_to == link:
@@ -189,9 +189,7 @@ def welds(model: Node, joints: Iterable[Joint], placed: Model) -> list[Joint]:
             joint += "_"
         taken.add(joint)
         node = node.about(Subject("joint", joint)).about(Subject("link", name))
-        node.warning(
-            "welded-root", f"no joint carries it; it is fixed to {WORLD!r} where it stands"
-        )
+        node.warning("welded-root", f"no joint carries it; it is fixed to {WORLD!r} where it is")
         pose = compose(placed.T_world_model, placed.frames.in_model(("link", name)))
         made.append(Joint(joint, WORLD, name, T_parent_joint=pose))
     if len(made) > 1:

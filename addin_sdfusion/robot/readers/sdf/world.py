@@ -20,7 +20,7 @@ _SHAPES = ("sphere", "box", "capsule", "cylinder", "mesh", "plane")
 
 @dataclass(frozen=True, slots=True)
 class StaticObject:
-    """A shape that stands still.
+    """A shape at rest.
 
     Attributes:
         name: `<model>`, or `<model>_<link>_<collision>` where a model has several shapes.
@@ -43,7 +43,7 @@ class StaticObject:
 
 @dataclass(frozen=True)
 class SdfWorld:
-    """What an SDF world holds that stands still.
+    """Objects at rest in an SDF world.
 
     Attributes:
         objects: The shapes.

@@ -1,7 +1,7 @@
 """Writer of robots and trajectories in CASPR's XML dialect.
 
 CASPR numbers the links in the order of the joints and names neither joints nor coordinates. Its
-link frames are the joint frames, all parallel at q = 0. Values stand exactly one space apart, and
+link frames are the joint frames, all parallel at q = 0. Values are exactly one space apart, and
 the DOCTYPE lines stay: CASPR finds sets and trajectories through them.
 """
 
@@ -44,7 +44,7 @@ def write_caspr(
 ) -> list[Path]:
     """Write `<name>_bodies.xml`, `_cables.xml`, `_operational_spaces.xml` and `_trajectories.xml`.
 
-    Sampled trajectories stand in `<name>_<number>.traj` files of their own. What CASPR cannot hold
+    Sampled trajectories are in `<name>_<number>.traj` files of their own. What CASPR cannot hold
     is left out where that does little harm; `losses` lists it all.
 
     Args:

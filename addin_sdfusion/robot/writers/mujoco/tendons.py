@@ -75,7 +75,7 @@ def wrap_losses(robot: Robot) -> Iterator[Finding]:
             elif wrap.turns:
                 problem = f"MuJoCo has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
                 yield warning(subject, "turns-left-out", problem)
-            elif wrap.side:  # a place inside the surface, for a way inside, says just that
+            elif wrap.side:  # a site inside the surface means a path inside
                 problem = (
                     f"a site shows on which side of {wrap.surface!r} it passes; it is placed for "
                     "the initial coordinates"

@@ -21,7 +21,7 @@ JOINTS = {"rotation": "PinJoint", "translation": "SliderJoint"}
 
 
 def objects(parent: ElementTree.Element, tag: str, name: str) -> ElementTree.Element:
-    """A named set of objects; returns where its objects stand."""
+    """A named set of objects; returns the parent of its objects."""
     return element(element(parent, tag, name=name), "objects")
 
 

@@ -45,7 +45,7 @@ def write_osim(
         robot: What to write.
         folder: Where to; made if it does not exist.
         name: How the file is called; the robot's name if None.
-        meshes: The file of each mesh by its uri; the uri itself stands where there is none.
+        meshes: The file of each mesh by its uri; the uri itself where there is none.
 
     Returns:
         The file written.
@@ -106,7 +106,7 @@ def _wraps(robot: Robot) -> Iterator[Finding]:
         subject = Subject("muscle", muscle.name)
         for wrap in muscle.wraps:
             if wrap.inside:
-                problem = f"OpenSim has no way inside {wrap.surface!r}; this wrap is left out"
+                problem = f"OpenSim has no path inside {wrap.surface!r}; this wrap is left out"
                 yield warning(subject, "wrap-left-out", problem)
             elif wrap.turns:
                 problem = (

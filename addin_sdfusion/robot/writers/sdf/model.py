@@ -2,7 +2,7 @@
 
 Links and joints are placed so that both poses of a joint read back exactly: a joint relative to its
 parent link, a link relative to the joint that carries it. A joint with more motions than SDF has is
-a chain of single ones. What SDF has no word for stands in the plugin element: see `sdf_plugin`.
+a chain of single ones. What SDF has no word for is in the plugin element: see `plugin`.
 """
 
 from __future__ import annotations
