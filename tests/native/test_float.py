@@ -16,7 +16,8 @@ from damaged import SANITIZED, count_refused
 from every_joint import every_joint
 from float_loop import SOFT, SOLVED, run_loop
 from precision import STRICT, Handle, Precision, open_robot
-from robots import EXAMPLES, planar_2r, random_robot
+from random_robots import random_robot
+from robots import EXAMPLES, planar_2r
 from targets import TARGETS, Target, build_program, on_targets, run_program, single_flags
 from vector_file import write_vectors
 

@@ -15,7 +15,8 @@ import fmpy
 import pytest
 from damaged import MUTATIONS, SANITIZED, count_refused
 from every_joint import every_joint
-from robots import EXAMPLES, planar_2r, random_robot
+from random_robots import random_robot
+from robots import EXAMPLES, planar_2r
 from targets import DERIVATIVES, ROOT, build_program
 
 from addin_sdfusion.robot import Robot, read_robot

@@ -14,8 +14,8 @@ import pytest
 import trimesh
 from built_stubs import Built, body, box, built, zero_poses
 from hypothesis import given
-from robots import chain, planar_2r, random_robot
-from strategies import robots
+from random_robots import random_robot, robots
+from robots import chain, planar_2r
 
 from addin_sdfusion.exporting.export import Exported, export_built
 from addin_sdfusion.progress import Cancelled

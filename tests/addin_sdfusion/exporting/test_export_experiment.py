@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from built_stubs import built
 from hypothesis import given
+from random_robots import robots
 from robots import chain, planar_2r
-from strategies import robots
 
 from addin_sdfusion.exporting.experiment_text import (
     DURATION,

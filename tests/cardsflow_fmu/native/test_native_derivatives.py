@@ -25,8 +25,8 @@ from native_slopes import (
     started,
     stretched,
 )
-from random_trees import random_tree
-from robots import EXAMPLES, random_robot
+from random_robots import random_robot, random_tree
+from robots import EXAMPLES
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment

@@ -12,8 +12,8 @@ import pytest
 from fmpy import fmi2, fmi3
 from muscle_bench import SOUND
 from native_slopes import FloatArray, check, commanded, started
-from random_trees import random_tree
-from robots import EXAMPLES, random_robot
+from random_robots import random_robot, random_tree
+from robots import EXAMPLES
 from wrapped import FAR, carriage, sequences, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import (

@@ -28,11 +28,6 @@ def swing(n: int = 2, points: int = 81, size: float = 0.5, w_e: object = None) -
     return Motion(t, size * q, size * qd, size * qdd, w_e)  # type: ignore[arg-type]
 
 
-@pytest.fixture(scope="module")
-def arm() -> DartDynamics:
-    return DartDynamics(planar_2r())
-
-
 def test_the_forces_make_the_acceleration(arm: DartDynamics) -> None:
     """In the plant, they give the velocity that the motion has a moment later."""
     motion = swing(points=9)

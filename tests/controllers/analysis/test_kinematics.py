@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import planar_2r, random_robot
+from random_robots import random_robot
+from robots import planar_2r
 from scipy.optimize import minimize
 
 from addin_sdfusion.robot import InputError, Robot, TaskFrame, TaskSet, read_robot
@@ -25,11 +26,6 @@ def limited(robot: Robot, lower: float, upper: float) -> Robot:
         for joint in robot.joints
     )
     return replace(robot, joints=joints)
-
-
-@pytest.fixture(scope="module")
-def arm() -> DartDynamics:
-    return DartDynamics(planar_2r())
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import planar_2r
 from scipy.optimize import linprog, minimize
 
 from addin_sdfusion.robot import InputError, UnknownNameError, read_robot
@@ -24,11 +23,6 @@ from controllers.analysis.workspace_metrics import (
 from sim_dart import DartDynamics
 
 GRID = joint_grid([-1.2, -1.2], [1.2, 1.2], 9)
-
-
-@pytest.fixture(scope="module")
-def arm() -> DartDynamics:
-    return DartDynamics(planar_2r())
 
 
 def _feasible(arm: DartDynamics, L: np.ndarray, tau: np.ndarray) -> bool:

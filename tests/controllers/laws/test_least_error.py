@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from robots import planar_2r
 from scipy.optimize import linprog, lsq_linear
 
 from controllers import OperationalSpaceController, Posture, ReactiveQPController
@@ -15,11 +14,6 @@ from sim_dart import DartDynamics
 
 KP, KD = 400.0, 40.0
 NONE = np.empty(0)
-
-
-@pytest.fixture(scope="module")
-def arm() -> DartDynamics:
-    return DartDynamics(planar_2r())
 
 
 def ticks(arm: DartDynamics, count: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:

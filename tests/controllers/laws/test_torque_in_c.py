@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from robots import EXAMPLES, planar_2r, random_robot
+from random_robots import random_robot
+from robots import EXAMPLES, planar_2r
 from torque_in_c import FAILED, SOFT, SOLVED, WRONG, TorqueInC
 
 from addin_sdfusion.robot import Robot, TaskSet

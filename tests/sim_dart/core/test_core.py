@@ -6,7 +6,8 @@ import ctypes
 
 import numpy as np
 import pytest
-from robots import planar_2r, random_robot
+from random_robots import random_robot
+from robots import planar_2r
 from wrapped import sequences, wrapped_tree
 
 from addin_sdfusion.robot import CardsflowError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robots import random_robot
+from random_robots import random_robot
 from scipy.optimize import minimize
 from worlds import two_link_arm, write_box_mesh
 

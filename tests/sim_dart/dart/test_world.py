@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import trimesh
 from cases import few
-from robots import planar_2r, random_robot
+from random_robots import random_robot
+from robots import planar_2r
 from worlds import SHAPES, G, block, let_run, shape, two_link_arm, world_of, write_box_mesh
 
 from addin_sdfusion.robot import (

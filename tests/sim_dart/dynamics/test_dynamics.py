@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles.mujoco_model import MujocoRobot
-from robots import planar_2r, random_robot
+from random_robots import random_robot
+from robots import planar_2r
 
 from addin_sdfusion.robot import IDENTITY, Inertia, InputError, read_robot
 from sim_dart import CoreDynamics, DartDynamics, Plant

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from cases import few
 from oracles.mujoco_model import MujocoRobot
-from random_trees import random_state, random_tree
+from random_robots import random_state, random_tree
 
 from sim_dart import CoreDynamics, DartDynamics, Plant, compile_blob
 from sim_dart.core.library import Core

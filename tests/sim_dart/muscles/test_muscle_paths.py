@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracles.mujoco_model import MujocoRobot
-from robots import planar_2r, random_robot
+from random_robots import random_robot
+from robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Robot
 from sim_dart import MusclePaths

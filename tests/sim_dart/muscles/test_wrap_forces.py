@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from robots import chain, planar_2r, random_robot
+from random_robots import random_robot
+from robots import chain, planar_2r
 from wrapped import base_pulley, sequences, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import WORLD, Robot, WrapSurface

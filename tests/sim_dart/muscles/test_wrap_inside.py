@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from oracles.mujoco_wraps import MujocoWraps
-from robots import random_robot
+from random_robots import random_robot
 from scipy.optimize import minimize
 from wrapped import FAR, carriage, single_wraps, wrapped_tree
 

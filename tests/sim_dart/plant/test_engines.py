@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import few
-from random_trees import random_state, random_tree
-from robots import planar_2r, random_robot
+from random_robots import random_robot, random_state, random_tree
+from robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError, UnknownNameError
 from addin_sdfusion.robot.model.muscle import CableModel

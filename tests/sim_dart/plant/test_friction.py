@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from random_trees import random_tree
+from random_robots import random_tree
 from robots import chain, planar_2r
 
 from addin_sdfusion.robot import (

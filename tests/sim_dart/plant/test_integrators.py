@@ -12,7 +12,8 @@ import mujoco
 import numpy as np
 import pytest
 from oracles.mujoco_model import MujocoRobot
-from robots import EXAMPLES, planar_2r, random_robot
+from random_robots import random_robot
+from robots import EXAMPLES, planar_2r
 from scipy.integrate import solve_ivp
 
 from addin_sdfusion.robot import (

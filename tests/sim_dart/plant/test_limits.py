@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_trees import random_tree
+from random_robots import random_tree
 from robots import planar_2r
 from scipy.optimize import lsq_linear
 

@@ -24,7 +24,8 @@ import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike
 from oracles.mujoco_model import MujocoRobot
-from robots import EXAMPLES, random_robot
+from random_robots import random_robot
+from robots import EXAMPLES
 
 from addin_sdfusion.robot import Robot, TaskFrame, TaskSet
 from cardsflow_fmu import Experiment

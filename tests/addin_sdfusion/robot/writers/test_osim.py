@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from every_joint import every_joint
 from hypothesis import given
-from robots import chain, planar_2r, random_robot
-from strategies import robots
+from random_robots import random_robot, robots
+from robots import chain, planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import numbers, robots
+from random_robots import numbers, robots
 
 from addin_sdfusion.robot import (
     InputError,

@@ -7,7 +7,8 @@ import subprocess
 
 import pytest
 from every_joint import every_joint
-from robots import planar_2r, random_robot
+from random_robots import random_robot
+from robots import planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot, sdf_losses, write_sdf
 

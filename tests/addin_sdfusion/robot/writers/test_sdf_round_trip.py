@@ -14,7 +14,7 @@ import pytest
 from every_joint import every_joint
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import axes, names, poses, robots
+from random_robots import axes, names, poses, robots
 
 from addin_sdfusion.robot import (
     WORLD,

@@ -1,4 +1,4 @@
-"""Random robots for property tests."""
+"""Random robots: strategies of hypothesis, and robots and states by a seed."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 from hypothesis import strategies as st
 
 from addin_sdfusion.robot import (
@@ -218,4 +219,164 @@ def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
         tuple(draw(task_sets(name, link_names, caspr)) for name in tasks),
         draw(st.sampled_from(tasks or [""])),
         GRAVITY if caspr else draw(vectors),
+    )
+
+
+FREE = CASPR_JOINTS["SPATIAL_EULER_XYZ"].motions
+
+
+def random_tree(seed: int, damping: float = 0.0) -> Robot:
+    """A tree of up to seven links: branches, fixed joints, and in a third of all a free base.
+
+    Its task frames are a point, `hand`, and the angles of the link before it, `palm`.
+
+    Args:
+        seed: What it is made of.
+        damping: Of every coordinate, in [N·m·s/rad] or [N·s/m].
+    """
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 8))
+    links, joints, names = [], [], [WORLD]
+    for k in range(count):
+        motions = FREE if k == 0 and seed % 3 == 0 else _motions(rng, k)
+        name = f"link_{k}"
+        links.append(Link(name, _inertia(rng)))
+        joints.append(
+            Joint(
+                f"joint_{k}",
+                str(rng.choice(names[-3:])) if k else WORLD,
+                name,
+                motions,
+                _coordinates(k, motions, damping),
+                _pose(rng),
+                _pose(rng),
+            )
+        )
+        names.append(name)
+    muscles = tuple(
+        Muscle(
+            f"muscle_{m}",
+            tuple(ViaPoint(str(rng.choice(names)), _vector(rng)) for _ in range(3)),
+            0.0,
+            100.0,
+        )
+        for m in range(4)
+    )
+    tasks = (
+        TaskFrame("hand", names[-1], _vector(rng)),
+        TaskFrame("palm", names[-2] if count > 1 else names[-1], axes=("alpha", "beta", "gamma")),
+    )
+    return Robot(
+        f"tree {seed}",
+        tuple(links),
+        tuple(joints),
+        (CableSet("all", muscles),),
+        "all",
+        (TaskSet("both", tasks),),
+        "both",
+    )
+
+
+def random_state(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """Some q, qd and muscle forces."""
+    n, m = len(robot.coordinates), len(robot.muscles)
+    return rng.uniform(-1.2, 1.2, n), rng.uniform(-1.0, 1.0, n), rng.uniform(0.0, 100.0, m)
+
+
+def _motions(rng: np.random.Generator, k: int) -> tuple[Motion, ...]:
+    """A joint about an axis of its own, one of CASPR's kinds, or, but for the first, none."""
+    kind = rng.random()
+    if kind < 0.3:
+        return revolute(_unit(rng))
+    if kind < 0.4:
+        return prismatic(_unit(rng))
+    if kind < 0.5 and k > 0:
+        return ()
+    words = [word for word in CASPR_JOINTS if word != "SPATIAL_EULER_XYZ"]
+    return CASPR_JOINTS[str(rng.choice(words))].motions
+
+
+def _coordinates(k: int, motions: tuple[Motion, ...], damping: float) -> tuple[Coordinate, ...]:
+    ordered = sorted(motions, key=lambda motion: motion.coordinate)
+    return tuple(
+        Coordinate(f"q_{k}_{i}", unit=motion.unit, damping=damping)
+        for i, motion in enumerate(ordered)
+    )
+
+
+def _vector(rng: np.random.Generator, size: float = 0.5) -> tuple[float, float, float]:
+    x, y, z = rng.uniform(-size, size, 3)
+    return float(x), float(y), float(z)
+
+
+def _unit(rng: np.random.Generator) -> tuple[float, float, float]:
+    v = rng.normal(size=3)
+    x, y, z = v / np.linalg.norm(v)
+    return float(x), float(y), float(z)
+
+
+def _pose(rng: np.random.Generator) -> Pose:
+    return Pose(_vector(rng), _vector(rng, 3.0))
+
+
+def _inertia(rng: np.random.Generator) -> Inertia:
+    """Mass properties that a body can have."""
+    a, b, c = (float(x) for x in rng.uniform(0.02, 0.2, 3))
+    mass, ab = float(rng.uniform(0.5, 2.0)), float(rng.uniform(-0.01, 0.01))
+    return Inertia(mass, _vector(rng, 0.2), b + c, a + c, a + b, ab)
+
+
+def random_robot(
+    seed: int, joints: int = 6, muscles: int = 8, points: int = 4, *, sliding: bool = True
+) -> Robot:
+    """A random tree with branches, rotated frames, fixed joints and muscles all over it."""
+    rng = np.random.default_rng(seed)
+    links, chain, movable = [], [], [WORLD]
+    for k in range(joints + joints // 3):
+        fixed = k >= joints
+        parent = str(rng.choice(movable[-4:]))
+        kind = prismatic(_unit(rng)) if sliding and rng.random() < 0.3 else revolute(_unit(rng))
+        links.append(Link(f"link_{k}", _light_inertia(rng)))
+        chain.append(
+            Joint(
+                f"joint_{k}",
+                parent,
+                f"link_{k}",
+                () if fixed else kind,
+                () if fixed else (Coordinate(f"joint_{k}", unit=kind[0].unit),),
+                T_parent_joint=_pose(rng),
+                T_child_joint=_pose(rng),
+            )
+        )
+        movable.append(f"link_{k}")
+    names = [WORLD, *(link.name for link in links)]
+    cables = tuple(
+        Muscle(
+            f"muscle_{k}",
+            tuple(ViaPoint(str(rng.choice(names)), _vector(rng)) for _ in range(points)),
+            5.0,
+            200.0,
+        )
+        for k in range(muscles)
+    )
+    tasks = (
+        TaskFrame("hand", links[joints - 1].name, _vector(rng)),
+        TaskFrame("elbow", links[joints // 2].name, _vector(rng), ("z", "x")),
+        TaskFrame("palm", links[joints - 1].name, axes=("alpha", "gamma", "beta")),
+    )
+    return Robot(
+        f"random_{seed}",
+        tuple(links),
+        tuple(chain),
+        (CableSet("all", cables),),
+        "all",
+        (TaskSet("both", tasks),),
+        "both",
+    )
+
+
+def _light_inertia(rng: np.random.Generator) -> Inertia:
+    a, b, c = rng.uniform(0.01, 0.1, 3)
+    return Inertia(
+        float(rng.uniform(0.2, 2.0)), _vector(rng, 0.2), float(b + c), float(a + c), float(a + b)
     )

@@ -1,0 +1,14 @@
+"""The robot of many tests of controllers."""
+
+from __future__ import annotations
+
+import pytest
+from robots import planar_2r
+
+from sim_dart import DartDynamics
+
+
+@pytest.fixture(scope="session")
+def arm() -> DartDynamics:
+    """The two-link arm of the CARDSFlow paper."""
+    return DartDynamics(planar_2r())
