@@ -36,7 +36,9 @@ if TYPE_CHECKING:
     from .analysis.nonlinear_systems import to_nlsys
     from .analysis.stiffness import Stiffness, task_stiffness
     from .analysis.workspace import Workspace, joint_grid
-    from .force_distribution.methods import METHODS, DistributedForces, distribute, feasible_polygon
+    from .force_distribution.methods import METHODS, distribute
+    from .force_distribution.polygon import feasible_polygon
+    from .force_distribution.poses import DistributedForces
     from .laws.cable_length import CableLengthController
     from .laws.cable_velocity import CableVelocityController
     from .laws.force_position import ForcePositionController
@@ -53,7 +55,9 @@ _MODULES = {
     "analysis.nonlinear_systems": "to_nlsys",
     "analysis.stiffness": "Stiffness task_stiffness",
     "analysis.workspace": "Workspace joint_grid",
-    "force_distribution.methods": "METHODS DistributedForces distribute feasible_polygon",
+    "force_distribution.methods": "METHODS distribute",
+    "force_distribution.polygon": "feasible_polygon",
+    "force_distribution.poses": "DistributedForces",
     "laws.cable_length": "CableLengthController",
     "laws.cable_velocity": "CableVelocityController",
     "laws.force_position": "ForcePositionController",

@@ -23,7 +23,7 @@ from controllers.analysis.inverse_dynamics import (
 )
 from controllers.analysis.kinematics import inverse_kinematics
 from controllers.analysis.wrench_set import too_many_facets
-from controllers.force_distribution.methods import minimum_infinity_norm
+from controllers.force_distribution.linear import minimum_infinity_norm
 from sim_dart import DartDynamics, MuscleDrive
 from sim_dart.muscles.paths import MusclePaths
 

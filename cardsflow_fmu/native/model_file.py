@@ -27,7 +27,7 @@ from sim_dart import compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
-from sim_dart.plant.engine import core_lacks
+from sim_dart.plant.settings import core_lacks
 
 from .reference import reference_settings
 

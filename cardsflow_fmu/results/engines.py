@@ -29,7 +29,7 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
     """
     if through == "native":
         return {"plant": "native", "controller": "native"}
-    from sim_dart.plant.engine import chosen_engine
+    from sim_dart.plant.settings import chosen_engine
 
     plant = chosen_engine(experiment.plant.engine, experiment.scene)
     controller = "dart" if experiment.controller.engine == "dart" else "core"

@@ -15,11 +15,9 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics, bias_torque
-from controllers.force_distribution.methods import (
-    DistributedForces,
-    distribute,
-    minimum_infinity_norm,
-)
+from controllers.force_distribution.linear import minimum_infinity_norm
+from controllers.force_distribution.methods import distribute
+from controllers.force_distribution.poses import DistributedForces
 from controllers.validation import is_finite
 
 from .wrench_set import torque_margins

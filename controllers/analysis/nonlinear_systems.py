@@ -13,32 +13,15 @@ when it is needed: it takes a second.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, acceleration
-from controllers.force_distribution.bounded import ForceSolution
+from controllers.laws.control_loop import ControlLaw
 from controllers.validation import require_delay, require_period
-
-
-class JointController(Protocol):
-    """A controller of joint positions; all of this package's have this form."""
-
-    @property
-    def dynamics(self) -> Dynamics: ...  # noqa: D102
-
-    def solve(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        q_d: FloatArray,
-        qd_d: FloatArray,
-        qdd_d: FloatArray,
-    ) -> ForceSolution:
-        """The forces; see `JointSpaceController.solve`."""
 
 
 class Systems(NamedTuple):
@@ -56,7 +39,7 @@ class Systems(NamedTuple):
 
 
 def to_nlsys(
-    controller: JointController,
+    controller: ControlLaw,
     dynamics: Dynamics | None = None,
     period: float = 1e-3,
     *,
@@ -66,7 +49,7 @@ def to_nlsys(
     """python-control systems of a robot, its controller and their loop.
 
     Args:
-        controller: The controller.
+        controller: A controller of joint positions.
         dynamics: The robot as it is; as the controller knows it when None.
         period: T of the controller, which holds its forces in between, in [s].
         delay: Ticks from reading a state until its forces take effect: 0 or 1.

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, UnknownNameError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics
-from controllers.force_distribution.methods import least_squares
+from controllers.force_distribution.quadratic import least_squares
 
 from .workspace_metrics import condition_number, tension_factor, unilateral_dexterity
 from .wrench_set import capacity_margin, has_wrench_closure, too_many_facets

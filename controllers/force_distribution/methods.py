@@ -18,14 +18,8 @@ from addin_sdfusion.robot import UnknownNameError
 
 from .closed_form import closed_form, improved_closed_form, improved_puncture, puncture
 from .linear import linear_programme, minimum_infinity_norm, optimally_safe
-from .polygon import (
-    ForcePolygon,
-    feasible_polygon,
-    polygon_1_norm,
-    polygon_2_norm,
-    polygon_centroid,
-)
-from .poses import INFEASIBLE, NO_ANSWER, SOLVED, DistributedForces
+from .polygon import polygon_1_norm, polygon_2_norm, polygon_centroid
+from .poses import DistributedForces
 from .quadratic import least_squares
 
 METHODS: Mapping[str, Callable[..., DistributedForces]] = {
@@ -77,26 +71,3 @@ def distribute(
         if option not in taken:
             raise UnknownNameError(f"option of {method!r}", option, taken)
     return function(L, tau, f_min, f_max, **options)
-
-
-__all__ = [
-    "INFEASIBLE",
-    "METHODS",
-    "NO_ANSWER",
-    "SOLVED",
-    "DistributedForces",
-    "ForcePolygon",
-    "closed_form",
-    "distribute",
-    "feasible_polygon",
-    "improved_closed_form",
-    "improved_puncture",
-    "least_squares",
-    "linear_programme",
-    "minimum_infinity_norm",
-    "optimally_safe",
-    "polygon_1_norm",
-    "polygon_2_norm",
-    "polygon_centroid",
-    "puncture",
-]

@@ -102,11 +102,7 @@ class JointSpaceController:
         return self.distribution.get_state()
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`; the following solutions repeat bit for bit.
-
-        Raises:
-            InputError: The state has another length or is not finite.
-        """
+        """Go back to a state from `get_state`; see `ForceDistribution.set_state`."""
         self.distribution.set_state(state)
 
     def required_torque(

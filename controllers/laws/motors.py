@@ -20,6 +20,9 @@ from controllers.validation import named_vector
 class SpringMotors:
     """Motors of m muscles, each with a spring in series.
 
+    Arguments of methods have shape (m,): lengths l and set points l0 in [m], rates l' = L qd, or l0'
+    for speeds, in [m/s], and forces f in [N], from 0 on.
+
     Args:
         muscle_names: m names.
         stiffness: K, a number or shape (m,), in [N/m].
@@ -50,24 +53,12 @@ class SpringMotors:
         )
 
     def forces(self, lengths: FloatArray, rates: FloatArray, set_points: FloatArray) -> FloatArray:
-        """f, shape (m,), in [N]; a cable only pulls.
-
-        Args:
-            lengths: l, shape (m,), in [m].
-            rates: l' = L qd, shape (m,), in [m/s].
-            set_points: l0, shape (m,), in [m].
-        """
+        """f, shape (m,), in [N]; a cable only pulls."""
         pull = self.stiffness * (lengths - set_points) + self.damping * rates
         return np.maximum(pull, 0.0)
 
     def set_points(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> FloatArray:
-        """l0 that makes the forces at a length and rate, shape (m,), in [m].
-
-        Args:
-            lengths: l, shape (m,), in [m].
-            rates: l' = L qd, shape (m,), in [m/s].
-            forces: f, shape (m,), in [N], from 0 on.
-        """
+        """l0 that makes the forces at a length and rate, shape (m,), in [m]."""
         l0: FloatArray = lengths - (forces - self.damping * rates) / self.stiffness
         return l0
 
@@ -82,10 +73,6 @@ class SpringMotors:
         return theta
 
     def speeds(self, rates: FloatArray) -> FloatArray:
-        """Speeds theta' of the spindles, shape (m,), in [rad/s]; winding up is positive.
-
-        Args:
-            rates: l0', shape (m,), in [m/s].
-        """
+        """Speeds theta' of the spindles, shape (m,), in [rad/s]; winding up is positive."""
         omega: FloatArray = -rates / self.spindle_radius
         return omega

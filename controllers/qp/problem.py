@@ -1,6 +1,8 @@
-"""Quadratic programs with a diagonal cost, equalities that may be soft, and bounds; see `qp`.
+"""Quadratic programs with a diagonal cost, equalities that may be soft, and bounds.
 
 min 1/2 x'Hx + g'x + 1/2 sum_j s_j²/eps_j   s.t.   A x - s = b,   lb <= x <= ub
+
+with H diagonal and positive. A row with eps_j = 0 is hard: its slack s_j is zero.
 """
 
 from __future__ import annotations
@@ -25,8 +27,6 @@ _LEAST_ROW = 1e-8
 class BoxProblem:
     """A QP with a diagonal cost, equalities that may be soft, and bounds.
 
-        min 1/2 x'Hx + g'x + 1/2 sum_j s_j²/eps_j   s.t.   A x - s = b,   lb <= x <= ub
-
     Units: with the cost in [c], x_i in [u_i] and row j in [r_j], H is in [c/u²], g in [c/u],
     A in [r/u], b and s in [r]. The answer does not depend on these units beyond rounding.
 
@@ -41,7 +41,7 @@ class BoxProblem:
             one. All rows are hard when None.
         softness: The eps of a soft row of weight 1, relative to the problem's scale: eps_j =
             softness · scale / row_weights_j, where scale is the mean of diag(A H⁻¹ A') over the
-            soft rows. Rows of different units want weights of their own. The default bends a
+            soft rows. Rows of different units need weights of their own. The default bends a
             solution that exists by about 1e-4 of itself; a smaller one bends it less.
     """
 
@@ -57,7 +57,7 @@ class BoxProblem:
 
 @dataclass(frozen=True)
 class Residuals:
-    """How well a solution fulfils the optimality conditions, each relative to what is added up.
+    """Residuals of the optimality conditions, each relative to the terms that are added up.
 
     Attributes:
         equality: Largest |A x - s - b| of a row, relative to |b_j| + |s_j| + sum_i |A_ji x_i|.

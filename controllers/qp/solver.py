@@ -1,12 +1,4 @@
-"""Quadratic programs with a diagonal cost, solved and checked; others through qpsolvers.
-
-With equalities and bounds:
-
-    min 1/2 x'Hx + g'x + 1/2 sum_j s_j²/eps_j   s.t.   A x - s = b,   lb <= x <= ub
-
-with H diagonal and positive. A row with eps_j = 0 is hard: its slack s_j is zero. Describe the
-program by a `BoxProblem` and give it to a `BoxSolver`.
-"""
+"""Solvers of quadratic programs: a checked one for `BoxProblem`, and qpsolvers for others."""
 
 from __future__ import annotations
 

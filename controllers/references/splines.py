@@ -98,11 +98,7 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
 
 
 def _blends(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
-    """Three segments between two points: a parabola, a straight line, a parabola.
-
-    Returns:
-        As for `_splines`.
-    """
+    """As `_splines`: a parabola, a straight line and a parabola between two points."""
     times, segments = [0.0], []
     for start, end in pairwise(points):
         q0, q1 = np.array(start.q), np.array(end.q)
@@ -132,11 +128,7 @@ def _with_derivatives(coefficients: FloatArray) -> FloatArray:
 
 
 def _through_samples(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
-    """Segments that lead all three rows of each sample straight to those of the next one.
-
-    Returns:
-        As for `_splines`.
-    """
+    """As `_splines`: straight from all three rows of each sample to those of the next one."""
     times = [point.time for point in points]
     rows = np.array([(p.q, p.qd, p.qdd) for p in points])
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None, None]

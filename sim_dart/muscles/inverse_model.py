@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -12,19 +10,7 @@ from sim_dart.core.arrays import FloatArray, finite
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
-from .laws import MuscleLaws
-
-
-class Reach(NamedTuple):
-    """Tensions that muscles can reach within a time.
-
-    Attributes:
-        low: The smallest, shape (m,), in [N].
-        high: The largest, shape (m,), in [N]; infinite for ideal cables.
-    """
-
-    low: FloatArray
-    high: FloatArray
+from .laws import MuscleLaws, Reach
 
 
 class MuscleDrive:
@@ -76,8 +62,7 @@ class MuscleDrive:
         Args:
             period: Time to reach them, in [s].
         """
-        low, high = self._laws.reach(period)
-        return Reach(low.copy(), high.copy())
+        return self._laws.reach(period)
 
     def commands(self, forces: FloatArray, period: float) -> FloatArray:
         """The commands that lead to these tensions, or to the nearest ones.
@@ -94,7 +79,7 @@ class MuscleDrive:
     def resting_reach(self, q: ArrayLike) -> Reach:
         """The tensions that muscles can hold at rest at q, shape (n,), in [rad] or [m]."""
         self._move(q)
-        return Reach(*self._laws.resting_reach())
+        return self._laws.resting_reach()
 
     def resting_commands(self, q: ArrayLike, tensions: FloatArray) -> FloatArray:
         """The commands with which muscles at rest hold these tensions, or the nearest ones.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,18 @@ Curve = Literal[
 ]
 
 _HALVINGS = 60
+
+
+class Reach(NamedTuple):
+    """Tensions that muscles can reach.
+
+    Attributes:
+        low: The smallest, shape (m,), in [N].
+        high: The largest, shape (m,), in [N]; infinite for ideal cables.
+    """
+
+    low: FloatArray
+    high: FloatArray
 
 
 class MuscleLaws:
@@ -121,7 +133,7 @@ class MuscleLaws:
         u = self._vector("commands", commands)
         self._check(self._core.advance(self._handle, u.tobytes(), h), "command", u)
 
-    def reach(self, h: float) -> tuple[FloatArray, FloatArray]:
+    def reach(self, h: float) -> Reach:
         """Smallest and largest tensions that can be had after a time, at the last rates.
 
         They are those of the smallest and the largest command. A law without states acts at once:
@@ -131,11 +143,9 @@ class MuscleLaws:
         Args:
             h: After how long, in [s].
 
-        Returns:
-            Views of shape (m,), in [N].
         """
         self._core.reach(self._handle, h)
-        return self._low, self._high
+        return Reach(self._low.copy(), self._high.copy())
 
     def invert(self, forces: ArrayLike, h: float) -> FloatArray:
         """The commands that lead to these tensions, or to the nearest ones within `reach`.
@@ -174,19 +184,16 @@ class MuscleLaws:
             weak, strong = np.where(enough, weak, middle), np.where(enough, middle, strong)
         return strong
 
-    def resting_reach(self) -> tuple[FloatArray, FloatArray]:
+    def resting_reach(self) -> Reach:
         """Smallest and largest tensions that muscles can hold at rest.
 
         The path velocities are taken as zero; the muscles' states change.
-
-        Returns:
-            Shape (m,) each, in [N]; infinite for ideal cables.
         """
         bounded = np.isfinite(self.command_high)
         least = self._resting(self.command_low)
         most = self._resting(np.where(bounded, self.command_high, 0.0))
         most = np.where(bounded, most, np.inf)
-        return np.minimum(least, most), np.maximum(least, most)
+        return Reach(np.minimum(least, most), np.maximum(least, most))
 
     def _resting(self, commands: FloatArray) -> FloatArray:
         """Tensions in equilibrium with constant commands at rest."""

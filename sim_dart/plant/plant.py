@@ -24,10 +24,9 @@ from sim_dart.scene import Scene
 from .core_mechanism import CoreMechanism, CoreSteps
 from .dart_mechanism import DartMechanism
 from .energy import Energy, EnergyBalance
-from .engine import Engine, chosen_engine
 from .integrators import Integrator, RungeKutta4, SemiImplicitEuler, refuse_friction
 from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
-from .settings import Rule, check_step
+from .settings import Engine, Rule, check_step, chosen_engine
 
 
 class Plant:

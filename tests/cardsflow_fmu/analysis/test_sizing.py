@@ -17,7 +17,7 @@ from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.experiment import FlowerSettings
 from cardsflow_fmu.models.reference import make_reference
 from controllers.analysis.inverse_dynamics import motion_terms, size_muscles
-from controllers.force_distribution.methods import minimum_infinity_norm
+from controllers.force_distribution.linear import minimum_infinity_norm
 from sim_dart import DartDynamics
 
 LEFT_ARM = EXAMPLES / "roboy_left_arm"

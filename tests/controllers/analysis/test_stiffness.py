@@ -11,7 +11,7 @@ from robots import planar_2r
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot
 from controllers.analysis.stiffness import stiffness, task_stiffness
-from controllers.force_distribution.methods import least_squares
+from controllers.force_distribution.quadratic import least_squares
 from sim_dart import DartDynamics
 
 

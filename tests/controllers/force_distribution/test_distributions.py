@@ -12,18 +12,19 @@ from distribution_problems import HIGH, LOW, feasible, least_norm, stacked, vert
 from scipy.optimize import linprog
 
 from addin_sdfusion.robot import InputError
-from controllers.force_distribution.methods import (
-    METHODS,
+from controllers.force_distribution.closed_form import (
     closed_form,
-    distribute,
     improved_closed_form,
     improved_puncture,
-    least_squares,
+    puncture,
+)
+from controllers.force_distribution.linear import (
     linear_programme,
     minimum_infinity_norm,
     optimally_safe,
-    puncture,
 )
+from controllers.force_distribution.methods import METHODS, distribute
+from controllers.force_distribution.quadratic import least_squares
 
 CASPR = {
     "Example_2R_planar_XZ__basic": 2e-3,

@@ -7,14 +7,14 @@ import pytest
 from distribution_problems import HIGH, LOW, least_norm, stacked, vertices
 
 from addin_sdfusion.robot import InputError
-from controllers.force_distribution.methods import (
-    distribute,
+from controllers.force_distribution.methods import distribute
+from controllers.force_distribution.polygon import (
     feasible_polygon,
-    least_squares,
     polygon_1_norm,
     polygon_2_norm,
     polygon_centroid,
 )
+from controllers.force_distribution.quadratic import least_squares
 
 
 def _in_order(corners: np.ndarray) -> np.ndarray:
