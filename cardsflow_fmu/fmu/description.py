@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -79,11 +79,27 @@ class FmuDescription:
         return [port for variable in self.variables for port in variable.ports]
 
 
-def root_element(fmu: FmuDescription, **attributes: str) -> ET.Element:
-    """The root of a model description."""
-    return ET.Element(
+def document(
+    fmu: FmuDescription,
+    identity: Mapping[str, str],
+    co_simulation: ET.Element,
+    types: Iterable[ET.Element],
+    variables: Iterable[ET.Element],
+    structure: ET.Element,
+) -> ET.Element:
+    """The root element of a model description, with what both versions have in common.
+
+    Args:
+        fmu: What to describe.
+        identity: Version of FMI, and GUID or token, as attributes of the root.
+        co_simulation: The element of that name.
+        types: Type definitions.
+        variables: Model variables.
+        structure: The model structure.
+    """
+    root = ET.Element(
         "fmiModelDescription",
-        attributes,
+        dict(identity),
         modelName=fmu.model_name,
         description=fmu.description,
         version=__version__,
@@ -91,6 +107,20 @@ def root_element(fmu: FmuDescription, **attributes: str) -> ET.Element:
         generationTool=f"CARDSFlow {__version__}",
         variableNamingConvention="structured",
     )
+    root.append(co_simulation)
+    for tag, elements in (
+        ("UnitDefinitions", _units(fmu)),
+        ("TypeDefinitions", types),
+        ("LogCategories", _log_categories()),
+    ):
+        group = ET.Element(tag)
+        group.extend(elements)
+        if len(group):
+            root.append(group)
+    root.append(_default_experiment(fmu))
+    ET.SubElement(root, "ModelVariables").extend(variables)
+    root.append(structure)
+    return root
 
 
 def flag(value: bool) -> str:
@@ -108,15 +138,14 @@ def start(port: Port) -> str:
     return flag(port.start != 0) if port.boolean else number(port.start)
 
 
-def unit_definitions(fmu: FmuDescription) -> list[ET.Element]:
-    """The element with the units that are used; nothing without any."""
-    definitions = ET.Element("UnitDefinitions")
+def _units(fmu: FmuDescription) -> Iterator[ET.Element]:
+    """The units that are used."""
     used = {variable.unit for variable in fmu.variables}
     for name, exponents in SI_UNITS.items():
         if name in used:
-            unit = ET.SubElement(definitions, "Unit", name=name)
+            unit = ET.Element("Unit", name=name)
             ET.SubElement(unit, "BaseUnit", {base: str(n) for base, n in exponents.items()})
-    return [definitions] if len(definitions) else []
+            yield unit
 
 
 def type_names(fmu: FmuDescription) -> dict[str, str]:
@@ -129,15 +158,12 @@ def type_names(fmu: FmuDescription) -> dict[str, str]:
     return {u: name for u, name in _QUANTITIES.items() if u in used and name not in taken}
 
 
-def log_categories() -> ET.Element:
-    """The element with the log categories."""
-    categories = ET.Element("LogCategories")
+def _log_categories() -> Iterator[ET.Element]:
     for name, description in _LOG_CATEGORIES.items():
-        ET.SubElement(categories, "Category", name=name, description=description)
-    return categories
+        yield ET.Element("Category", name=name, description=description)
 
 
-def default_experiment(fmu: FmuDescription) -> ET.Element:
+def _default_experiment(fmu: FmuDescription) -> ET.Element:
     """The element with the preferred times."""
     experiment = ET.Element("DefaultExperiment", startTime="0.0")
     if fmu.stop_time is not None:

@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 
 from cardsflow_fmu.signals.variables import Variable
 
-from .description import (
-    FmuDescription,
-    default_experiment,
-    flag,
-    log_categories,
-    root_element,
-    start,
-    type_names,
-    unit_definitions,
-)
+from .description import FmuDescription, document, flag, start, type_names
 
 
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
     """The root element."""
-    root = root_element(fmu, fmiVersion="2.0", guid=guid)
-    root.append(_co_simulation(fmu))
-    root.extend(unit_definitions(fmu))
     types = type_names(fmu)
-    if types:
-        root.append(_type_definitions(types))
-    root.append(log_categories())
-    root.append(default_experiment(fmu))
-    variables = ET.SubElement(root, "ModelVariables")
-    variables.extend(_variable(variable, types) for variable in fmu.variables)
-    root.append(_model_structure(fmu))
-    return root
+    return document(
+        fmu,
+        {"fmiVersion": "2.0", "guid": guid},
+        _co_simulation(fmu),
+        _type_definitions(types),
+        (_variable(variable, types) for variable in fmu.variables),
+        _model_structure(fmu),
+    )
 
 
 def _co_simulation(fmu: FmuDescription) -> ET.Element:
@@ -52,12 +41,11 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     return element
 
 
-def _type_definitions(types: dict[str, str]) -> ET.Element:
-    definitions = ET.Element("TypeDefinitions")
+def _type_definitions(types: dict[str, str]) -> Iterator[ET.Element]:
     for unit, name in types.items():
-        simple = ET.SubElement(definitions, "SimpleType", name=name)
+        simple = ET.Element("SimpleType", name=name)
         ET.SubElement(simple, "Real", quantity=name, unit=unit)
-    return definitions
+        yield simple
 
 
 def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:

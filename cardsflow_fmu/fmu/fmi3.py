@@ -8,17 +8,7 @@ import xml.etree.ElementTree as ET
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.signals.variables import ELEMENTS, Variable
 
-from .description import (
-    FmuDescription,
-    default_experiment,
-    flag,
-    log_categories,
-    number,
-    root_element,
-    start,
-    type_names,
-    unit_definitions,
-)
+from .description import FmuDescription, document, flag, number, start, type_names
 
 _TIME = "time"
 
@@ -31,19 +21,15 @@ def describe(fmu: FmuDescription, token: str) -> ET.Element:
     """
     if _TIME in {variable.name for variable in fmu.variables}:
         raise InputError(f"{_TIME!r} is the name of FMI 3.0's independent variable")
-    root = root_element(fmu, fmiVersion="3.0", instantiationToken=token)
-    root.append(_co_simulation(fmu))
-    root.extend(unit_definitions(fmu))
     types = type_names(fmu)
-    if types:
-        root.append(_type_definitions(types))
-    root.append(log_categories())
-    root.append(default_experiment(fmu))
-    variables = ET.SubElement(root, "ModelVariables")
-    variables.extend(_variable(variable, types) for variable in fmu.variables)
-    variables.append(_independent(len(fmu.ports)))
-    root.append(_model_structure(fmu))
-    return root
+    return document(
+        fmu,
+        {"fmiVersion": "3.0", "instantiationToken": token},
+        _co_simulation(fmu),
+        (ET.Element("Float64Type", name=n, quantity=n, unit=unit) for unit, n in types.items()),
+        [*(_variable(variable, types) for variable in fmu.variables), _independent(len(fmu.ports))],
+        _model_structure(fmu),
+    )
 
 
 def _co_simulation(fmu: FmuDescription) -> ET.Element:
@@ -62,13 +48,6 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     if fmu.internal_step is not None:
         element.set("fixedInternalStepSize", number(fmu.internal_step))
     return element
-
-
-def _type_definitions(types: dict[str, str]) -> ET.Element:
-    definitions = ET.Element("TypeDefinitions")
-    for unit, name in types.items():
-        ET.SubElement(definitions, "Float64Type", name=name, quantity=name, unit=unit)
-    return definitions
 
 
 def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:

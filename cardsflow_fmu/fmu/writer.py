@@ -18,7 +18,7 @@ from cardsflow_fmu.runtime.model_file import MODEL_FILE, ModelFile, class_path
 from cardsflow_fmu.runtime.port_table import encode_port_table, ports_digest
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.variables import array_variables, scalar_variables
-from cardsflow_fmu.utils.archive import write_archive
+from cardsflow_fmu.utils.archive import contents_of, write_archive
 from cardsflow_fmu.version import __version__
 
 from .description import FmiVersion, FmuDescription
@@ -83,7 +83,7 @@ def write_fmu(
         needs_tool=native is None,
         sources=() if native is None else compiled_files(),
     )
-    files = {_resource_name(name): _contents(source) for name, source in resources.items()}
+    files = {_resource_name(name): contents_of(source) for name, source in resources.items()}
     if native is None:
         files |= _python_files(model_class, ports)
     else:
@@ -107,14 +107,14 @@ def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[st
     """What a Python needs to make the model."""
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
     carried = carried_files(model_class)
-    files = {f"resources/{name}": _contents(source) for name, source in carried.items()}
+    files = {f"resources/{name}": contents_of(source) for name, source in carried.items()}
     return files | {f"resources/{MODEL_FILE}": record.encode()}
 
 
 def _binaries(libraries: Mapping[str, Path], model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
     platforms = {find_platform(name): library for name, library in libraries.items()}
     return {
-        f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": _contents(library)
+        f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": contents_of(library)
         for entry, library in platforms.items()
     }
 
@@ -126,15 +126,6 @@ def _resource_name(name: str) -> str:
     if name in (MODEL_FILE, NATIVE_FILE, _PORTS_FILE, _PYTHON_FILE):
         raise InputError(f"the resource name {name!r} is taken by the FMU itself")
     return str(PurePosixPath("resources", *parts))
-
-
-def _contents(source: bytes | Path) -> bytes:
-    if isinstance(source, bytes):
-        return source
-    try:
-        return source.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=source) from None
 
 
 def _guid(files: Mapping[str, bytes]) -> str:

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -17,11 +18,18 @@ from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
 from .downsample import BINS, downsample
 from .panels import Panel, panels_of
-from .run_figures import STYLE
 
 FORMATS = ("png", "svg", "pdf")
 
-_METADATA = {  # by whom, and no date: equal figures give equal files
+# Text stays text in an SVG, and equal results give equal files.
+STYLE: Any = {
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cardsflow",
+}
+_METADATA: dict[str, Any] = {  # by whom, and no date: equal figures give equal files
     "png": {"Software": MARK},
     "svg": {"Creator": MARK, "Date": None},
     "pdf": {"Creator": MARK, "CreationDate": None},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,17 +22,9 @@ from cardsflow_fmu.signals.muscles import (
 from cardsflow_fmu.signals.ports import Followed, followed_signals, muscle_signals
 
 from .downsample import downsample, every_few
+from .figures import STYLE, image
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
-
-# Text stays text in an SVG, and equal results give equal files.
-STYLE: Any = {
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "cardsflow",
-}
 
 
 def run_images(result: ExperimentRunData) -> dict[str, bytes]:
@@ -108,13 +99,7 @@ def path_figure(result: ExperimentRunData) -> Figure:
 
 
 def _images(name: str, figure: Figure) -> dict[str, bytes]:
-    images: dict[str, bytes] = {}
-    with mpl.rc_context(STYLE):
-        for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
-            memory = io.BytesIO()
-            figure.savefig(memory, format=kind, dpi=150, metadata=metadata)
-            images[f"{name}.{kind}"] = memory.getvalue()
-    return images
+    return {f"{name}.{form}": image(figure, form) for form in ("png", "svg")}
 
 
 def _followed(result: ExperimentRunData) -> Followed:

@@ -40,44 +40,50 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
-    tracking, time = summary.get("tracking") or {}, summary.get("solve_time") or {}
-    rows = [
-        ["experiment", summary.get("experiment")],
-        ["robot", summary.get("robot")],
-        ["cable set", summary.get("cable_set")],
-        ["status", summary.get("status")],
-        ["error", summary.get("error")],
-        ["duration [s]", summary.get("duration")],
-        ["step [s]", summary.get("step")],
-        ["control period [s]", summary.get("control_period")],
-        ["coupling", summary.get("coupling")],
-        [f"tracking, RMS [{tracking.get('unit')}]", tracking.get("rms")],
-        [f"tracking, largest [{tracking.get('unit')}]", tracking.get("max")],
-        ["ticks", summary.get("ticks")],
-        ["infeasible ticks", summary.get("infeasible_ticks")],
-        ["time of a tick, median [s]", time.get("median")],
-        ["time of a tick, largest [s]", time.get("max")],
-        *([f"engine of the {role}", name] for role, name in (summary.get("engine") or {}).items()),
-        ["master", summary.get("master")],
-        *_hardware(summary),
-        ["speed over real time", summary.get("real_time_factor")],
-        *(["warning", warning] for warning in summary.get("warnings") or ()),
-    ]
+    """Labels and values of what the summary has, in the order of `_ROWS`."""
+    unit = (summary.get("tracking") or {}).get("unit")
+    rows = [[label.format(unit=unit), _value(summary, key)] for label, key in _ROWS]
+    engines = [[f"engine of the {role}", n] for role, n in (summary.get("engine") or {}).items()]
+    k = [key for _, key in _ROWS].index("master")
+    rows[k:k] = engines
+    rows += [["warning", warning] for warning in summary.get("warnings") or ()]
     return [row for row in rows if row[1] is not None]
 
 
-def _hardware(summary: Mapping[str, Any]) -> list[list[Any]]:
-    """How hardware answered, and whether a run by the clock kept up."""
-    hardware, pace = summary.get("hardware") or {}, summary.get("real_time") or {}
-    trip, lateness = hardware.get("round_trip") or {}, pace.get("lateness") or {}
-    return [
-        ["hardware", hardware.get("link") or None],
-        ["mode of the hardware", hardware.get("mode")],
-        ["exchanges missed", hardware.get("missed")],
-        ["oldest state of the hardware [s]", hardware.get("oldest_state")],
-        ["round trip, median [s]", trip.get("median")],
-        ["round trip, 99 % [s]", trip.get("p99")],
-        ["steps behind the clock", pace.get("behind")],
-        ["lateness of a step, largest [s]", lateness.get("max")],
-        ["scheduling", pace.get("scheduling")],
-    ]
+def _value(summary: Mapping[str, Any], key: str) -> Any:
+    """The value at a dotted key; None where there is none."""
+    value: Any = summary
+    for part in key.split("."):
+        value = (value or {}).get(part)
+    return value if key != "hardware.link" else value or None
+
+
+_ROWS = (
+    ("experiment", "experiment"),
+    ("robot", "robot"),
+    ("cable set", "cable_set"),
+    ("status", "status"),
+    ("error", "error"),
+    ("duration [s]", "duration"),
+    ("step [s]", "step"),
+    ("control period [s]", "control_period"),
+    ("coupling", "coupling"),
+    ("tracking, RMS [{unit}]", "tracking.rms"),
+    ("tracking, largest [{unit}]", "tracking.max"),
+    ("ticks", "ticks"),
+    ("infeasible ticks", "infeasible_ticks"),
+    ("time of a tick, median [s]", "solve_time.median"),
+    ("time of a tick, largest [s]", "solve_time.max"),
+    ("master", "master"),
+    ("hardware", "hardware.link"),
+    ("mode of the hardware", "hardware.mode"),
+    ("exchanges missed", "hardware.missed"),
+    ("oldest state of the hardware [s]", "hardware.oldest_state"),
+    ("round trip, median [s]", "hardware.round_trip.median"),
+    ("round trip, 99 % [s]", "hardware.round_trip.p99"),
+    ("steps behind the clock", "real_time.behind"),
+    ("lateness of a step, largest [s]", "real_time.lateness.max"),
+    ("scheduling", "real_time.scheduling"),
+    ("speed over real time", "real_time_factor"),
+)
+"""Labels of the course of a run, and keys of the summary."""

@@ -1,4 +1,4 @@
-"""Contents of the files of a run by name."""
+"""The files of a run: names and contents."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ import json
 from cardsflow_fmu.experiment.table_forms import TableForm
 
 from .csv_table import csv_text
-from .file_names import PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
 from .run_data import RunData
+
+TABLE = "results.csv"
+PARQUET = "results.parquet"
+UNITS = "results.units.json"
+SUMMARY = "summary.json"
+SOLVE_TIMES = "solve_times.csv"
+EXPERIMENT = "experiment.zip"
+"""The experiment as its FMUs carry it, with the robot's files and its visual meshes."""
 
 Contents = dict[str, str | bytes]
 

@@ -15,7 +15,7 @@ from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .csv_table import row_text
-from .file_names import SUMMARY, TABLE, UNITS
+from .files import SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
 from .row_store import RowStore
 
@@ -73,8 +73,8 @@ class Journal:
             {  # the summary first: it marks the files as those of a run
                 SUMMARY: json.dumps(summary, indent=1) + "\n",
                 UNITS: json.dumps(dict(units), indent=1) + "\n",
-                TABLE: header,
                 **self._contents,
+                TABLE: header,  # last: where it is, all is there
             },
             self._streamed,
         )

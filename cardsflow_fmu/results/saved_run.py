@@ -16,11 +16,11 @@ from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.mesh_files import own_name
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.utils.archive import unpack_archive, write_archive
+from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
 from cardsflow_fmu.utils.visual_meshes import visual_files
 
 from .csv_table import read_csv
-from .file_names import EXPERIMENT, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
+from .files import EXPERIMENT, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
 from .journal import STARTED
 from .metadata import read_summary, read_units
 from .parquet import read_parquet
@@ -42,10 +42,7 @@ def experiment_archive(experiment: Experiment) -> bytes:
             files |= _visual_meshes(f"robots/{part.name}", part.robot, part.folder)
     else:
         files |= _visual_meshes("robot", experiment.robot, experiment.robot_path.parent)
-    with tempfile.TemporaryDirectory() as aside:
-        archive = Path(aside) / EXPERIMENT
-        write_archive(archive, {name: _bytes(source) for name, source in files.items()})
-        return archive.read_bytes()
+    return archive_bytes({name: contents_of(source) for name, source in files.items()})
 
 
 def _visual_meshes(place: str, robot: Robot, folder: Path) -> dict[str, bytes | Path]:
@@ -177,12 +174,3 @@ def _read_alone(file: Path) -> RunData:
 
 def _folder(path: Path) -> Path:
     return path.parent if path.name in _TABLES else path
-
-
-def _bytes(source: bytes | Path) -> bytes:
-    if isinstance(source, bytes):
-        return source
-    try:
-        return source.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=source) from None

@@ -21,8 +21,7 @@ from cardsflow_fmu.hardware.session.paced_run import with_approach
 from cardsflow_fmu.models.direct_participant import DirectParticipant
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.native.loop import NativeLoop
-from cardsflow_fmu.results.file_names import EXPERIMENT
-from cardsflow_fmu.results.files import Contents
+from cardsflow_fmu.results.files import EXPERIMENT, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import summarize
 from cardsflow_fmu.signals.ports import outer_signals

@@ -19,7 +19,7 @@ from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
 from cardsflow_fmu.hardware.session.connect import Connection, with_link
 from cardsflow_fmu.results.engines import system_engines
-from cardsflow_fmu.results.file_names import EXPERIMENT
+from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.summary import summarize_system
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.signals.units import conversion, variable_units

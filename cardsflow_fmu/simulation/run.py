@@ -6,7 +6,6 @@ import contextlib
 import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.hardware.session.paced_run import Pace
-from cardsflow_fmu.results.file_names import TABLE
-from cardsflow_fmu.results.files import Contents, metadata_files, table_file
+from cardsflow_fmu.results.files import TABLE, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
@@ -80,8 +78,8 @@ def run(
     if experiment.run.format == "parquet":
         require_parquet()
     opener = _experiment_opener(experiment, through, realtime)
-    conditions = _Conditions.of(realtime, progress, watch, started)
-    return _run(opener, Path(output or experiment.run.output), conditions)
+    output = Path(output or experiment.run.output)
+    return _run(opener, output, realtime=realtime, progress=progress, watch=watch, started=started)
 
 
 def run_system(
@@ -113,8 +111,8 @@ def run_system(
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
     opener = _ssp_opener(Path(path), settings, hardware)
-    conditions = _Conditions.of(realtime, progress, started=started)
-    return _run(opener, Path(output or Path(path).parent / "results"), conditions)
+    output = Path(output or Path(path).parent / "results")
+    return _run(opener, output, realtime=realtime, progress=progress, started=started)
 
 
 def simulate(
@@ -128,21 +126,13 @@ def simulate(
     watch: Watch | None = None,
     prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Result:
-    """Run an experiment and write nothing. Arguments and errors as for `run` and `build`.
+    """Run an experiment and write nothing; arguments and errors as for `run` and `build`.
 
-    Args:
-        experiment: What to run.
-        through: As for `run`.
-        fmi: As for `build`.
-        arrays: As for `build`.
-        realtime: As for `run`.
-        progress: As for `run`.
-        watch: As for `run`.
-        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+    With `prepared` FMUs of this experiment, by the name of the model, none is built.
     """
     options = {"fmi": fmi, "arrays": arrays, "prepared": prepared}
     opener = _experiment_opener(experiment, through, realtime, options)
-    return _run(opener, None, _Conditions.of(realtime, progress, watch))
+    return _run(opener, None, realtime=realtime, progress=progress, watch=watch)
 
 
 def simulate_system(
@@ -153,7 +143,8 @@ def simulate_system(
     progress: Progress | None = None,
 ) -> SystemResult:
     """Run an .ssp file and write nothing. Arguments and errors as for `run_system`."""
-    return _run(_ssp_opener(Path(path), settings), None, _Conditions.of(realtime, progress))
+    opener = _ssp_opener(Path(path), settings)
+    return _run(opener, None, realtime=realtime, progress=progress)
 
 
 def _experiment_opener(
@@ -175,39 +166,31 @@ def _ssp_opener(
     return partial(open_ssp, path, settings or {}, hardware)
 
 
-@dataclass(frozen=True)
-class _Conditions:
-    """How a run goes; see `run`."""
-
-    realtime: bool = False
-    progress: Progress | None = None
-    watch: Watch | None = None
-    started: float = field(default_factory=time.perf_counter)
-
-    @classmethod
-    def of(
-        cls,
-        realtime: bool,
-        progress: Progress | None,
-        watch: Watch | None = None,
-        started: float | None = None,
-    ) -> _Conditions:
-        own = cls(realtime, progress, watch)
-        return own if started is None else cls(realtime, progress, watch, started)
-
-
-def _run(opener: Opener[R], output: Path | None, conditions: _Conditions) -> R:
+def _run(
+    opener: Opener[R],
+    output: Path | None,
+    *,
+    realtime: bool = False,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+    started: float | None = None,
+) -> R:
     """Open a system, run it, and write its results where there is an output folder."""
+    started = time.perf_counter() if started is None else started
     with contextlib.ExitStack() as stack:
         folder = None if output is None else stack.enter_context(OutputFolder(output))
         aside = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         with opener(aside, None if folder is None else folder.path) as system:
-            journal = None
-            if folder is not None:
-                journal = Journal(folder, system.contents, system.streamed)
-                stack.enter_context(journal)
-            recording, speed, notes = _record(system, conditions, journal)
-        result = _result(system, recording, system.summarize(recording, speed) | notes)
+            pace = Pace(system.step, realtime, system.hardware)
+            journal = None if folder is None else Journal(folder, system.contents, system.streamed)
+            recording, speed = _record(system, pace, journal, started, progress, watch)
+        result = system.result(
+            recording.names,
+            recording.rows,
+            _units(recording),
+            system.summarize(recording, speed) | pace.report(recording),
+            solve_times=recording.times_of_ticks(),
+        )
         if folder is not None:
             with ignoring_interrupts():
                 _write(result, [*system.contents, *system.streamed], folder)
@@ -217,31 +200,25 @@ def _run(opener: Opener[R], output: Path | None, conditions: _Conditions) -> R:
 
 
 def _record(
-    system: OpenSystem[R], conditions: _Conditions, journal: Journal | None
-) -> tuple[Recording, Speed, dict[str, Any]]:
-    """Step an open system to its end; its recording, and the summary's notes about the clock."""
-    loop, begin = system.loop, time.perf_counter()
-    if journal is not None:
-        names = loop.names
-        nothing = Recording(names, no_rows(names), loop.units, [], [], STARTED)
-        summary = system.summarize(nothing, Speed(0.0, begin - conditions.started))
-        journal.begin(names, _units(nothing), loop.count, summary)
-    with Pace(system.step, conditions.realtime, system.hardware) as pace:
-        begin = time.perf_counter()
-        recording = loop.run(conditions.progress, pace.pacer, conditions.watch, journal)
-        speed = Speed(time.perf_counter() - begin, begin - conditions.started)
-    recording = pace.judged(recording)
-    return recording, speed, pace.report(recording)
-
-
-def _result(system: OpenSystem[R], recording: Recording, summary: dict[str, Any]) -> R:
-    return system.result(
-        recording.names,
-        recording.rows,
-        _units(recording),
-        summary,
-        solve_times=recording.times_of_ticks(),
-    )
+    system: OpenSystem[R],
+    pace: Pace,
+    journal: Journal | None,
+    started: float,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+) -> tuple[Recording, Speed]:
+    """Step an open system to its end, under the journal where there is one."""
+    loop = system.loop
+    with contextlib.nullcontext() if journal is None else journal:
+        if journal is not None:
+            nothing = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
+            summary = system.summarize(nothing, Speed(0.0, time.perf_counter() - started))
+            journal.begin(loop.names, _units(nothing), loop.count, summary)
+        with pace:
+            begin = time.perf_counter()
+            recording = pace.judged(loop.run(progress, pace.pacer, watch, journal))
+            speed = Speed(time.perf_counter() - begin, begin - started)
+    return recording, speed
 
 
 def _units(recording: Recording) -> dict[str, str]:

@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
 from cardsflow_fmu.experiment.resources import EXPERIMENT_FILE
 from cardsflow_fmu.signals.roles import HARDWARE
-from cardsflow_fmu.utils.archive import unpack_archive, write_archive
+from cardsflow_fmu.utils.archive import archive_bytes, unpack_archive
 
 _RESOURCES = "resources/"
 _PARTS = ("robot", "robots", "world")
@@ -30,7 +30,7 @@ def system_experiment(path: Path) -> bytes | None:
         The archive; None where no FMU of ours is in it.
     """
     for files in _all_carried(path, first="plant.fmu"):
-        return _archive(files)
+        return archive_bytes(files)
     return None
 
 
@@ -43,7 +43,7 @@ def system_hardware(path: Path) -> HardwareSettings | None:
     for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
         with tempfile.TemporaryDirectory() as aside:
             archive = Path(aside) / "experiment.zip"
-            write_archive(archive, files)
+            archive.write_bytes(archive_bytes(files))
             try:
                 if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
                     continue
@@ -85,10 +85,3 @@ def _carried(fmu: bytes) -> dict[str, bytes]:
 def _is_of_experiment(name: str) -> bool:
     parts = PurePosixPath(name).parts[1:]
     return parts == (EXPERIMENT_FILE,) or (len(parts) > 1 and parts[0] in _PARTS)
-
-
-def _archive(files: dict[str, bytes]) -> bytes:
-    with tempfile.TemporaryDirectory() as aside:
-        made = Path(aside) / "experiment.zip"
-        write_archive(made, files)
-        return made.read_bytes()

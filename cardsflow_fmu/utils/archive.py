@@ -16,6 +16,15 @@ _READABLE = 0o644 << 16
 _MAX_FILES, _MAX_BYTES = 10_000, 2**31
 
 
+def archive_bytes(files: Mapping[str, bytes]) -> bytes:
+    """The contents of an archive, of contents by path below its root."""
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            archive.writestr(_entry(name), files[name])
+    return memory.getvalue()
+
+
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
     """Write aside and move into place, so that no half-written file is ever seen.
 
@@ -24,14 +33,26 @@ def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
     """
     aside = path.with_name(f"{path.name}.{os.getpid()}")
     try:
-        with zipfile.ZipFile(aside, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name in sorted(files):
-                archive.writestr(_entry(name), files[name])
+        aside.write_bytes(archive_bytes(files))
         aside.replace(path)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}", file=path) from None
     finally:
         aside.unlink(missing_ok=True)
+
+
+def contents_of(source: bytes | Path) -> bytes:
+    """Contents as they are, or those of a file.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    if isinstance(source, bytes):
+        return source
+    try:
+        return source.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=source) from None
 
 
 def _entry(name: str) -> zipfile.ZipInfo:

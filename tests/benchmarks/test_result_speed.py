@@ -12,6 +12,7 @@ from interleaved import interleaved, record
 from robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.hardware.session.paced_run import Pace
 from cardsflow_fmu.report.figures import plot
 from cardsflow_fmu.results import row_store
 from cardsflow_fmu.results.csv_table import csv_text
@@ -21,7 +22,7 @@ from cardsflow_fmu.results.journal import Journal
 from cardsflow_fmu.simulation.from_experiment import open_experiment
 from cardsflow_fmu.simulation.open_system import OpenSystem
 from cardsflow_fmu.simulation.result import Result, SystemResult
-from cardsflow_fmu.simulation.run import _Conditions, _record
+from cardsflow_fmu.simulation.run import _record
 
 ROWS, COLUMNS = 30_000, 60
 
@@ -78,13 +79,13 @@ def test_streaming_costs_a_run_what_writing_at_its_end_would(tmp_path: Path) -> 
         return open_experiment(experiment, "direct", tmp_path / "aside", None)
 
     def streamed() -> None:
-        with OutputFolder(tmp_path) as folder, Journal(folder, {}) as journal, opened() as system:
-            _, speed, _ = _record(system, _Conditions(), journal)
+        with OutputFolder(tmp_path) as folder, opened() as system:
+            _, speed = _record(system, Pace(1e-3, False), Journal(folder, {}), time.perf_counter())
         loop["streamed"] = min(loop["streamed"], speed.wall_time / 2.0)
 
     def kept() -> None:
         with opened() as system:
-            recording, speed, _ = _record(system, _Conditions(), None)
+            recording, speed = _record(system, Pace(1e-3, False), None, time.perf_counter())
         loop["kept"] = min(loop["kept"], speed.wall_time / 2.0)
         (tmp_path / "kept.csv").write_text(csv_text(recording.names, recording.rows))
 

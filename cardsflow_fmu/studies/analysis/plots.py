@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cardsflow_fmu.report.figures import inline_svg
-from cardsflow_fmu.report.run_figures import STYLE
+from cardsflow_fmu.report.figures import STYLE, inline_svg
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _MOST_BINS = 40

@@ -12,7 +12,7 @@ from robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.mesh_files import mesh_file, own_name
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.results.file_names import EXPERIMENT
+from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.saved_run import is_run, opened_run, read_results
 from cardsflow_fmu.utils.visual_meshes import visual_files
 
