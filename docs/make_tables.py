@@ -197,7 +197,7 @@ def laws_page() -> str:
         MADE,
         "# Tension laws of muscles",
         "What a muscle pulls with follows from its command, its path length `l` and the rate `l'` "
-        "of that by its law. It stands in the robot's files (`<cable_model kind=...>` in "
+        "of that by its law. It is given in the robot's files (`<cable_model kind=...>` in "
         "[cardsflow.xml](robots.md#muscles)) or in the experiment (`[muscles.<name>] model`, "
         "[here](experiments.md#muscles)). The equations are in `sim_dart/csrc/laws`.",
     ]

@@ -20,8 +20,8 @@ from controllers.validation import named_vector
 class SpringMotors:
     """Motors of m muscles, each with a spring in series.
 
-    Arguments of methods have shape (m,): lengths l and set points l0 in [m], rates l' = L qd, or l0'
-    for speeds, in [m/s], and forces f in [N], from 0 on.
+    Arguments of methods have shape (m,): lengths l and set points l0 in [m], rates l' = L qd, or
+    l0' for speeds, in [m/s], and forces f in [N], from 0 on.
 
     Args:
         muscle_names: m names.
