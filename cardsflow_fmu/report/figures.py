@@ -29,11 +29,6 @@ STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "cardsflow",
 }
-_METADATA: dict[str, Any] = {  # by whom, and no date: equal figures give equal files
-    "png": {"Software": MARK},
-    "svg": {"Creator": MARK, "Date": None},
-    "pdf": {"Creator": MARK, "CreationDate": None},
-}
 _MOST_IN_LEGEND = 32
 
 
@@ -88,17 +83,22 @@ def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BI
     return figure
 
 
-def image(figure: Figure, form: str, *, salt: str = "cardsflow") -> bytes:
-    """A figure as the content of a file; equal figures give equal files.
+def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | None = MARK) -> bytes:
+    """A figure as the content of a file without a date; equal figures give equal files.
 
     Args:
         figure: The figure.
         form: One of `FORMATS`.
         salt: Makes names within an SVG differ from those of another in the same page.
+        mark: The creator in the metadata; files with `MARK` may be written over.
     """
+    dates = {"svg": "Date", "pdf": "CreationDate"}
+    metadata = {"Software" if form == "png" else "Creator": mark}
+    if form in dates:
+        metadata[dates[form]] = None
     memory = io.BytesIO()
     with mpl.rc_context(STYLE | {"svg.hashsalt": salt}):
-        figure.savefig(memory, format=form, dpi=150, metadata=_METADATA[form])
+        figure.savefig(memory, format=form, dpi=150, metadata=metadata)
     return memory.getvalue()
 
 

@@ -99,7 +99,7 @@ def path_figure(result: ExperimentRunData) -> Figure:
 
 
 def _images(name: str, figure: Figure) -> dict[str, bytes]:
-    return {f"{name}.{form}": image(figure, form) for form in ("png", "svg")}
+    return {f"{name}.{form}": image(figure, form, mark=None) for form in ("png", "svg")}
 
 
 def _followed(result: ExperimentRunData) -> Followed:
