@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from ..finding import Finding, Subject, member
 from ..finding_builders import error, unknown
@@ -12,12 +12,12 @@ from ..model.robot import WORLD, Robot
 
 def names(robot: Robot) -> Iterator[Finding]:
     """Names are unique in their group, not empty, printable and not padded with spaces."""
-    yield from _group([Subject("robot", robot.name)])
-    yield from _group([Subject("link", link.name) for link in robot.links])
-    yield from _group([Subject("joint", joint.name) for joint in robot.joints])
-    yield from _group([Subject("coordinate", c.name) for c in robot.coordinates])
-    yield from _group([Subject("cable_set", group.name) for group in robot.cable_sets])
-    yield from _group([Subject("task_set", group.name) for group in robot.task_sets])
+    yield from named([Subject("robot", robot.name)])
+    yield from named([Subject("link", link.name) for link in robot.links])
+    yield from named([Subject("joint", joint.name) for joint in robot.joints])
+    yield from named([Subject("coordinate", c.name) for c in robot.coordinates])
+    yield from named([Subject("cable_set", group.name) for group in robot.cable_sets])
+    yield from named([Subject("task_set", group.name) for group in robot.task_sets])
     for cable_set in robot.cable_sets:
         yield from _members(
             "muscle", [m.name for m in cable_set.muscles], cable_set.name, robot.cable_set
@@ -50,17 +50,19 @@ def active_sets(robot: Robot) -> Iterator[Finding]:
 
 def _members(kind: str, members: list[str], of: str, active: str) -> Iterator[Finding]:
     for name in members:
-        yield from _spelling(member(kind, name, of, active), name)
-    yield from _unique([member(kind, name, of, active) for name in members])
+        yield from spelling(member(kind, name, of, active), name)
+    yield from unique([member(kind, name, of, active) for name in members])
 
 
-def _group(subjects: list[Subject]) -> Iterator[Finding]:
+def named(subjects: Sequence[Subject]) -> Iterator[Finding]:
+    """What is wrong with the names of objects of one kind."""
     for subject in subjects:
-        yield from _spelling(subject, subject.name)
-    yield from _unique(subjects)
+        yield from spelling(subject, subject.name)
+    yield from unique(subjects)
 
 
-def _spelling(subject: Subject, name: str) -> Iterator[Finding]:
+def spelling(subject: Subject, name: str) -> Iterator[Finding]:
+    """Whether a name is empty, not printable or padded with spaces."""
     if not name:
         yield error(subject, "bad-name", "the name is empty")
     elif not name.isprintable() or name != name.strip():
@@ -68,7 +70,8 @@ def _spelling(subject: Subject, name: str) -> Iterator[Finding]:
         yield error(subject, "bad-name", problem)
 
 
-def _unique(subjects: list[Subject]) -> Iterator[Finding]:
+def unique(subjects: Iterable[Subject]) -> Iterator[Finding]:
+    """Names that are used more than once."""
     for subject, count in Counter(subjects).items():
         if count > 1:
             problem = f"the name is used {count} times; rename all but one"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from itertools import groupby, pairwise
 
@@ -13,6 +12,7 @@ from ..model.muscle import Muscle, Wrap, WrapSurface
 from ..model.pose import Vector3
 from ..model.robot import WORLD, Robot
 from ..model.rotations import apply, inverse
+from .names import named
 
 MOST_WRAPS = 8
 """In one segment: as many as the C core solves for together."""
@@ -25,15 +25,7 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
     """Names are there and unique, the link exists, and the surface has a size."""
     links = [WORLD, *(link.name for link in robot.links)]
     known = set(links)
-    counts = Counter(surface.name for surface in robot.wrap_surfaces)
-    for name, count in counts.items():
-        subject = Subject("wrap_surface", name)
-        if count > 1:
-            problem = f"the name is used {count} times; rename all but one"
-            yield error(subject, "duplicate-wrap-surface", problem)
-        if not name or not name.isprintable() or name != name.strip():
-            problem = "a name has no spaces at its ends, no control characters and is not empty"
-            yield error(subject, "bad-name", problem)
+    yield from named([Subject("wrap_surface", surface.name) for surface in robot.wrap_surfaces])
     for surface in robot.wrap_surfaces:
         subject = Subject("wrap_surface", surface.name)
         if surface.link not in known:

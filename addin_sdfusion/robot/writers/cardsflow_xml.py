@@ -24,13 +24,12 @@ from itertools import groupby
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ..checks.check import require_valid
-from ..files import write_files
 from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.robot import Robot, TaskFrame
 from .common_losses import other_sets
+from .file_names import write_document
 from .wrap_side import is_shorter_way
 from .xml_text import document, element, numbers
 
@@ -43,21 +42,8 @@ INSIDE = "inside"
 
 
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
-    """Write cardsflow.xml alone, beside a model.sdf.
-
-    Args:
-        robot: What to write the active muscles and task frames of.
-        folder: Where to; made if it does not exist.
-
-    Returns:
-        The file written.
-
-    Raises:
-        RobotError: The robot has errors.
-        InputError: The folder cannot be written.
-    """
-    require_valid(robot)
-    return write_files(folder, {"cardsflow.xml": cardsflow_xml(robot)})
+    """Write cardsflow.xml alone, beside a model.sdf; returns and raises as `write_document`."""
+    return write_document(robot, folder, "cardsflow", "xml", cardsflow_xml)
 
 
 def cardsflow_losses(robot: Robot) -> list[Finding]:

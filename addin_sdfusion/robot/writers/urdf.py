@@ -2,8 +2,8 @@
 
 The root link is called `world`. A joint that moves has the name of its coordinate, so that joint
 states by name are q by name; URDF has no order of joints. A joint of several motions becomes a
-chain, see `chain`. The frame of a URDF link is that of the joint that carries it: a link whose
-frame lies elsewhere is written in that joint's frame, its inertia and meshes with it.
+chain, see `joint_chains`. The frame of a URDF link is that of the joint that carries it: a link
+whose frame lies elsewhere is written in that joint's frame, its inertia and meshes with it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ..checks.check import require_valid
-from ..files import write_files
 from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.joint import Coordinate
@@ -23,7 +21,7 @@ from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot
 from ..model.rotations import apply, compose, inverse, normalized, rotate_inertia, rotation
 from ..transforms.joint_chains import SingleJoint, single_joints
 from .common_losses import chained_joints, link_ends, other_sets
-from .file_names import file_name
+from .file_names import write_document
 from .xml_text import document, element, numbers
 
 NO_LIMIT = 1e16
@@ -31,23 +29,8 @@ NO_LIMIT = 1e16
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:
-    """Write `<name>.urdf`.
-
-    Args:
-        robot: What to write.
-        folder: Where to; made if it does not exist.
-        name: How the file is called; the robot's name if None.
-
-    Returns:
-        The file written.
-
-    Raises:
-        RobotError: The robot has errors.
-        InputError: The folder cannot be written.
-    """
-    require_valid(robot)
-    file = file_name(robot.name if name is None else name, "urdf")
-    return write_files(folder, {file: _urdf(robot)})
+    """Write `<name>.urdf`; returns and raises as `write_document`."""
+    return write_document(robot, folder, name, "urdf", _urdf)
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:

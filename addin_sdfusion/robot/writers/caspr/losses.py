@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, cable_tag
+from ...checks.names import named
 from ...finding import Finding, Subject, errors_first
 from ...finding_builders import all_muscles, all_task_frames, error, listed, warning
 from ...model.joint import Joint
@@ -171,13 +172,7 @@ def _id_spelling(kind: str, names: Iterable[str]) -> Iterator[Finding]:
 def _trajectories(robot: Robot, trajectories: Sequence[Trajectory]) -> Iterator[Finding]:
     names = [trajectory.name for trajectory in trajectories]
     yield from _id_spelling("trajectory", names)
-    for name, count in Counter(names).items():
-        subject = Subject("trajectory", name)
-        if count > 1:
-            yield error(subject, "duplicate-trajectory", f"the name is used {count} times")
-        if not name.isprintable() or name != name.strip() or not name:
-            problem = "a name has no spaces at its ends, no control characters and is not empty"
-            yield error(subject, "bad-name", problem)
+    yield from named([Subject("trajectory", name) for name in names])
     for trajectory in trajectories:
         yield from _trajectory(robot, trajectory)
 

@@ -15,15 +15,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...checks.check import require_valid
-from ...files import write_files
 from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.muscle import Muscle
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 from ..common_losses import cables, link_ends, other_sets, refuse, task_axes
-from ..file_names import file_name
+from ..file_names import write_document
 from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
 from .inertia import inertia_losses
@@ -36,7 +34,7 @@ MeshFiles = Mapping[str, str | Path]
 def write_mjcf(
     robot: Robot, folder: str | Path, name: str | None = None, meshes: MeshFiles | None = None
 ) -> list[Path]:
-    """Write `<name>.xml`.
+    """Write `<name>.xml`; returns and raises as `write_document`.
 
     Args:
         robot: What to write.
@@ -44,19 +42,10 @@ def write_mjcf(
         name: How the file is called; the robot's name if None.
         meshes: The file of each mesh by its uri, absolute or from the folder. MuJoCo opens all
             meshes at once and fails without: those that are not here are left out.
-
-    Returns:
-        The file written.
-
-    Raises:
-        RobotError: The robot has errors, or MuJoCo refuses it.
-        InputError: The folder cannot be written.
     """
-    files = dict(meshes or {})
-    require_valid(robot)
-    refuse(mjcf_losses(robot, files))
-    stem = robot.name if name is None else name
-    return write_files(folder, {file_name(stem, "xml"): _mjcf(robot, files)})
+    return write_document(
+        robot, folder, name, "xml", lambda valid: _mjcf(valid, dict(meshes or {}))
+    )
 
 
 def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
@@ -96,6 +85,7 @@ def _equal_forces(robot: Robot) -> Iterator[Finding]:
 
 
 def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
+    refuse(mjcf_losses(robot, meshes))
     root = element(None, "mujoco", model=robot.name)
     flags = {"angle": "radian", "eulerseq": "XYZ", "autolimits": "false"}
     element(root, "compiler", None, **flags, inertiafromgeom="false")

@@ -2,7 +2,7 @@
 
 Links are bodies with their own frames, coordinates belong to pins and sliders: joints of one degree
 of freedom in offset frames are the ones that keep every axis and pose exactly. A joint of several
-motions becomes a chain, see `chain`, with 1e-12 kg for each link in between. Muscles are
+motions becomes a chain, see `joint_chains`, with 1e-12 kg for each link in between. Muscles are
 PathActuators through every via point and over wrap objects; their controls are tensions in [N].
 Muscles of Hill's type and ligaments are OpenSim's own.
 Joints have motors (`<coordinate>_motor`) and dampers with springs (`<coordinate>_damping`)
@@ -16,14 +16,12 @@ import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from ...checks.check import require_valid
-from ...files import write_files
 from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names, single_joints
 from ..common_losses import cables, chained_joints, link_ends, other_sets, task_axes
-from ..file_names import file_name
+from ..file_names import write_document
 from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, add_joint, add_massless, frame_path, objects
 from .forces import ENDLESS, add_joint_forces, add_muscle, add_surfaces, surface_names
@@ -39,24 +37,17 @@ MeshFiles = Mapping[str, str | Path]
 def write_osim(
     robot: Robot, folder: str | Path, name: str | None = None, meshes: MeshFiles | None = None
 ) -> list[Path]:
-    """Write `<name>.osim`.
+    """Write `<name>.osim`; returns and raises as `write_document`.
 
     Args:
         robot: What to write.
         folder: Where to; made if it does not exist.
         name: How the file is called; the robot's name if None.
         meshes: The file of each mesh by its uri; the uri itself where there is none.
-
-    Returns:
-        The file written.
-
-    Raises:
-        RobotError: The robot has errors.
-        InputError: The folder cannot be written.
     """
-    require_valid(robot)
-    file = file_name(robot.name if name is None else name, "osim")
-    return write_files(folder, {file: _osim(with_legal_names(robot), meshes or {})})
+    return write_document(
+        robot, folder, name, "osim", lambda valid: _osim(with_legal_names(valid), meshes or {})
+    )
 
 
 def osim_losses(robot: Robot) -> list[Finding]:
