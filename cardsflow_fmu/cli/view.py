@@ -52,7 +52,7 @@ def add_view(commands: Commands) -> None:
 
 
 def add_live_options(parser: argparse.ArgumentParser) -> None:
-    """Add where the live view is found."""
+    """Add port and browser of the live view."""
     parser.add_argument(
         "--port", type=_port, help="port of the live view; a free one from 8080 on if left out"
     )
@@ -86,7 +86,7 @@ def _view(options: argparse.Namespace) -> int:
             full_scale=options.full_scale,
             port=options.port,
             browser=not options.no_browser,
-            tell=_tell,
+            report=_print_line,
         )
     return GOOD
 
@@ -95,37 +95,32 @@ def _view(options: argparse.Namespace) -> int:
 def watched(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch | None, Callable[[Result], None]]]:
-    """What draws a run while it goes on, and what replays it behind its end, until Ctrl-C.
+    """Functions that draw a run in progress, and replay it at its end until Ctrl-C.
 
     Args:
-        experiment: What is run.
+        experiment: The experiment of the run.
         options: Of the command line: `view`, `port` and `no_browser`.
     """
     if not options.view:
         yield None, lambda result: None
         return
     from cardsflow_fmu.viewer import view
-    from cardsflow_fmu.viewer.html.page_data import Act
     from cardsflow_fmu.viewer.live import live
     from cardsflow_fmu.viewer.scene.meshes import link_meshes
-    from cardsflow_fmu.viewer.scene.motion import motion_of
-    from cardsflow_fmu.viewer.scene.stage import Stage
 
     robot, world = experiment.robot, experiment.scene
     meshes = link_meshes(robot, experiment.robot_path.parent)
     with live.server(options.port, browser=not options.no_browser) as opened:
-        _tell(f"{live.address(opened)}  (Ctrl-C ends)")
+        _print_line(f"{live.address(opened)}  (Ctrl-C ends)")
 
         def replay(result: Result) -> None:
-            motion = motion_of(robot, result, world=world)
-            stage = Stage(robot, motion, meshes, world=world)
             with view.interruption() as ended:
-                live.replay(opened, [Act(stage, experiment.name, view.notes(result))], ended)
+                live.replay(opened, [view.act_of(result)], ended)
 
         yield live.follower(opened, robot, meshes, world), replay
 
 
-def _tell(line: str) -> None:
+def _print_line(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 

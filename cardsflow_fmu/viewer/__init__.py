@@ -1,4 +1,4 @@
-"""Look at a robot or a run: pure scenes, and thin adapters that draw them."""
+"""Views of robots and runs: scenes, and adapters that draw them."""
 
 from .scene.motion import Motion, motion_of
 from .scene.stage import Stage

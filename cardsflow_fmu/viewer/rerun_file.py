@@ -1,7 +1,7 @@
 """Recordings for Rerun: the shapes of every frame, and plots on the same time line.
 
-Rerun's own viewer tells its makers about its use unless it is told not to; writing a file does not
-need it, opens no connection and leaves nothing behind but the file.
+Rerun's own viewer reports its use to its makers by default; writing a file does not need the
+viewer, opens no connection and leaves nothing but the file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .html.page_data import Act
 from .scene import shapes as s
 from .scene.primitives import AXES
 
-_MOST_BEADS = 400
+_MOST_TRAIL_POINTS = 400
 """Of a trail: every frame holds all of it."""
 
 
@@ -44,13 +44,13 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
     """Write a recording that Rerun opens.
 
     Args:
-        acts: What to show; each under a name of its own.
-        file: Where to; a .rrd.
+        acts: The motions, each under its own name.
+        file: A .rrd.
 
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.
     """
-    place, rr = own_place(file, [".rrd"]), require_rerun()
+    target, rr = own_place(file, [".rrd"]), require_rerun()
     with tempfile.TemporaryDirectory() as aside:
         draft = Path(aside) / "recording.rrd"
         recording = rr.RecordingStream(MARK, recording_id=acts[0].title)
@@ -59,7 +59,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
             _Recorder(rr, recording, f"{number + 1} {act.title}").record(act)
         recording.flush()
         recording.disconnect()
-        return write_own(place, draft.read_bytes())
+        return write_own(target, draft.read_bytes())
 
 
 class _Recorder:
@@ -101,14 +101,14 @@ class _Recorder:
 
     def _draw(self, group: str, shapes: Sequence[s.Shape]) -> None:
         """One entity for all lines of a group, one for all balls, one for all arrows."""
-        rr, place = self._rr, self._path(group)
+        rr, path = self._rr, self._path(group)
         lines, line_colours, line_radii = _lines(shapes)
         if lines:
             drawn = rr.LineStrips3D(lines, colors=line_colours, radii=line_radii)
-            self._log(f"{place}/lines", drawn)
+            self._log(f"{path}/lines", drawn)
         balls, ball_colours, ball_radii = _balls(shapes)
         if balls:
-            self._log(f"{place}/balls", rr.Points3D(balls, colors=ball_colours, radii=ball_radii))
+            self._log(f"{path}/balls", rr.Points3D(balls, colors=ball_colours, radii=ball_radii))
         arrows = [shape for shape in shapes if isinstance(shape, s.Arrow)]
         if arrows:
             drawn = rr.Arrows3D(
@@ -117,7 +117,7 @@ class _Recorder:
                 colors=[arrow.colour for arrow in arrows],
                 radii=[arrow.radius for arrow in arrows],
             )
-            self._log(f"{place}/arrows", drawn)
+            self._log(f"{path}/arrows", drawn)
         labels = [shape for shape in shapes if isinstance(shape, s.Label)]
         if labels:
             drawn = rr.Points3D(
@@ -126,13 +126,13 @@ class _Recorder:
                 labels=[label.text for label in labels],
                 radii=1e-6,
             )
-            self._log(f"{place}/labels", drawn)
+            self._log(f"{path}/labels", drawn)
         for shape in shapes:
             if isinstance(shape, s.MeshShape):
-                self._draw_mesh(place, shape)
+                self._draw_mesh(path, shape)
 
-    def _draw_mesh(self, place: str, mesh: s.MeshShape) -> None:
-        path = f"{place}/{self._path(mesh.name)}"
+    def _draw_mesh(self, group: str, mesh: s.MeshShape) -> None:
+        path = f"{group}/{self._path(mesh.name)}"
         if path not in self._meshes:
             self._meshes.add(path)
             surface = self._rr.Mesh3D(
@@ -167,7 +167,7 @@ def _balls(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour],
     radii: list[float] = []
     for shape in shapes:
         if isinstance(shape, s.Sphere | s.Trail):
-            points = shape.points[:: 1 + len(shape.points) // _MOST_BEADS]
+            points = shape.points[:: 1 + len(shape.points) // _MOST_TRAIL_POINTS]
             centres += list(points)
             tints += [shape.colour] * len(points)
             radii += [shape.radius] * len(points)

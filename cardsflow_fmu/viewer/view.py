@@ -1,4 +1,4 @@
-"""`cardsflow view`: results or a robot, live or as a page."""
+"""Views of results and robots, live or as a page."""
 
 from __future__ import annotations
 
@@ -21,17 +21,15 @@ from .scene.meshes import link_meshes
 from .scene.motion import Motion, motion_of
 from .scene.stage import Stage
 
-Tell = Callable[[str], None]
-
 PAGES = (".html", ".htm")
-"""What the name of a page ends in."""
+"""Suffixes of pages."""
 
 
 def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
-    """What is shown of the run in a folder.
+    """The motion of the run in a folder.
 
     Args:
-        path: The folder that the run has written.
+        path: The folder of the run.
         full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
 
     Raises:
@@ -42,7 +40,7 @@ def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
 
 
 def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
-    """What is shown of a run.
+    """The motion of a run.
 
     Args:
         result: The run, with its robot's files there.
@@ -60,7 +58,7 @@ def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
 
 
 def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
-    """What is shown of a robot alone, where it starts.
+    """A robot at its start.
 
     Args:
         path: A robot's file, or its folder.
@@ -92,8 +90,8 @@ def write_page(acts: Sequence[Act], file: str | Path) -> Path:
     """Write the page that shows motions side by side.
 
     Args:
-        acts: What to show.
-        file: Where to.
+        acts: The motions.
+        file: The page.
 
     Raises:
         InputError: The file cannot be written.
@@ -105,8 +103,8 @@ def write_recording(acts: Sequence[Act], file: str | Path) -> Path:
     """Write a recording of motions for Rerun.
 
     Args:
-        acts: What to show.
-        file: Where to; a .rrd.
+        acts: The motions.
+        file: A .rrd.
 
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.
@@ -123,7 +121,7 @@ def view(
     full_scale: bool = False,
     port: int | None = None,
     browser: bool = True,
-    tell: Tell = print,
+    report: Callable[[str], object] = print,
 ) -> None:
     """Show one or two runs, or a robot, in the browser until Ctrl-C.
 
@@ -133,14 +131,14 @@ def view(
         full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
         port: The port; a free one from 8080 on when None.
         browser: Whether to open the browser.
-        tell: Given the line that says where to look.
+        report: Called with the line that has the address.
 
     Raises:
         InputError: There is nothing to show, viser is missing, or the port is taken.
     """
     acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale)
     with interruption() as ended, server(port, browser=browser) as opened:
-        tell(f"{address(opened)}  (Ctrl-C ends)")
+        report(f"{address(opened)}  (Ctrl-C ends)")
         if is_run(Path(paths[0])):
             replay(opened, acts, ended)
         else:
@@ -152,14 +150,14 @@ def view(
 def acts_of(
     paths: Sequence[str | Path], *, cable_set: str | None = None, full_scale: bool = False
 ) -> list[Act]:
-    """What is shown of runs, or of a robot. Arguments and errors as for `view`."""
+    """The motions of runs, or a robot. Arguments and errors as for `view`."""
     for path in paths:
         if Path(path).suffix == ".ssp":
             raise InputError("is a system of FMUs: run it, and view its results", file=path)
     runs = [is_run(Path(path)) for path in paths]
     if len(paths) > 1 and not all(runs):
         odd = paths[runs.index(False)]
-        raise InputError("holds no results; only results stand side by side", file=odd)
+        raise InputError("holds no results; only results are shown side by side", file=odd)
     if all(runs):
         if cable_set is not None:
             what = "is for a robot; a run shows the cable set that it was run with"
@@ -170,7 +168,7 @@ def acts_of(
 
 @contextlib.contextmanager
 def interruption() -> Iterator[Ended]:
-    """Whether Ctrl-C has been pressed; it ends a view and is no error."""
+    """Whether Ctrl-C has been pressed, which ends a view."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set

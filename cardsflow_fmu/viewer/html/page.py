@@ -1,4 +1,4 @@
-"""One self-contained page that plays a motion: it opens from disk and needs no network."""
+"""The replay page, which opens from disk and needs no network."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def replay_page(acts: Sequence[Act]) -> str:
     """A page that shows motions side by side, with play, scrub, speed and switches.
 
     Args:
-        acts: What to show; usually one or two.
+        acts: The motions; usually one or two.
     """
     title = escape(" and ".join(act.title for act in acts))
     data = base64.b64encode(encode(acts)).decode()

@@ -1,8 +1,8 @@
-"""All frames of stages as a few hundred kilobytes: what a replay page carries.
+"""The compressed data of a replay page: all frames in a few hundred kilobytes.
 
-Every shape is told by its points, so a motion is a table of numbers. Each table is scaled to 16-bit
-integers between its own smallest and largest number, stored as differences from row to row, column
-by column, and deflated: neighbouring frames are much alike.
+The points of every shape over all frames are a table. Each table is scaled to 16-bit integers
+between its smallest and largest number, stored as differences from row to row, column by column,
+and deflated, as neighbouring frames are similar.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _LEVELS = 0xFFFF
 
 @dataclass(frozen=True)
 class Act:
-    """A stage with what to write above it.
+    """A stage with its title.
 
     Attributes:
-        stage: What to show.
-        title: What it is.
-        notes: A line or two about it.
+        stage: The stage.
+        title: Its title.
+        notes: Lines below the title.
     """
 
     stage: Stage
@@ -46,11 +46,11 @@ class _Tables:
         self._size = 0
 
     def add(self, values: ArrayLike, *, exact: bool = False) -> dict[str, Any]:
-        """Add a table and tell where it stands; rows that are all equal become one.
+        """Add a table; returns its entry in the header. Rows that are all equal become one.
 
         Args:
             values: Shape (rows, columns).
-            exact: Whether they are whole numbers below 65536, to be kept as they are.
+            exact: Whether they are whole numbers below 65536, which are not scaled.
         """
         table = np.asarray(values, dtype=np.float64)
         if len(table) > 1 and not exact and (table == table[0]).all():
@@ -84,13 +84,12 @@ class _Track:
     """A shape over all frames.
 
     Attributes:
-        first, last: What it is in the first and the last frame.
+        last: The shape in the last frame.
         points: Of every frame, in a row.
         colours: Of every frame.
-        values: Of a label, its number; of a trail, how many of its last points are there yet.
+        values: Of a label, its value; of a trail, its number of points.
     """
 
-    first: shapes.Shape
     last: shapes.Shape
     points: list[NDArray[np.float64]] = field(default_factory=list)
     colours: list[shapes.Colour] = field(default_factory=list)
@@ -98,7 +97,7 @@ class _Track:
 
     def add(self, shape: shapes.Shape) -> None:
         self.last = shape
-        if isinstance(shape, shapes.Trail):  # its last frame holds all others
+        if isinstance(shape, shapes.Trail):  # its last frame contains all others
             self.values.append(len(shape.path))
         else:
             self.points.append(shape.points.reshape(-1))
@@ -108,11 +107,7 @@ class _Track:
 
 
 def encode(acts: Sequence[Act]) -> bytes:
-    """What the page's script reads: deflated; header's length, header as JSON, tables.
-
-    Args:
-        acts: What to show side by side.
-    """
+    """The deflated data: length of the header, header as JSON, tables."""
     tables = _Tables()
     header = {
         "groups": list(shapes.GROUPS),
@@ -129,7 +124,7 @@ def _act(act: Act, tables: _Tables) -> dict[str, Any]:
     tracks: dict[str, _Track] = {}
     for k in range(len(stage)):
         for shape in stage.scene(k):
-            tracks.setdefault(shape.name, _Track(shape, shape)).add(shape)
+            tracks.setdefault(shape.name, _Track(shape)).add(shape)
     return {
         "title": act.title,
         "notes": list(act.notes),

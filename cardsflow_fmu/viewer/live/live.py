@@ -1,4 +1,4 @@
-"""The live view in a browser of this machine: a server on loopback, and its controls."""
+"""The live view in a browser: a server on loopback, and its controls."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import colours
 from cardsflow_fmu.viewer.scene import shapes as s
-from cardsflow_fmu.viewer.scene.camera import StageView, view_of
+from cardsflow_fmu.viewer.scene.camera import CameraView, view_of
 from cardsflow_fmu.viewer.scene.meshes import LinkMeshes
 from cardsflow_fmu.viewer.scene.motion import Motion, motion_of
 from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import MusclePaths, Scene
 
-from .viser_scene import Painter
+from .viser_scene import ViserScene
 
 HOST = "127.0.0.1"
 PORT = 8080
-_PICTURES = 25.0  # a second
+_FRAME_RATE = 25.0  # in [1/s]
 _FIELD = 0.72  # of the camera, in [rad]
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
-_FREE = {"rad": np.pi, "m": 0.5}  # how far a slider reaches for a coordinate without limits
+_FREE = {"rad": np.pi, "m": 0.5}  # range of a slider without limits
 
 Ended = Callable[[], bool]
 
 
 @contextlib.contextmanager
 def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
-    """A viser server that this machine alone can reach.
+    """A viser server on loopback.
 
     Args:
         port: The port; a free one from 8080 on when None.
@@ -56,9 +56,7 @@ def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
         ) from None
     with contextlib.redirect_stdout(io.StringIO()):  # its banner
         opened = viser.ViserServer(HOST, PORT if port is None else port, verbose=False)
-    opened.gui.configure_theme(
-        show_logo=False, show_share_button=False
-    )  # sharing leaves the machine
+    opened.gui.configure_theme(show_logo=False, show_share_button=False)
     try:
         if port and opened.get_port() != port:
             raise InputError(f"port {port} is taken; choose another by --port")
@@ -71,63 +69,63 @@ def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
 
 
 def address(opened: Any) -> str:
-    """What to type into a browser."""
+    """The address for a browser."""
     return f"http://{HOST}:{opened.get_port()}"
 
 
-def _painters(opened: Any, stages: Sequence[Stage]) -> list[Painter]:
-    """A painter a stage, side by side, and a camera that sees all."""
+def _viser_scenes(opened: Any, stages: Sequence[Stage]) -> list[ViserScene]:
+    """A viser scene for each stage, side by side, and a camera that shows all."""
     view = view_of(stages[0])
     apart = 1.1 * max(stage.reach for stage in stages)
     opened.scene.set_up_direction(tuple(view.up))
-    painters = []
+    scenes = []
     for i, stage in enumerate(stages):
-        painter = Painter(opened, f"/{i}", i * apart * view.aside)
-        painter.floor(view_of(stage))
-        painters.append(painter)
+        scene = ViserScene(opened, f"/{i}", i * apart * view.aside)
+        scene.floor(view_of(stage))
+        scenes.append(scene)
     _look(opened, view, 0.5 * (len(stages) - 1) * apart * view.aside, len(stages))
-    return painters
+    return scenes
 
 
-def _look(opened: Any, view: StageView, middle: FloatArray, count: int) -> None:
+def _look(opened: Any, view: CameraView, middle: FloatArray, count: int) -> None:
     camera = opened.initial_camera
     camera.up = tuple(view.up)
     camera.fov = _FIELD
-    middle = view.centre + middle + 0.15 * view.reach * view.aside  # the controls are on the right
+    middle = view.centre + middle + 0.15 * view.reach * view.aside  # right of it are the controls
     camera.look_at = tuple(middle)
     camera.position = tuple(middle + (view.eye - view.centre) * (0.4 + 0.6 * count))
 
 
-def _switches(opened: Any, painters: Sequence[Painter], stages: Sequence[Stage]) -> None:
+def _switches(opened: Any, scenes: Sequence[ViserScene], stages: Sequence[Stage]) -> None:
     """A switch a group that has shapes."""
     used = {shape.group for stage in stages for shape in stage.scene(len(stage) - 1)}
     with opened.gui.add_folder("Show"):
         for group in s.GROUPS:
             if group in used:
                 box = opened.gui.add_checkbox(group, group not in s.HIDDEN_AT_FIRST)
-                box.on_update(_shower(painters, group))
+                box.on_update(_shower(scenes, group))
 
 
-def _shower(painters: Sequence[Painter], group: str) -> Callable[[Any], None]:
+def _shower(scenes: Sequence[ViserScene], group: str) -> Callable[[Any], None]:
     def show(event: Any) -> None:
-        for painter in painters:
-            painter.show(group, event.target.value)
+        for scene in scenes:
+            scene.show(group, event.target.value)
 
     return show
 
 
 def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
-    """Show motions side by side with play, scrub, speed and switches, until it is to end.
+    """Show motions side by side with play, scrub, speed and switches, until `ended`.
 
     Args:
         opened: The server.
-        acts: What to show.
-        ended: Asked after every picture.
+        acts: The motions.
+        ended: Called after every frame.
     """
     opened.scene.reset()
     opened.gui.reset()
     stages = [act.stage for act in acts]
-    painters = _painters(opened, stages)
+    scenes = _viser_scenes(opened, stages)
     for act in acts:
         opened.gui.add_markdown("  \n".join((f"**{act.title}**", *act.notes)))
     end = max(float(stage.motion.time[-1]) for stage in stages)
@@ -137,25 +135,25 @@ def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
     slider = opened.gui.add_slider("time [s]", 0.0, max(end, 1e-3), 1e-3, 0.0)
     speed = opened.gui.add_dropdown("speed", _SPEEDS, initial_value="1")
     _legend(opened, stages[0])
-    _switches(opened, painters, stages)
+    _switches(opened, scenes, stages)
     drawn, before = None, time.perf_counter()
     while not ended():
         now = time.perf_counter()
         if clock.playing:
-            slider.value = clock.moved(slider.value, float(speed.value) * (now - before))
+            slider.value = clock.advanced(slider.value, float(speed.value) * (now - before))
         label = "Pause" if clock.playing else "Play"
         if button.label != label:
             button.label = label
         before = now
         if slider.value != drawn:
             drawn = slider.value
-            for painter, stage in zip(painters, stages, strict=True):
-                painter.draw(stage.scene(frame_at(stage.motion, drawn)))
-        time.sleep(max(0.0, 1.0 / _PICTURES - (time.perf_counter() - now)))
+            for scene, stage in zip(scenes, stages, strict=True):
+                scene.draw(stage.scene(frame_at(stage.motion, drawn)))
+        time.sleep(max(0.0, 1.0 / _FRAME_RATE - (time.perf_counter() - now)))
 
 
 class _Clock:
-    """Whether a replay plays, and how its time goes on: it stops at the end, and begins anew."""
+    """The time of a replay, which stops at the end."""
 
     def __init__(self, end: float) -> None:
         self._end = end
@@ -166,7 +164,7 @@ class _Clock:
         self.playing = not self.playing
         self._again = self.playing
 
-    def moved(self, at: float, seconds: float) -> float:
+    def advanced(self, at: float, seconds: float) -> float:
         """The time so many seconds after `at`."""
         begin = 0.0 if self._again and at >= self._end else at
         self._again = False
@@ -175,7 +173,7 @@ class _Clock:
 
 
 def frame_at(motion: Motion, t: float) -> int:
-    """The last frame that is not later than t; the first, if all are."""
+    """The last frame that is not later than t, or the first."""
     return max(int(np.searchsorted(motion.time, t + 1e-9, side="right")) - 1, 0)
 
 
@@ -192,13 +190,13 @@ def _legend(opened: Any, stage: Stage) -> None:
 
 
 def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
-    """Show a robot with a slider a joint, muscle lengths and moment arms, until it is to end.
+    """Show a robot with a slider a joint, muscle lengths and moment arms, until `ended`.
 
     Args:
         opened: The server.
         robot: The robot.
-        meshes: What its links look like.
-        ended: Asked after every picture.
+        meshes: Surfaces of its links.
+        ended: Called after every frame.
     """
     paths = MusclePaths(robot)
     sliders = []
@@ -212,17 +210,17 @@ def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
             step = (high - low) / 1000.0
             sliders.append(opened.gui.add_slider(f"{c.name} [{c.unit}]", low, high, step, start))
     stage = Stage(robot, Motion.still([slider.value for slider in sliders]), meshes)
-    painters = _painters(opened, [stage])
+    scenes = _viser_scenes(opened, [stage])
     table = opened.gui.add_html("")
-    _switches(opened, painters, [stage])
+    _switches(opened, scenes, [stage])
     drawn = None
     while not ended():
         q = [slider.value for slider in sliders]
         if q != drawn:
             drawn = q
-            painters[0].draw(Stage(robot, Motion.still(q), meshes).scene(0))
+            scenes[0].draw(Stage(robot, Motion.still(q), meshes).scene(0))
             table.content = muscle_table(robot, paths, q)
-        time.sleep(1.0 / _PICTURES)
+        time.sleep(1.0 / _FRAME_RATE)
 
 
 def muscle_table(robot: Robot, paths: MusclePaths, q: Sequence[float]) -> str:
@@ -251,15 +249,15 @@ def _row(tag: str, cells: Sequence[str]) -> str:
 
 
 def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None = None) -> Watch:
-    """What draws a run while it goes on, as `run(..., watch=...)` takes it.
+    """A drawing of a run in progress, for `run(..., watch=...)`.
 
     Args:
         opened: The server.
         robot: The robot of the run.
-        meshes: What its links look like.
-        world: What stands around it.
+        meshes: Surfaces of its links.
+        world: Objects and ground around it.
     """
-    painters: list[Painter] = []
+    scenes: list[ViserScene] = []
     due = 0.0
 
     def watch(names: tuple[str, ...], rows: FloatArray) -> None:
@@ -269,10 +267,10 @@ def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None 
             return
         motion = motion_of(robot, RunData(names, rows, {}, {}), world=world)
         stage = Stage(robot, motion, meshes, world=world)
-        if not painters:
-            painters.extend(_painters(opened, [stage]))
-        painters[0].draw(stage.scene(len(stage) - 1))
+        if not scenes:
+            scenes.extend(_viser_scenes(opened, [stage]))
+        scenes[0].draw(stage.scene(len(stage) - 1))
         # the run has at least three quarters of the time
-        due = begin + max(1.0 / _PICTURES, 4.0 * (time.perf_counter() - begin))
+        due = begin + max(1.0 / _FRAME_RATE, 4.0 * (time.perf_counter() - begin))
 
     return watch

@@ -1,4 +1,4 @@
-"""Draws shapes on a viser server; the only file that knows viser's scene."""
+"""The scene of a viser server, drawn from shapes."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.scene import shapes as s
-from cardsflow_fmu.viewer.scene.camera import StageView
+from cardsflow_fmu.viewer.scene.camera import CameraView
 from cardsflow_fmu.viewer.scene.primitives import Body, Kind, bodies, directions, unit_body
 
 
 class _Batch(NamedTuple):
-    """What is sent of one kind of body in one group: an array a property of viser's."""
+    """The properties of viser's batched meshes, for one kind of body in one group."""
 
     batched_positions: FloatArray
     batched_wxyzs: FloatArray
@@ -26,13 +26,13 @@ class _Batch(NamedTuple):
         return len(self.batched_positions) == len(other.batched_positions)
 
 
-class Painter:
-    """Keeps what is on the screen equal to the shapes of the latest frame, sending what changes.
+class ViserScene:
+    """A scene on a viser server, which is sent the changes of each frame.
 
     Args:
         server: The viser server.
         root: Name of everything drawn, such as `/left`.
-        offset: Where the origin of the world is drawn, in [m].
+        offset: Position of the origin, in [m].
     """
 
     def __init__(self, server: Any, root: str, offset: FloatArray) -> None:
@@ -53,7 +53,7 @@ class Painter:
         self._groups[group].visible = visible
 
     def draw(self, shapes: Sequence[s.Shape]) -> None:
-        """Replace the frame that is shown."""
+        """Draw a frame in place of the last one."""
         with self._server.atomic():
             self._draw_bodies(shapes)
             for shape in shapes:
@@ -62,7 +62,7 @@ class Painter:
                 elif isinstance(shape, s.Label):
                     self._draw_label(shape)
 
-    def floor(self, view: StageView) -> None:
+    def floor(self, view: CameraView) -> None:
         """Draw a grid below the robot."""
         cell = 10.0 ** np.floor(np.log10(view.reach / 2.0))
         self._scene.add_grid(

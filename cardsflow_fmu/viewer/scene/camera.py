@@ -1,4 +1,4 @@
-"""Where to look from so that a whole stage is seen well."""
+"""The camera that shows a whole stage."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .stage import Stage
 
 _FLAT = 0.02
-_NEAR = 2.0  # objects farther away than so many reaches are not looked for
+_NEAR = 2.0  # distance of objects in view, in reaches
 
 
 @dataclass(frozen=True, eq=False)
-class StageView:
-    """A stage seen from outside.
+class CameraView:
+    """The view of a stage.
 
     Attributes:
         centre: The middle of all that moves, in [m].
-        eye: Where to look from, in [m].
+        eye: Position of the camera, in [m].
         up: Unit vector against gravity.
         floor: A point below everything, in [m].
         reach: The stage's, in [m].
@@ -35,13 +35,9 @@ class StageView:
     aside: FloatArray
 
 
-def view_of(stage: Stage) -> StageView:
-    """Look along the thinnest level side of a stage, a little turned and from above.
-
-    Args:
-        stage: What to look at.
-    """
-    low, high = _seen(stage)
+def view_of(stage: Stage) -> CameraView:
+    """The view along the thinnest level side of a stage, a little turned and from above."""
+    low, high = _box_in_view(stage)
     up, centre = stage.up, 0.5 * (low + high)
     level = [axis for axis in np.eye(3) if abs(axis @ up) < 0.9]
     thin = min(level, key=lambda axis: float(axis @ (high - low)))
@@ -55,15 +51,15 @@ def view_of(stage: Stage) -> StageView:
     floor = centre - drop * up
     if stage.floor is not None:
         floor = np.array([centre[0], centre[1], stage.floor])
-    return StageView(centre, eye, up, floor, stage.reach, aside)
+    return CameraView(centre, eye, up, floor, stage.reach, aside)
 
 
-def _seen(stage: Stage) -> tuple[FloatArray, FloatArray]:
+def _box_in_view(stage: Stage) -> tuple[FloatArray, FloatArray]:
     """The two corners of the box that holds the robot and the objects near it."""
     low, high = stage.box
     middle = 0.5 * (low + high)
-    for places in stage.around.places.values():
-        near = places[np.linalg.norm(places - middle, axis=1) < _NEAR * stage.reach]
+    for positions in stage.environment.positions.values():
+        near = positions[np.linalg.norm(positions - middle, axis=1) < _NEAR * stage.reach]
         if len(near):
             low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
     return low, high

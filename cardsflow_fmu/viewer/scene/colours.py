@@ -41,8 +41,8 @@ def tension_colour(tension: float, low: float, high: float) -> Colour:
     if not np.isfinite(tension):
         return SLACK
     part = (tension - low) / (high - low) if high > low else 0.0
-    place = float(np.clip(part, 0.0, 1.0)) * (len(RAMP) - 1)
-    below = min(int(place), len(RAMP) - 2)
+    at = float(np.clip(part, 0.0, 1.0)) * (len(RAMP) - 1)
+    below = min(int(at), len(RAMP) - 2)
     a, b = np.array(RAMP[below]), np.array(RAMP[below + 1])
-    red, green, blue = np.rint(a + (place - below) * (b - a)).astype(int).tolist()
+    red, green, blue = np.rint(a + (at - below) * (b - a)).astype(int).tolist()
     return red, green, blue

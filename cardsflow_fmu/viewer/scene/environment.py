@@ -1,4 +1,4 @@
-"""What stands around a robot as shapes: the ground, and objects at rest and in motion."""
+"""Shapes of the environment: the ground, and objects at rest and in motion."""
 
 from __future__ import annotations
 
@@ -18,22 +18,21 @@ from .meshes import read_triangles
 from .shapes import Triangles
 
 _WIDE = 3.0
-"""Edge of the ground that is drawn, as a multiple of the reach of what stands on it."""
+"""Edge of the ground that is drawn, as a multiple of the diagonal of the box above it."""
 
 _BOX_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 _BOX_FACES = np.array([face for a, b, c, d in _BOX_SIDES for face in ((a, b, c), (a, c, d))])
 
 
-class Surroundings:
-    """A world's objects and ground at every frame.
+class Environment:
+    """Objects and ground at every frame.
 
     Args:
-        world: What there is.
-        moved: Poses of the objects that move, shape (K, 4, 4), by their names; those that are left
-            out stay where they start.
+        world: Objects and ground.
+        moved: Poses of moving objects, shape (K, 4, 4), by name; the others stay at their start.
 
     Attributes:
-        places: Where every object is, shape (K, 3) or (1, 3), by its name.
+        positions: Position of every object, shape (K, 3) or (1, 3), by name.
         floor: Height of the ground, in [m]; None where there is none.
     """
 
@@ -44,7 +43,7 @@ class Surroundings:
             for thing in self._objects
         }
         self._surfaces = {thing.name: _triangles(thing) for thing in self._objects}
-        self.places = {name: T[:, :3, 3] for name, T in self._poses.items()}
+        self.positions = {name: T[:, :3, 3] for name, T in self._poses.items()}
         self.floor = None if world is None or world.ground is None else world.ground.height
 
     def shapes(self, k: int, box: tuple[FloatArray, FloatArray]) -> Iterator[s.Shape]:
@@ -52,7 +51,7 @@ class Surroundings:
 
         Args:
             k: The frame.
-            box: Two corners of what stands on the ground, in [m].
+            box: Two corners of the box above the ground, in [m].
         """
         for thing in self._objects:
             poses = self._poses[thing.name]
@@ -61,30 +60,22 @@ class Surroundings:
             yield _ground(self.floor, box)
 
     def _shape(self, thing: SceneObject, T: FloatArray) -> s.Shape:
-        name, group = f"objects/{thing.name}", s.OBJECTS
-        colour = colours.OBJECT if thing.moves else colours.STILL
-        surface = self._surfaces[thing.name]
+        shared = s.OBJECTS, thing.name, colours.OBJECT if thing.moves else colours.STILL
+        surface, middle = self._surfaces[thing.name], T[:3, 3]
         if surface is not None:
-            return s.MeshShape(name=name, group=group, colour=colour, T=T, triangles=surface)
+            return s.MeshShape(*shared, T, surface)
         if isinstance(thing.shape, Capsule | Cylinder):
             half = 0.5 * thing.shape.length * T[:3, 2]
             form = s.Capsule if isinstance(thing.shape, Capsule) else s.Cylinder
-            return form(
-                name=name,
-                group=group,
-                colour=colour,
-                start=T[:3, 3] - half,
-                end=T[:3, 3] + half,
-                radius=thing.shape.radius,
-            )
-        # what has no surface that can be read shows at least where it is
+            return form(*shared, middle - half, middle + half, thing.shape.radius)
+        # a small sphere for a surface that cannot be read
         radius = thing.shape.radius if isinstance(thing.shape, Sphere) else 0.01
-        return s.Sphere(name=name, group=group, colour=colour, centre=T[:3, 3], radius=radius)
+        return s.Sphere(*shared, middle, radius)
 
 
 @lru_cache(maxsize=64)
 def _triangles(thing: SceneObject) -> Triangles | None:
-    """The surface of what is not round; None for what is, and for a mesh that cannot be read."""
+    """The surface of a box or mesh; None for others, and for a mesh that cannot be read."""
     if isinstance(thing.shape, Box):
         return box_triangles(0.5 * np.array(thing.shape.size))
     if not isinstance(thing.shape, MeshShape):
@@ -100,15 +91,11 @@ def box_triangles(half: FloatArray) -> Triangles:
 
 
 def _ground(height: float, box: tuple[FloatArray, FloatArray]) -> s.Shape:
-    """A square below what stands on it."""
+    """A square below a box."""
     low, high = box
     middle = np.array([*(0.5 * (low + high))[:2], height])
     half = 0.5 * _WIDE * max(float(np.linalg.norm(high - low)), 1e-3)
     corners = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-    return s.MeshShape(
-        name="ground",
-        group=s.GROUND,
-        colour=colours.GROUND,
-        T=transform(Pose((middle[0], middle[1], middle[2]))),
-        triangles=Triangles(corners, np.array([(0, 1, 2), (0, 2, 3)])),
-    )
+    T = transform(Pose((middle[0], middle[1], middle[2])))
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    return s.MeshShape(s.GROUND, "", colours.GROUND, T, Triangles(corners, faces))

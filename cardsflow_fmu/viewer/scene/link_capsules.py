@@ -1,4 +1,4 @@
-"""What a link looks like without a mesh: the ways between its joints and its end."""
+"""Capsules for links without a mesh, between their joints and ends."""
 
 from __future__ import annotations
 
@@ -12,13 +12,8 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .motion import task_points
 
 
-def bones(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Both ends of a link's capsules: to its end or its child joints, and on to its task points.
-
-    Args:
-        robot: The robot.
-        link: One of its links.
-    """
+def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Both ends of a link's capsules: to its end or its child joints, and on to its task points."""
     origin = np.zeros(3)
     ends = [np.array(link.end)] if link.end is not None else []
     if not any(end.any() for end in ends):

@@ -1,4 +1,4 @@
-"""Where all links are at many joint positions at once."""
+"""The poses of all links at many joint positions at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
         robot: A valid robot.
         q: Joint positions at K frames, shape (K, n), in [rad] or [m].
     """
-    frames, places = moving_frames(robot)
+    frames, frame_of = moving_frames(robot)
     world = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     T_world_frame: list[FloatArray] = []
     for frame in frames:
@@ -29,13 +29,13 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
         moved = motion_transforms(frame.motion, q[:, frame.coordinate])
         T_world_frame.append(parent @ frame.T_parent_frame @ moved)
     return {
-        link: (world if place.frame < 0 else T_world_frame[place.frame]) @ place.T_frame_link
-        for link, place in places.items()
+        link: (world if own.frame < 0 else T_world_frame[own.frame]) @ own.T_frame_link
+        for link, own in frame_of.items()
     }
 
 
 def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:
-    """What a motion does at each value of its coordinate, shape (K, 4, 4).
+    """The transform of a motion at each value of its coordinate, shape (K, 4, 4).
 
     Args:
         motion: The motion.

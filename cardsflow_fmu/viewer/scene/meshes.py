@@ -1,4 +1,4 @@
-"""The surfaces that links look like, read with trimesh and made small enough to be sent around."""
+"""The surfaces of links, read with trimesh and simplified."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from sim_dart.core.frames import transform
 from .shapes import Triangles
 
 MOST_FACES = 6000
-"""Of a link's mesh: CAD meshes have a hundred times as many, and look the same from afar."""
+"""Most faces of a link's mesh; CAD meshes have a hundred times as many."""
 
 LinkMeshes = Mapping[str, tuple[Triangles, ...]]
-"""What the links look like, in their own frames; links without an entry have no mesh."""
+"""Surfaces of the links, in their own frames; links without an entry have no mesh."""
 
 
 def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
@@ -29,7 +29,7 @@ def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
 
     Args:
         robot: The robot.
-        folder: Where its main file stands.
+        folder: Folder of its main file.
     """
     read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder).items()}
     meshes = {}
@@ -42,11 +42,7 @@ def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
 
 
 def read_triangles(file: Path) -> Triangles | None:
-    """The surface in a file; None where trimesh cannot read it, or a reader of it is missing.
-
-    Args:
-        file: Any file that trimesh reads.
-    """
+    """The surface in a file; None where trimesh cannot read it."""
     import trimesh
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
@@ -54,7 +50,7 @@ def read_triangles(file: Path) -> Triangles | None:
         mesh: Any = trimesh.load(file, force="mesh")
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
-    except Exception:  # a damaged file shows in as many ways as there are formats
+    except Exception:  # readers of damaged files raise anything
         return None
     if not len(faces) or not np.isfinite(vertices).all():
         return None
@@ -76,7 +72,7 @@ def simplified(triangles: Triangles, most: int = MOST_FACES) -> Triangles:
 
     Args:
         triangles: The surface.
-        most: So many faces are left at most.
+        most: Most faces of the result.
     """
     cells = 256
     while len(triangles.faces) > most and cells >= 2:
@@ -88,16 +84,16 @@ def simplified(triangles: Triangles, most: int = MOST_FACES) -> Triangles:
 
 
 def _clustered(triangles: Triangles, cells: int) -> Triangles:
-    """Vertices merged in cubes, so many along the longest side; faces that vanish are left out."""
+    """Vertices merged in a grid of cubes, a number along the longest side, without empty faces."""
     vertices = triangles.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max()) / cells or 1.0
     cube = np.floor((vertices - low) / size).astype(np.int64)
-    _, place, count = np.unique(cube, axis=0, return_inverse=True, return_counts=True)
-    place = place.reshape(-1)
+    _, cell, count = np.unique(cube, axis=0, return_inverse=True, return_counts=True)
+    cell = cell.reshape(-1)
     means = np.zeros((len(count), 3))
-    np.add.at(means, place, vertices)
-    faces = place[triangles.faces]
+    np.add.at(means, cell, vertices)
+    faces = cell[triangles.faces]
     kept = _distinct(faces)
     return Triangles(_rows(means, count), faces[kept])
 

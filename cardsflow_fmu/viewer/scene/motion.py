@@ -1,4 +1,4 @@
-"""What a viewer needs of a run: frames at an even rate instead of every step."""
+"""The motion of a run at an even frame rate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sim_dart.scene import Scene
 _FARTHEST = 1e9
 
 RATE = 25.0
-"""Frames a second of a replay unless someone asks for another."""
+"""Frames a second of a replay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +28,9 @@ class Motion:
         time: In [s], shape (K,).
         q: Joint positions, shape (K, n), in [rad] or [m].
         tensions: Muscle forces, shape (K, m), in [N]; None where they are not known.
-        q_d: Joint positions to be followed, shape (K, n); None where they are not known.
-        y_d: Task points to be followed, shape (K, 3), in [m], by the name of the task frame; nan
-            for axes that are not followed.
+        q_d: Desired joint positions, shape (K, n); None where they are not known.
+        y_d: Desired task points, shape (K, 3), in [m], by the name of the task frame; nan for
+            axes without reference.
         contacts: Contact force on a link or an object, world axes, shape (K, 3), in [N], by name.
         objects: Poses of the objects that move, shape (K, 4, 4), by their names.
     """
@@ -73,9 +73,9 @@ def motion_of(
 
     Args:
         robot: The robot of the run.
-        result: What the run gave.
-        rows: Which rows; those of `frame_rows` when None.
-        world: What stands around the robot.
+        result: Results of the run.
+        rows: Rows of the frames; those of `frame_rows` when None.
+        world: Objects around the robot.
 
     Raises:
         InputError: The result has no rows, or lacks a joint position.
@@ -100,13 +100,13 @@ def motion_of(
 
 
 def _tensions(robot: Robot, result: RunData) -> list[str]:
-    """What each muscle pulls with: what is told of that, else what it was commanded."""
-    told = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)
-    return [actual if actual in result.names else wanted for actual, wanted in told]
+    """Columns of the tensions: the actual ones where recorded, else the commands."""
+    pairs = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)
+    return [actual if actual in result.names else desired for actual, desired in pairs]
 
 
 def drawable(values: FloatArray) -> FloatArray:
-    """The same without what no picture has room for: of a run that diverged, it is nan."""
+    """The values, with nan for those of a diverged run that cannot be drawn."""
     within = np.abs(values) < _FARTHEST
     return values if within.all() else np.where(within, values, np.nan)
 

@@ -1,7 +1,4 @@
-"""The ways of all muscles through the world, as they are simulated.
-
-This is the one place where a viewer learns the geometry of a path.
-"""
+"""The paths of all muscles in the world, as simulated."""
 
 from __future__ import annotations
 
@@ -19,11 +16,11 @@ from .link_poses import Poses, moved_point
 
 @dataclass(frozen=True, eq=False)
 class MusclePath:
-    """The way of a muscle at K frames.
+    """The path of a muscle at K frames.
 
     Attributes:
-        points: Corners of the way, shape (K, p, 3), in [m]; equal ones may stand one after another.
-        via: Which of the corners are the via points, shape (K, v).
+        points: Corners of the path, shape (K, p, 3), in [m]; consecutive ones may be equal.
+        via: Indices of the via points among the corners, shape (K, v).
     """
 
     points: FloatArray
@@ -31,12 +28,12 @@ class MusclePath:
 
 
 def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
-    """The ways of the muscles, in their order.
+    """The paths of the muscles, in their order.
 
     Args:
         robot: A valid robot.
         q: Joint positions, shape (K, n), in [rad] or [m].
-        poses: Of its links at these.
+        poses: Poses of its links.
     """
     paths = []
     for muscle in robot.muscles:
@@ -51,35 +48,29 @@ def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
 
 
 def _follow_surfaces(robot: Robot, q: FloatArray, paths: list[MusclePath], bent: list[int]) -> None:
-    """Put the ways of muscles over surfaces and pulleys in the place of straight ones."""
+    """Replace the straight paths of muscles over surfaces and pulleys."""
     core = MusclePaths(robot)
     lines = [core.path_points(row) for row in q]
     for k in bent:
-        ways = [frame[k] for frame in lines]
-        via = np.array([_places_of(*pair) for pair in zip(paths[k].points, ways, strict=True)])
-        longest = max(len(way) for way in ways)
-        padded = [
-            np.concatenate([way, np.repeat(way[-1:], longest - len(way), axis=0)]) for way in ways
-        ]
+        bends = [frame[k] for frame in lines]
+        via = np.array([_indices_of(*pair) for pair in zip(paths[k].points, bends, strict=True)])
+        longest = max(map(len, bends))
+        padded = [np.pad(path, ((0, longest - len(path)), (0, 0)), "edge") for path in bends]
         paths[k] = MusclePath(np.stack(padded), via)
 
 
-def _places_of(points: FloatArray, way: FloatArray) -> list[int]:
-    """Which points of a way are the via points, in order."""
-    places, begin = [], 0
+def _indices_of(points: FloatArray, path: FloatArray) -> list[int]:
+    """Indices of the via points in a path, in order."""
+    indices, begin = [], 0
     for point in points:
-        begin += int(np.argmin(np.linalg.norm(way[begin:] - point, axis=1)))
-        places.append(begin)
-        begin += begin < len(way) - 1
-    return places
+        begin += int(np.argmin(np.linalg.norm(path[begin:] - point, axis=1)))
+        indices.append(begin)
+        begin += begin < len(path) - 1
+    return indices
 
 
 def pulls(path: MusclePath) -> FloatArray:
-    """What a muscle of tension 1 does at each of its via points: the force, shape (K, v, 3).
-
-    Args:
-        path: The way of the muscle.
-    """
+    """The force at each via point of a muscle with tension 1, shape (K, v, 3)."""
     step = np.diff(path.points, axis=1)
     length = np.linalg.norm(step, axis=2, keepdims=True)
     ahead = np.divide(step, length, out=np.zeros_like(step), where=length > 0.0)

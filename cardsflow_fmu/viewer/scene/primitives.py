@@ -1,4 +1,4 @@
-"""Shapes as balls, rods and cones: what every viewer can draw many of at once."""
+"""Shapes as balls, rods and cones, which every viewer draws in batches."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Body(NamedTuple):
 
 
 def bodies(shapes: Iterable[Shape]) -> Iterator[Body]:
-    """What the shapes are made of; labels and meshes are not made of bodies."""
+    """The bodies of shapes; labels and meshes have none."""
     for shape in shapes:
         match shape:
             case Line(colour=colour, path=path, radius=radius):

@@ -1,7 +1,7 @@
-"""What a viewer draws: plain records, in world coordinates, that know no viewer.
+"""The shapes of a scene: plain records in world coordinates, independent of any viewer.
 
-A shape keeps its name from frame to frame, and its place is told by a list of points: whoever draws
-or stores a motion needs those points only.
+A shape keeps its name from frame to frame, and a list of points defines its position: a motion is
+fully described by these points.
 """
 
 from __future__ import annotations
@@ -45,39 +45,44 @@ GROUPS = (
     TRAIL,
     REFERENCE,
 )
-"""What can be shown and hidden, in the order of the switches."""
+"""All groups, in the order of their switches."""
 
 HIDDEN_AT_FIRST = (LINK_FRAMES,)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Shape(ABC):
     """Something to draw.
 
     Attributes:
-        name: Unique in its scene, and the same in every frame.
-        group: What it is shown and hidden with; one of GROUPS.
+        group: The group that it is shown and hidden with; one of GROUPS.
+        key: Unique in its group, and the same in every frame; may be empty.
         colour: Red, green and blue, 0 to 255.
-        opacity: 1 for a body that hides what is behind it.
+        opacity: 0 to 1.
     """
 
-    name: str
     group: str
+    key: str
     colour: Colour
-    opacity: float = 1.0
+    opacity: float = field(default=1.0, kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """Group and key, unique in a scene."""
+        return f"{self.group}/{self.key}" if self.key else self.group
 
     @property
     @abstractmethod
     def points(self) -> FloatArray:
-        """All points that say where it is, shape (p, 3), in [m]."""
+        """The points that define its position, shape (p, 3), in [m]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Line(Shape):
-    """A round line.
+@dataclass(frozen=True, eq=False)
+class _Path(Shape):
+    """Something round along a path.
 
     Attributes:
-        path: Its corners, shape (p, 3), in [m].
+        path: Shape (p, 3), in [m].
         radius: In [m].
     """
 
@@ -86,29 +91,21 @@ class Line(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The corners."""
+        """The path."""
         return self.path
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Trail(Shape):
-    """Spheres along a way; a later frame's trail begins with an earlier one's.
-
-    Attributes:
-        path: Centres of the spheres, shape (p, 3), in [m].
-        radius: Of every sphere, in [m].
-    """
-
-    path: FloatArray
-    radius: float
-
-    @property
-    def points(self) -> FloatArray:
-        """The centres."""
-        return self.path
+@dataclass(frozen=True, eq=False)
+class Line(_Path):
+    """A round line through the points of its path."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
+class Trail(_Path):
+    """Spheres about the points of its path; a later frame's trail begins with an earlier one's."""
+
+
+@dataclass(frozen=True, eq=False)
 class _Between(Shape):
     """Something round from one point to another.
 
@@ -127,22 +124,22 @@ class _Between(Shape):
         return np.stack([self.start, self.end])
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Arrow(_Between):
     """An arrow whose tip is at the end; invisible where it has no length."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Capsule(_Between):
     """A cylinder with round caps about its ends."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Cylinder(_Between):
     """A cylinder with flat caps."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Sphere(Shape):
     """A sphere.
 
@@ -160,7 +157,7 @@ class Sphere(Shape):
         return self.centre[np.newaxis]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Frame(Shape):
     """Three axes: x red, y green, z blue.
 
@@ -193,14 +190,14 @@ class Triangles:
     faces: NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class MeshShape(Shape):
     """A rigid mesh.
 
     Attributes:
         T: Its pose in the world, shape (4, 4).
         triangles: In its own frame.
-        lever: How far from the origin `points` marks the axes, in [m].
+        lever: Distance of the axes' points from the origin, in [m].
     """
 
     T: FloatArray
@@ -213,13 +210,13 @@ class MeshShape(Shape):
         return _origin_and_tips(self.T, self.lever)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Label(Shape):
     """A named number.
 
     Attributes:
         position: Shape (3,), in [m].
-        title: What it is.
+        title: Its name.
         value: In its unit.
         unit: Such as `rad`.
     """
@@ -236,7 +233,7 @@ class Label(Shape):
 
     @property
     def text(self) -> str:
-        """What to write: `elbow: 1.424`."""
+        """The text, such as `elbow: 1.424`."""
         return f"{self.title}: {self.value:.3f}"
 
 

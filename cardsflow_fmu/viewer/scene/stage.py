@@ -1,4 +1,4 @@
-"""scene(robot, result, k) -> shapes: everything that there is to see of a run at one moment."""
+"""The scene of a run at any frame, as shapes."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ from sim_dart.scene import Scene
 
 from . import colours
 from . import shapes as s
-from .environment import Surroundings
-from .link_capsules import bones
+from .environment import Environment
+from .link_capsules import link_capsules
 from .link_poses import link_poses, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, pulls
-from .trail import beads_along
+from .trail import trail_points
 from .wrap_surfaces import wrap_shape
 
 _NEAR = 0.05
-"""Joints nearer than this part of the robot's reach have their labels one above another."""
+"""Distance of joints whose labels are stacked, as a part of the robot's reach."""
 
 _UPRIGHT = 0.999
 
-_BEAD = 0.0045
+_TRAIL_RADIUS = 0.0045
 """Radius of a sphere of the trail, as a part of the robot's reach."""
 
 
 def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> list[s.Shape]:
-    """What there is to see at row k of a result. For many rows, keep a `Stage`.
+    """The shapes at row k of a result; for many rows, keep a `Stage`.
 
     Args:
         robot: The robot of the run.
-        result: What the run gave.
+        result: Results of the run.
         k: The row.
-        world: What stands around the robot.
+        world: Objects and ground around the robot.
 
     Raises:
         InputError: The result does not hold what is needed, or has no such row.
@@ -53,20 +53,20 @@ def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> 
 
 
 class Stage:
-    """A robot and its motion, from which any frame can be drawn; geometry is computed at once.
+    """A robot and its motion, with the geometry of all frames.
 
-    Every frame has the same shapes, by their names: what is not there has no size.
+    Every frame has the same shapes, by their names; some may have no size.
 
     Args:
         robot: The robot.
         motion: Its motion.
-        meshes: What its links look like; capsules take the place of those that are missing.
-        world: What stands around the robot.
+        meshes: Surfaces of its links; links without are drawn as capsules.
+        world: Objects and ground around the robot.
         full_scale: Whether colours reach to f_max, instead of the largest tension of the motion.
 
     Attributes:
         robot, motion: As given.
-        around: What stands around the robot.
+        environment: Objects and ground around the robot.
         box: The two corners of the box that holds the robot in all its frames, in [m].
         reach: The diagonal of that box, in [m].
     """
@@ -89,7 +89,7 @@ class Stage:
             frame.name: moved_point(self._poses[frame.link], frame.position)
             for frame in task_points(robot)
         }
-        self.around = Surroundings(world, motion.objects)
+        self.environment = Environment(world, motion.objects)
         self.box = self._box()
         self.reach = float(np.linalg.norm(self.box[1] - self.box[0])) or 1.0
         self._joints = self._joint_poses()
@@ -104,25 +104,18 @@ class Stage:
         """The shapes of frame k."""
         return [
             *self._links(k),
-            *self.around.shapes(k, self.box),
+            *self.environment.shapes(k, self.box),
             *self._wrap_surfaces(k),
             *self._muscles(k),
             *self._forces(k),
             *self._frames(k),
             *self._labels(k),
             *self._contacts(k),
-            *self._ways(k),
+            *self._point_paths(k),
         ]
 
     def tension_range(self, muscle: int) -> tuple[float, float]:
-        """Where the colours of a muscle begin and end, in [N]: f_min, and f_max or less.
-
-        No muscle comes near an f_max that is generous: the largest tension of the motion then has
-        the last colour.
-
-        Args:
-            muscle: Its index.
-        """
+        """The range of a muscle's colours, in [N]: f_min to f_max, or to the largest tension."""
         low, high = self.robot.muscles[muscle].f_min, self.robot.muscles[muscle].f_max
         if self._full_scale and np.isfinite(high):
             return low, high
@@ -130,7 +123,7 @@ class Stage:
 
     @cached_property
     def reference(self) -> dict[str, FloatArray]:
-        """The way that each task point is to go, shape (K, 3), by the frame's name."""
+        """The desired path of each task point, shape (K, 3), by the frame's name."""
         motion = self.motion
         if motion.q_d is not None and motion.q_d.shape[1]:
             poses = link_poses(self.robot, motion.q_d)
@@ -146,70 +139,53 @@ class Stage:
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 
     def _box(self) -> tuple[FloatArray, FloatArray]:
-        places = [T[:, :3, 3] for T in self._poses.values()]
-        places += [path.points.reshape(-1, 3) for path in self._paths]
-        everything = np.concatenate([*places, *self._tips.values()])
+        points = [T[:, :3, 3] for T in self._poses.values()]
+        points += [path.points.reshape(-1, 3) for path in self._paths]
+        everything = np.concatenate([*points, *self._tips.values()])
         everything = everything[np.isfinite(everything).all(axis=1)]
         if not len(everything):
             return np.zeros(3), np.zeros(3)
         return everything.min(axis=0), everything.max(axis=0)
 
     @cached_property
-    def _beads(self) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
-        """The trail of each task point: beads along its way, and how many each frame has passed."""
-        return {
-            name: beads_along(way, 3.0 * _BEAD * self.reach) for name, way in self._tips.items()
-        }
+    def _trails(self) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
+        """The trail of each task point, and its number of points passed at each frame."""
+        distance = 3.0 * _TRAIL_RADIUS * self.reach
+        return {name: trail_points(path, distance) for name, path in self._tips.items()}
 
     def _joint_poses(self) -> list[FloatArray]:
         """The frame behind the motions of every joint, shape (K, 4, 4), in their order."""
         return [self._poses[j.child] @ transform(j.T_child_joint) for j in self.robot.joints]
 
     def _stacked_labels(self) -> list[int]:
-        """For every joint, how many labels of joints at the same place stand below its own."""
-        places = [T[0, :3, 3] for T in self._joints]
+        """For every joint, the number of labels below its own, of joints at the same position."""
+        positions = [T[0, :3, 3] for T in self._joints]
         rows: list[int] = []
         for k, joint in enumerate(self.robot.joints):
             below = [
                 rows[i] + len(self.robot.joints[i].coordinates)
                 for i in range(k)
-                if np.linalg.norm(places[i] - places[k]) < _NEAR * self.reach
+                if np.linalg.norm(positions[i] - positions[k]) < _NEAR * self.reach
             ]
             rows.append(max(below, default=0) if joint.coordinates else 0)
         return rows
 
     def _links(self, k: int) -> Iterator[s.Shape]:
+        reach = self.reach
         for link in self.robot.links:
             T = self._poses[link.name][k]
             if link.name in self._meshes:
-                for i, triangles in enumerate(self._meshes[link.name]):
-                    yield s.MeshShape(
-                        name=f"links/{link.name}/{i}",
-                        group=s.LINKS,
-                        colour=colours.LINK,
-                        T=T,
-                        triangles=triangles,
-                        lever=self.reach / 2,
-                    )
+                for i, mesh in enumerate(self._meshes[link.name]):
+                    key = f"{link.name}/{i}"
+                    yield s.MeshShape(s.LINKS, key, colours.LINK, T, mesh, lever=reach / 2)
                 continue
-            for i, (a, b) in enumerate(bones(self.robot, link)):
-                yield s.Capsule(
-                    name=f"links/{link.name}/{i}",
-                    group=s.LINKS,
-                    colour=colours.LINK,
-                    start=T[:3, :3] @ a + T[:3, 3],
-                    end=T[:3, :3] @ b + T[:3, 3],
-                    radius=0.01 * self.reach,
-                )
+            for i, ends in enumerate(link_capsules(self.robot, link)):
+                a, b = (T[:3, :3] @ end + T[:3, 3] for end in ends)
+                yield s.Capsule(s.LINKS, f"{link.name}/{i}", colours.LINK, a, b, 0.01 * reach)
         for joint, poses in zip(self.robot.joints, self._joints, strict=True):
             if joint.motions and joint.child not in self._meshes:
-                yield s.Sphere(
-                    name=f"links/joint {joint.name}",
-                    group=s.LINKS,
-                    colour=colours.JOINT,
-                    centre=poses[k, :3, 3],
-                    radius=0.015 * self.reach,
-                )
+                key, centre = f"joint {joint.name}", poses[k, :3, 3]
+                yield s.Sphere(s.LINKS, key, colours.JOINT, centre, 0.015 * reach)
 
     def _wrap_surfaces(self, k: int) -> Iterator[s.Shape]:
         for surface in self.robot.wrap_surfaces:
@@ -217,29 +193,19 @@ class Stage:
             yield wrap_shape(surface, T, self.reach)
 
     def _muscles(self, k: int) -> Iterator[s.Shape]:
+        reach = self.reach
         for i, (muscle, path) in enumerate(zip(self.robot.muscles, self._paths, strict=True)):
             colour = colours.SLACK
             if self.motion.tensions is not None:
                 tension = float(self.motion.tensions[k, i])
                 colour = colours.tension_colour(tension, *self.tension_range(i))
-            yield s.Line(
-                name=f"muscles/{muscle.name}",
-                group=s.MUSCLES,
-                colour=colour,
-                path=path.points[k],
-                radius=0.004 * self.reach,
-            )
+            yield s.Line(s.MUSCLES, muscle.name, colour, path.points[k], 0.004 * reach)
             for v, corner in enumerate(path.via[k]):
-                yield s.Sphere(
-                    name=f"via points/{muscle.name}/{v}",
-                    group=s.VIA_POINTS,
-                    colour=colours.VIA_POINT,
-                    centre=path.points[k, corner],
-                    radius=0.007 * self.reach,
-                )
+                key, centre = f"{muscle.name}/{v}", path.points[k, corner]
+                yield s.Sphere(s.VIA_POINTS, key, colours.VIA_POINT, centre, 0.007 * reach)
 
     def _forces(self, k: int) -> Iterator[s.Shape]:
-        """What the muscles do at their via points; the largest pull of all has a fixed length."""
+        """The muscles' forces at their via points; the largest of the run has a fixed length."""
         if self.motion.tensions is None:
             return
         per_newton = 0.16 * self.reach / (self._largest_tension or 1.0)
@@ -248,47 +214,32 @@ class Stage:
             path: MusclePath = self._paths[i]
             for v, corner in enumerate(path.via[k]):
                 start = path.points[k, corner]
-                yield s.Arrow(
-                    name=f"forces/{muscle.name}/{v}",
-                    group=s.FORCES,
-                    colour=colours.FORCE,
-                    start=start,
-                    end=start + per_newton * tension * self._pulls[i][k, v],
-                    radius=0.0026 * self.reach,
-                )
+                end = start + per_newton * tension * self._pulls[i][k, v]
+                key, radius = f"{muscle.name}/{v}", 0.0026 * self.reach
+                yield s.Arrow(s.FORCES, key, colours.FORCE, start, end, radius)
 
     def _frames(self, k: int) -> Iterator[s.Shape]:
         for joint, poses in zip(self.robot.joints, self._joints, strict=True):
             if joint.motions:
-                yield self._frame(f"joint frames/{joint.name}", s.JOINT_FRAMES, poses[k], 0.08)
+                yield self._frame(s.JOINT_FRAMES, joint.name, poses[k], 0.08)
         for link in self.robot.links:
-            poses = self._poses[link.name]
-            yield self._frame(f"link frames/{link.name}", s.LINK_FRAMES, poses[k], 0.11)
-        yield self._frame(f"link frames/{WORLD}", s.LINK_FRAMES, np.eye(4), 0.14)
+            yield self._frame(s.LINK_FRAMES, link.name, self._poses[link.name][k], 0.11)
+        yield self._frame(s.LINK_FRAMES, WORLD, np.eye(4), 0.14)
 
-    def _frame(self, name: str, group: str, T: FloatArray, part: float) -> s.Frame:
-        length, radius = part * self.reach, 0.003 * self.reach
-        return s.Frame(
-            name=name, group=group, colour=colours.TEXT, T=T, length=length, radius=radius
-        )
+    def _frame(self, group: str, key: str, T: FloatArray, part: float) -> s.Frame:
+        return s.Frame(group, key, colours.TEXT, T, part * self.reach, 0.003 * self.reach)
 
     def _labels(self, k: int) -> Iterator[s.Shape]:
-        column = 0
+        q = iter(self.motion.q[k].tolist())
         for joint, poses, row in zip(
             self.robot.joints, self._joints, self._label_rows, strict=True
         ):
-            for i, coordinate in enumerate(joint.coordinates):
+            for i, c in enumerate(joint.coordinates):
                 above = (0.055 + 0.04 * (row + i)) * self.reach * self.up
+                position = poses[k, :3, 3] + above
                 yield s.Label(
-                    name=f"joint values/{coordinate.name}",
-                    group=s.JOINT_VALUES,
-                    colour=colours.TEXT,
-                    position=poses[k, :3, 3] + above,
-                    title=coordinate.name,
-                    value=float(self.motion.q[k, column]),
-                    unit=coordinate.unit,
+                    s.JOINT_VALUES, c.name, colours.TEXT, position, c.name, next(q), c.unit
                 )
-                column += 1
 
     @cached_property
     def up(self) -> FloatArray:
@@ -300,8 +251,8 @@ class Stage:
 
     @property
     def floor(self) -> float | None:
-        """Height of a ground that things fall onto, in [m]."""
-        return self.around.floor if self.up[2] > _UPRIGHT else None
+        """Height of a horizontal ground, in [m]."""
+        return self.environment.floor if self.up[2] > _UPRIGHT else None
 
     def _contacts(self, k: int) -> Iterator[s.Shape]:
         """The contact force on a body, ending at its middle; the largest has a fixed length."""
@@ -309,42 +260,26 @@ class Stage:
         largest = max(
             (float(np.nanmax(np.abs(f), initial=0.0)) for f in contacts.values()), default=0
         )
+        per_newton, radius = 0.2 * self.reach / (largest or 1.0), 0.003 * self.reach
         for name, forces in contacts.items():
             com = self._middle(name, k)
-            yield s.Arrow(
-                name=f"contacts/{name}",
-                group=s.CONTACTS,
-                colour=colours.CONTACT,
-                start=com - 0.2 * self.reach / (largest or 1.0) * np.nan_to_num(forces[k]),
-                end=com,
-                radius=0.003 * self.reach,
-            )
+            start = com - per_newton * np.nan_to_num(forces[k])
+            yield s.Arrow(s.CONTACTS, name, colours.CONTACT, start, com, radius)
 
     def _middle(self, name: str, k: int) -> FloatArray:
-        """The centre of mass of a link, or the place of an object."""
-        if name in self.around.places:
-            places = self.around.places[name]
+        """The centre of mass of a link, or the position of an object."""
+        if name in self.environment.positions:
+            positions = self.environment.positions[name]
         else:
-            places = moved_point(self._poses[name], self.robot.link(name).inertia.com)
-        middle: FloatArray = places[min(k, len(places) - 1)]
+            positions = moved_point(self._poses[name], self.robot.link(name).inertia.com)
+        middle: FloatArray = positions[min(k, len(positions) - 1)]
         return middle
 
-    def _ways(self, k: int) -> Iterator[s.Shape]:
-        for name, way in self.reference.items():
-            yield s.Line(
-                name=f"reference/{name}",
-                group=s.REFERENCE,
-                colour=colours.REFERENCE,
-                path=way,
-                radius=0.002 * self.reach,
-            )
+    def _point_paths(self, k: int) -> Iterator[s.Shape]:
+        for name, path in self.reference.items():
+            yield s.Line(s.REFERENCE, name, colours.REFERENCE, path, 0.002 * self.reach)
         if len(self) == 1:
             return
-        for name, (beads, passed) in self._beads.items():
-            yield s.Trail(
-                name=f"trail/{name}",
-                group=s.TRAIL,
-                colour=colours.TRAIL,
-                path=beads[: passed[k]],
-                radius=_BEAD * self.reach,
-            )
+        for name, (centres, passed) in self._trails.items():
+            path = centres[: passed[k]]
+            yield s.Trail(s.TRAIL, name, colours.TRAIL, path, _TRAIL_RADIUS * self.reach)

@@ -1,4 +1,4 @@
-"""Beads along a way: the spheres of a trail."""
+"""The points of a trail."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from cardsflow_fmu.utils.arrays import FloatArray
 _MOST = 4000
 
 
-def beads_along(way: FloatArray, apart: float) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Points at even distances along a way.
+def trail_points(path: FloatArray, distance: float) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Points at even distances along a path.
 
     Args:
-        way: Its corners, shape (K, 3), in [m].
-        apart: Their distance along it, in [m]; more, where there would be too many.
+        path: Its corners, shape (K, 3), in [m].
+        distance: Their distance along it, in [m]; larger where there would be too many.
 
     Returns:
-        The points, shape (b, 3), and how many of them lie before each corner, shape (K,).
+        The points, shape (b, 3), and the number of them before each corner, shape (K,).
     """
-    way = np.nan_to_num(way)
-    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    path = np.nan_to_num(path)
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     walked = np.concatenate([[0.0], np.cumsum(steps)])
-    apart = max(apart, walked[-1] / _MOST)
-    passed = np.floor(walked / apart).astype(np.int64) + 1
-    places = apart * np.arange(passed[-1])
-    beads = np.stack([np.interp(places, walked, way[:, axis]) for axis in range(3)], axis=1)
-    return beads, passed
+    distance = max(distance, walked[-1] / _MOST)
+    passed = np.floor(walked / distance).astype(np.int64) + 1
+    at = distance * np.arange(passed[-1])
+    points = np.stack([np.interp(at, walked, path[:, axis]) for axis in range(3)], axis=1)
+    return points, passed

@@ -1,4 +1,4 @@
-"""Wrap surfaces as shapes."""
+"""Shapes of wrap surfaces."""
 
 from __future__ import annotations
 
@@ -8,32 +8,19 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from . import colours
 from . import shapes as s
 
+_OPACITY = 0.45
+
 
 def wrap_shape(surface: WrapSurface, T: FloatArray, reach: float) -> s.Shape:
-    """A wrap surface as something to see through; a cylinder without ends is cut.
+    """A wrap surface, translucent; an infinite cylinder is cut.
 
     Args:
         surface: The surface.
         T: Its pose in the world, shape (4, 4).
         reach: Of the robot, in [m].
     """
-    name, opacity = f"wrap surfaces/{surface.name}", 0.45
+    shared, radius, middle = (s.WRAP_SURFACES, surface.name, colours.WRAP), surface.radius, T[:3, 3]
     if surface.shape == "sphere":
-        return s.Sphere(
-            name=name,
-            group=s.WRAP_SURFACES,
-            colour=colours.WRAP,
-            opacity=opacity,
-            centre=T[:3, 3],
-            radius=surface.radius,
-        )
+        return s.Sphere(*shared, middle, radius, opacity=_OPACITY)
     half = 0.5 * min(surface.length, max(4.0 * surface.radius, 0.1 * reach)) * T[:3, 2]
-    return s.Cylinder(
-        name=name,
-        group=s.WRAP_SURFACES,
-        colour=colours.WRAP,
-        opacity=opacity,
-        start=T[:3, 3] - half,
-        end=T[:3, 3] + half,
-        radius=surface.radius,
-    )
+    return s.Cylinder(*shared, middle - half, middle + half, radius, opacity=_OPACITY)

@@ -221,7 +221,7 @@ def test_the_command_writes_pages_of_runs_and_robots(
     ("words", "message"),
     [
         (["nowhere"], "cannot be read"),
-        ([PLANAR_2R / "robot", PLANAR_2R / "robot"], "only results stand side by side"),
+        ([PLANAR_2R / "robot", PLANAR_2R / "robot"], "only results are shown side by side"),
         ([PLANAR_2R / "robot", "--cable-set", "basik"], "did you mean 'basic"),
     ],
 )

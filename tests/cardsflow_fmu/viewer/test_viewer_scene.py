@@ -270,9 +270,7 @@ def test_directions_turn_the_z_axis() -> None:
 
 
 def test_an_arrow_ends_at_its_end_and_vanishes_without_length() -> None:
-    arrow = s.Arrow(
-        name="a", group=s.FORCES, colour=(1, 2, 3), start=np.zeros(3), end=np.ones(3), radius=0.01
-    )
+    arrow = s.Arrow(s.FORCES, "a", (1, 2, 3), np.zeros(3), np.ones(3), 0.01)
     rod, cone = bodies([arrow])
     assert isinstance(rod, Body)
     np.testing.assert_allclose(rod.b, cone.a)
