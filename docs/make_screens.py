@@ -16,8 +16,8 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from browser import Page, opened_browser  # noqa: E402
 from PIL import Image  # noqa: E402
+from support.browser import Page, opened_browser  # noqa: E402
 
 from cardsflow_fmu import Experiment, run  # noqa: E402
 from cardsflow_fmu.report.page import report  # noqa: E402

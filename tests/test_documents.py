@@ -14,10 +14,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import documents
 import pytest
-from documents import ROOT, Block, all_words, anchors, blocks, inline_code, links
 from lxml import etree
+from support import documents
+from support.documents import ROOT, Block, all_words, anchors, blocks, inline_code, links
 
 from addin_sdfusion.robot import check, read_robot
 from cardsflow_fmu import Experiment
@@ -229,7 +229,7 @@ def test_pages_are_made_and_load_nothing_from_elsewhere(pages: Path) -> None:
 
 @pytest.mark.browser
 def test_pages_are_read_without_a_network(pages: Path, tmp_path: Path) -> None:
-    from browser import opened_browser
+    from support.browser import opened_browser
 
     with opened_browser(tmp_path) as page:
         for name in ("index", "equations", "api"):

@@ -17,9 +17,9 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import documents
 import pytest
-from documents import ROOT, Block, blocks
+from support import documents
+from support.documents import ROOT, Block, blocks
 
 LONGEST = 1200.0
 """Of a block, in [s]."""

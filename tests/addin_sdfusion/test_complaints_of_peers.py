@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exported import Export, export, findings_of, press_export, read_design, running
 from fake_fusion import Builder, designs
 from fake_fusion.maths import rotation, translation
+from support.designs.exported import Export, export, findings_of, press_export, read_design, running
 
 from addin_sdfusion.building.build_robot import link_of
 from addin_sdfusion.robot.errors import RobotError

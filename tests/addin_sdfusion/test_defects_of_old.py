@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exported import (
+from fake_fusion import Builder, designs
+from fake_fusion.driver import Refused
+from fake_fusion.maths import rotation, translation
+from support.designs.exported import (
     EXPORT,
     codes_of,
     export,
@@ -16,9 +19,6 @@ from exported import (
     press_export,
     running,
 )
-from fake_fusion import Builder, designs
-from fake_fusion.driver import Refused
-from fake_fusion.maths import rotation, translation
 
 import addin_sdfusion
 from addin_sdfusion.robot import Robot

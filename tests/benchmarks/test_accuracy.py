@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from co_simulation import co_simulate
 from interleaved import record
-from oracles.mujoco_model import MujocoRobot
-from robots import EXAMPLES, chain, planar_2r
+from support.fmu.co_simulation import co_simulate
+from support.oracles.mujoco_model import MujocoRobot
+from support.robots.robots import EXAMPLES, chain, planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment

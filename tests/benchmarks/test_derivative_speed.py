@@ -15,7 +15,7 @@ import fmpy
 import pytest
 from fmpy import fmi2
 from interleaved import interleaved, record
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build

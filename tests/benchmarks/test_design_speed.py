@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from built_stubs import built
-from design_strategies import Draughtsman
 from fake_fusion import designs, install
 from interleaved import record
-from qp_problems import at_bounds, feasible, infeasible, rank_deficient
-from robots import chain
+from support.controllers.qp_problems import at_bounds, feasible, infeasible, rank_deficient
+from support.designs.built_stubs import built
+from support.designs.design_strategies import Draughtsman
+from support.robots.robots import chain
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.export import export_built

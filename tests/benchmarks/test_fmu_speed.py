@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from interleaved import interleaved, record
 from pythonfmu_slave import SCRIPT
-from robots import PLANAR_2R
+from support.robots.robots import PLANAR_2R
 from wide_model import FEW, MANY, PORTS, WideModel
 
 from cardsflow_fmu import Experiment

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from interleaved import record
-from robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, without_collections

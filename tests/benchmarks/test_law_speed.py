@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from interleaved import interleaved, record
-from robots import chain, planar_2r
+from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.robot import CableModel, Robot
 from sim_dart.core.blob import compile_blob

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from robots import PLANAR_2R
+from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interleaved import interleaved, record
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.external_fmu import fitting_wiring

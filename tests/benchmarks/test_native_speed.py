@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from interleaved import interleaved, record
-from oracles.mujoco_model import MujocoRobot
-from robots import EXAMPLES, chain, planar_2r
+from support.oracles.mujoco_model import MujocoRobot
+from support.robots.robots import EXAMPLES, chain, planar_2r
 
 from addin_sdfusion.robot import Joint, Robot, read_robot
 from sim_dart import compile_blob

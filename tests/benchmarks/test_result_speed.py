@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interleaved import interleaved, record
-from robots import PLANAR_2R
+from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.session.paced_run import Pace

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interleaved import record
-from small_studies import small_study
+from support.small_studies import small_study
 
 from cardsflow_fmu.studies import run_study
 from cardsflow_fmu.studies.execution.executors import process_executor

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from interleaved import interleaved, record
-from worlds import two_link_arm
+from support.robots.worlds import two_link_arm
 
 from addin_sdfusion.robot import Pose, Robot
 from addin_sdfusion.robot.transforms.combine import Member, combine

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from interleaved import interleaved, record
-from robots import chain
+from support.robots.robots import chain
 
 from addin_sdfusion.robot import Pose, Robot, Wrap, WrapSurface
 from addin_sdfusion.robot.model.muscle import WrapShape

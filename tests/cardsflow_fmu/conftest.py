@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from fmu_host import Host, opened, unpack
+from support.fmu.fmu_host import Host, opened, unpack
 
 from cardsflow_fmu.fmu.description import FmiVersion
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from sim_dart import DartDynamics
 

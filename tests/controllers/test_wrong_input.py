@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from arms import TwoLinkArm
+from support.robots.arms import TwoLinkArm
 
 from addin_sdfusion.robot import InputError
 from controllers import (

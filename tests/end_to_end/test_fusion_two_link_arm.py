@@ -11,8 +11,8 @@ import pytest
 from fake_fusion import designs
 from hypothesis import given
 from hypothesis import strategies as st
-from robots import PLANAR_2R, planar_2r
 from scipy.spatial.transform import Rotation
+from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.export import export_robot

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from co_simulation import co_simulate
-from robots import EXAMPLES
+from support.fmu.co_simulation import co_simulate
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.simulation.run import simulate

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result, build, run

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cases import few
 from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
-from robots import PLANAR_2R
+from support.cases import few
+from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment, Result, build, run
 from cardsflow_fmu.cli.main import main

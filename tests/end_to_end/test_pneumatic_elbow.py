@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import read_robot
 from addin_sdfusion.robot.checks.check import check

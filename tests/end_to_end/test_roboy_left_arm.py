@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 TOUR = EXAMPLES / "tour.ipynb"
 

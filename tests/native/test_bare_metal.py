@@ -10,11 +10,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from elf import program_names, program_sizes
-from example import write_example
-from replay import replay_vectors
-from robots import EXAMPLES
-from targets import (
+from support.native.elf import program_names, program_sizes
+from support.native.example import write_example
+from support.native.replay import replay_vectors
+from support.native.targets import (
     PROGRAMS,
     ROOT,
     SOURCES,
@@ -26,7 +25,8 @@ from targets import (
     run_program,
     single_flags,
 )
-from vector_file import write_vectors
+from support.native.vector_file import write_vectors
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.runtime import sources

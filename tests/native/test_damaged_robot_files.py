@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import EXAMPLES
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError, read_robot
 from sim_dart import CoreDynamics, compile_blob

@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 
 import pytest
-from example import write_example
-from robots import EXAMPLES
-from targets import TARGETS, build_program, run_program
+from support.native.example import write_example
+from support.native.targets import TARGETS, build_program, run_program
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
 

@@ -12,14 +12,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from damaged import SANITIZED, count_refused
-from every_joint import every_joint
-from float_loop import SOFT, SOLVED, run_loop
-from precision import STRICT, Handle, Precision, open_robot
-from random_robots import random_robot
-from robots import EXAMPLES, planar_2r
-from targets import TARGETS, Target, build_program, on_targets, run_program, single_flags
-from vector_file import write_vectors
+from support.native.damaged import SANITIZED, count_refused
+from support.native.float_loop import SOFT, SOLVED, run_loop
+from support.native.precision import STRICT, Handle, Precision, open_robot
+from support.native.targets import (
+    TARGETS,
+    Target,
+    build_program,
+    on_targets,
+    run_program,
+    single_flags,
+)
+from support.native.vector_file import write_vectors
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import CardsflowError, Robot, read_robot
 from cardsflow_fmu import Experiment

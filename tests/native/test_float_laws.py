@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from precision import Handle, Precision, room
+from support.native.precision import Handle, Precision, room
 
 pytestmark = pytest.mark.slow
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from precision import Handle, Precision, open_program
-from qp_problems import KINDS, is_proof_of_infeasibility
+from support.controllers.qp_problems import KINDS, is_proof_of_infeasibility
+from support.native.precision import Handle, Precision, open_program
 
 from controllers.qp.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
 from controllers.qp.problem import BoxProblem

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import fmpy
 import pytest
-from cases import few
-from robots import EXAMPLES
-from targets import PROGRAMS, TARGETS, TIMEOUT, Target, environment, require
+from support.cases import few
+from support.native.targets import PROGRAMS, TARGETS, TIMEOUT, Target, environment, require
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from damaged import MUTATIONS, SANITIZED, count_refused
-from every_joint import every_joint
-from random_robots import random_robot
-from robots import EXAMPLES, planar_2r
-from targets import DERIVATIVES, ROOT, build_program
+from support.native.damaged import MUTATIONS, SANITIZED, count_refused
+from support.native.targets import DERIVATIVES, ROOT, build_program
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu import Experiment

@@ -7,8 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from cases import few
-from targets import FLAGS, ROOT, TARGETS, single_flags
+from support.cases import few
+from support.native.targets import FLAGS, ROOT, TARGETS, single_flags
 
 from cardsflow_fmu.runtime.sources import CONTROL, CORE, Library
 

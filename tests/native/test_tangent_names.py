@@ -6,7 +6,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from targets import DERIVATIVES, FLAGS, TARGETS, on_targets, require
+from support.native.targets import DERIVATIVES, FLAGS, TARGETS, on_targets, require
 from test_no_platform_maths import EXACT, MEMORY
 
 ELEMENTARY = {"arc_cosine", "arc_sine", "arc_tangent", "exponential", "exponential_less_one"}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from replay import replay_vectors
-from targets import TARGETS, build_program, on_targets, run_program
-from vector_file import write_vectors
+from support.native.replay import replay_vectors
+from support.native.targets import TARGETS, build_program, on_targets, run_program
+from support.native.vector_file import write_vectors
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from design_strategies import (
+from hypothesis import given
+from hypothesis import strategies as st
+from support.designs.design_strategies import (
     KINDS,
     Draughtsman,
     Drawn,
@@ -18,8 +20,6 @@ from design_strategies import (
     motion_matrix,
     shuffled,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 
 from addin_sdfusion.building.build_robot import BuiltRobot, build_robot, check_design, link_of
 from addin_sdfusion.robot import Robot

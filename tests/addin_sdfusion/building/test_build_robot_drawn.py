@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fake_fusion import Fake, designs
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.building.build_robot import BuiltRobot, build_robot
 from addin_sdfusion.robot import Robot

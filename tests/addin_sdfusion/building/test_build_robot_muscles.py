@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from design_strategies import Draughtsman, forward, initial, matrix
 from hypothesis import given
 from hypothesis import strategies as st
-from small_designs import arm, via
+from support.designs.design_strategies import Draughtsman, forward, initial, matrix
+from support.designs.small_designs import arm, via
 
 from addin_sdfusion.building.build_robot import build_robot, link_of
 from addin_sdfusion.robot import CableModel, Robot, Wrap

@@ -6,10 +6,19 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from design_strategies import shuffled
 from hypothesis import given
 from hypothesis import strategies as st
-from small_designs import DesignSnapshot, arm, body, box, group, part, revolute, rigid
+from support.designs.design_strategies import shuffled
+from support.designs.small_designs import (
+    DesignSnapshot,
+    arm,
+    body,
+    box,
+    group,
+    part,
+    revolute,
+    rigid,
+)
 
 from addin_sdfusion.building.build_robot import BuiltRobot, build_robot, link_of
 from addin_sdfusion.robot import Robot

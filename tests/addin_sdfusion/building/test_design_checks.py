@@ -7,7 +7,18 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from small_designs import DesignSnapshot, arm, body, box, group, muscles, part, revolute, rigid, via
+from support.designs.small_designs import (
+    DesignSnapshot,
+    arm,
+    body,
+    box,
+    group,
+    muscles,
+    part,
+    revolute,
+    rigid,
+    via,
+)
 
 from addin_sdfusion.building.build_robot import build_robot, check_design
 from addin_sdfusion.settings import ExportSettings

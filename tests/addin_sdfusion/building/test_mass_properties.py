@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from design_strategies import mass_of, shift
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from small_designs import arm, body, box, cylinder, group, part, turned
+from support.designs.design_strategies import mass_of, shift
+from support.designs.small_designs import arm, body, box, cylinder, group, part, turned
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.building.links.eigenvalues import eigenvalues

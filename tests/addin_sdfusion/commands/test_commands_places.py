@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from exported import Export, export, press_export, running
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.maths import translation
+from support.designs.exported import Export, export, press_export, running
 
 from addin_sdfusion.robot import Finding, Subject
 from cardsflow_fmu.addin import export_snapshot

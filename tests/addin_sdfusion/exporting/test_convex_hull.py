@@ -8,10 +8,10 @@ import time
 import numpy as np
 import pytest
 import trimesh
-from cases import few
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
+from support.cases import few
 
 from addin_sdfusion.exporting.convex_hull import Hull, convex_hull
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from built_stubs import Built, body, box, built, zero_poses
 from hypothesis import given
-from random_robots import random_robot, robots
-from robots import chain, planar_2r
+from support.designs.built_stubs import Built, body, box, built, zero_poses
+from support.robots.random_robots import random_robot, robots
+from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.exporting.export import Exported, export_built
 from addin_sdfusion.progress import Cancelled

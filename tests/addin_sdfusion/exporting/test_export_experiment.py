@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from built_stubs import built
 from hypothesis import given
-from random_robots import robots
-from robots import chain, planar_2r
+from support.designs.built_stubs import built
+from support.robots.random_robots import robots
+from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.exporting.experiment_text import (
     DURATION,

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from built_stubs import built
-from robots import planar_2r
+from support.designs.built_stubs import built
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.exporting.manifest import MANIFEST

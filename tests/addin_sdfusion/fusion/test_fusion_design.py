@@ -10,11 +10,11 @@ from typing import Any
 import fake_fusion
 import numpy as np
 import pytest
-from drawn import at, drawn_joints, places, random_design, tensor
 from fake_fusion import Builder, designs
 from fake_fusion.maths import rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
+from support.designs.drawn import at, drawn_joints, places, random_design, tensor
 
 from addin_sdfusion.progress import Cancelled
 from addin_sdfusion.robot.errors import InputError

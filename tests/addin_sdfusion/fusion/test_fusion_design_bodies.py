@@ -11,12 +11,12 @@ import fake_fusion
 import numpy as np
 import pytest
 import trimesh
-from drawn import tensor
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.maths import rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
+from support.designs.drawn import tensor
 
 from addin_sdfusion.snapshot import BodySnapshot, DesignSnapshot, MeshSnapshot
 

@@ -9,13 +9,13 @@ from typing import Any
 import fake_fusion
 import numpy as np
 import pytest
-from drawn import at, drawn_joints, random_design
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.data import transform
 from fake_fusion.maths import inverse, matrix, rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
+from support.designs.drawn import at, drawn_joints, random_design
 
 from addin_sdfusion.snapshot import DesignSnapshot, JointSnapshot
 

@@ -9,7 +9,6 @@ from typing import Any
 import fake_fusion
 import numpy as np
 import pytest
-from drawn import at
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.data import paths_below
@@ -17,6 +16,7 @@ from fake_fusion.maths import rotation, translation
 from fake_fusion.shapes import EdgeShape, FaceShape
 from hypothesis import given
 from hypothesis import strategies as st
+from support.designs.drawn import at
 
 from addin_sdfusion.snapshot import DesignSnapshot
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from robots import PLANAR_2R
+from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build

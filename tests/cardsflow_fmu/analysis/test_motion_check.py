@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from robots import PLANAR_2R
-from worlds import two_link_arm
+from support.robots.robots import PLANAR_2R
+from support.robots.worlds import two_link_arm
 
 from addin_sdfusion.robot import WORLD, CableSet, Muscle, ViaPoint, write_sdf
 from cardsflow_fmu.cli.main import main

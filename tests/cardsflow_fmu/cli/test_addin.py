@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 import addin_sdfusion
 from addin_sdfusion.robot import Finding, InputError, Subject

@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
-from robots import EXAMPLES, PLANAR_2R
-from small_studies import KP, write_study
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.small_studies import KP, write_study
 
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.common import EXIT_CODES

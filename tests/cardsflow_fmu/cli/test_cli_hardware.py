@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
 from addin_sdfusion.robot.readers import read

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cases import few
 from jsonschema import Draft202012Validator
-from robots import EXAMPLES, PLANAR_2R, planar_2r
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, RobotError, write_caspr, write_sdf
 from cardsflow_fmu import Experiment, run

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
+from support.fmu.foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build

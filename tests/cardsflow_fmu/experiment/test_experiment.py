@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import PLANAR_2R, planar_2r
+from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment

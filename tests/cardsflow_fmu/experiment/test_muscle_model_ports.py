@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
-from robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build

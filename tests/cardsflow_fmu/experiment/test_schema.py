@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cli.json_schema import schema

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robots import PLANAR_2R
-from worlds import write_box_mesh
+from support.robots.robots import PLANAR_2R
+from support.robots.worlds import write_box_mesh
 
 from addin_sdfusion.robot import InputError, Pose
 from cardsflow_fmu import Experiment, build, run

@@ -8,7 +8,7 @@ from collections.abc import Hashable
 
 import numpy as np
 import pytest
-from hardware_devices import (
+from support.hardware.hardware_devices import (
     COMMANDS,
     F_MAX,
     F_MIN,
@@ -21,7 +21,7 @@ from hardware_devices import (
     make_device,
     robot_of,
 )
-from hardware_fuzz import FRAMES, bad_frames, with_checksum
+from support.hardware.hardware_fuzz import FRAMES, bad_frames, with_checksum
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.device.device import PEER_TIMEOUT, Device

@@ -11,11 +11,11 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from cases import few
 from fmpy.fmi1 import FMICallException
-from fmu_host import Host, load, refused
-from robots import PLANAR_2R
-from worker_host import eventually
+from support.cases import few
+from support.fmu.fmu_host import Host, load, refused
+from support.fmu.worker_host import eventually
+from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance

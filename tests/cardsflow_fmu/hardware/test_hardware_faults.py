@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cases import few
-from robots import PLANAR_2R
-from virtual_link import World, live_in
+from support.cases import few
+from support.hardware.virtual_link import World, live_in
+from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hardware_fuzz import FRAMES, bad_frames, with_checksum
 from hypothesis import given
 from hypothesis import strategies as st
+from support.hardware.hardware_fuzz import FRAMES, bad_frames, with_checksum
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, decode, encode

@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 
 import numpy as np
 import pytest
-from hardware_devices import (
+from support.hardware.hardware_devices import (
     COMMANDS,
     KEY,
     SIGNATURE,
@@ -27,7 +27,7 @@ from hardware_devices import (
     robot_of,
     served,
 )
-from hardware_fuzz import FRAMES, bad_frames
+from support.hardware.hardware_fuzz import FRAMES, bad_frames
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.device.device import Device

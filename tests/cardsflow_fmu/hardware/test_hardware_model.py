@@ -12,9 +12,9 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from cases import few
 from fmpy.fmi2 import FMU2Slave
-from robots import EXAMPLES, PLANAR_2R
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
-from robots import EXAMPLES, PLANAR_2R
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment

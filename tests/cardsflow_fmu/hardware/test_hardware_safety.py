@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import random_robot
-from robots import planar_2r
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.hardware_settings import MotorSettings, SafetySettings

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
-from hardware_fuzz import bad_frames
-from robots import EXAMPLES, PLANAR_2R
-from worker_host import eventually
+from support.cases import few
+from support.fmu.worker_host import eventually
+from support.hardware.hardware_fuzz import bad_frames
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hardware_fuzz import FRAMES, bad_frames
+from support.hardware.hardware_fuzz import FRAMES, bad_frames
 
 from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.errors import HardwareError

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bare_environment import BareEnvironment
-from fmu_host import SUPPORT
+from support.fmu.bare_environment import BareEnvironment
+from support.fmu.fmu_host import SUPPORT
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance

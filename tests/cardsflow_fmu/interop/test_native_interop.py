@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from bare_environment import BareEnvironment
 from fmpy.validation import validate_fmu
-from fmu_host import SUPPORT
-from robots import EXAMPLES
+from support.fmu.bare_environment import BareEnvironment
+from support.fmu.fmu_host import SUPPORT
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.fmu.description import FmiVersion

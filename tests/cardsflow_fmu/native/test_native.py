@@ -11,11 +11,11 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from cases import few
-from co_simulation import co_simulate
-from fmu_host import load
-from native_states import check_states_repeat
-from robots import EXAMPLES
+from support.cases import few
+from support.fmu.co_simulation import co_simulate
+from support.fmu.fmu_host import load
+from support.fmu.native_states import check_states_repeat
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment

@@ -11,10 +11,9 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from every_joint import every_joint
 from fmpy import fmi2
-from fmu_host import Host, refused
-from native_slopes import (
+from support.fmu.fmu_host import Host, refused
+from support.fmu.native_slopes import (
     PLAIN,
     STEP,
     Options,
@@ -25,8 +24,9 @@ from native_slopes import (
     started,
     stretched,
 )
-from random_robots import random_robot, random_tree
-from robots import EXAMPLES
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import random_robot, random_tree
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment

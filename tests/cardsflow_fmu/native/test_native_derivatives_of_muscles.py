@@ -10,11 +10,11 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import fmi2, fmi3
-from muscle_bench import SOUND
-from native_slopes import FloatArray, check, commanded, started
-from random_robots import random_robot, random_tree
-from robots import EXAMPLES
-from wrapped import FAR, carriage, sequences, single_wraps, wrapped_tree
+from support.fmu.native_slopes import FloatArray, check, commanded, started
+from support.robots.muscle_bench import SOUND
+from support.robots.random_robots import random_robot, random_tree
+from support.robots.robots import EXAMPLES
+from support.robots.wrapped import FAR, carriage, sequences, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import (
     WORLD,

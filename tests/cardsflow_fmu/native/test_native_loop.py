@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from co_simulation import co_simulate
-from robots import EXAMPLES
+from support.fmu.co_simulation import co_simulate
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result

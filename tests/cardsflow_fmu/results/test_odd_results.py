@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
-from robots import EXAMPLES, PLANAR_2R
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.main import main

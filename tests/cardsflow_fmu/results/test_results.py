@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import opened_browser
-from cases import few
-from robots import EXAMPLES, PLANAR_2R
+from support.browser import opened_browser
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, Result, run

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.mesh_files import mesh_file, own_name

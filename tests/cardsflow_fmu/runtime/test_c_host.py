@@ -9,7 +9,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from fmu_host import OUTPUTS, STEP, SUPPORT, run
+from support.fmu.fmu_host import OUTPUTS, STEP, SUPPORT, run
 from toy_model import REFERENCES, ToyModel
 
 from cardsflow_fmu.experiment.experiment import Experiment

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from fmu_host import load
-from worker_host import children, unpack_stubborn
+from support.fmu.fmu_host import load
+from support.fmu.worker_host import children, unpack_stubborn
 
 # Not among the native ones: the address sanitizer keeps what is freed.
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from array_model import ARRAYS, INDEX, PORTS, ArrayModel
 from fmpy import fmi2, fmi3
-from fmu_host import refused
+from support.fmu.fmu_host import refused
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build

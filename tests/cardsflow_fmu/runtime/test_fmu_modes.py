@@ -9,10 +9,10 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from fmu_host import STEP, Host, cannot_open, load, opened, plain_run, refused, unpack
 from stubborn_model import RAISE
+from support.fmu.fmu_host import STEP, Host, cannot_open, load, opened, plain_run, refused, unpack
+from support.fmu.worker_host import opened_stubborn, put, start, sums, unpack_stubborn, value
 from toy_model import REFERENCES, OtherToyModel, ToyModel
-from worker_host import opened_stubborn, put, start, sums, unpack_stubborn, value
 
 from cardsflow_fmu.fmu.writer import write_fmu
 

@@ -8,7 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import fmi2
-from fmu_host import STEP, Host, opened, plain_run, refused, unpack
+from support.fmu.fmu_host import STEP, Host, opened, plain_run, refused, unpack
 from toy_model import REFERENCES, OtherToyModel, ToyModel
 
 from cardsflow_fmu.fmu.description import FmiVersion

@@ -14,7 +14,7 @@ import pytest
 from array_model import ARRAYS, INDEX, PORTS, ArrayModel
 from fmpy import fmi3
 from fmpy.validation import validate_fmu
-from fmu_host import refused
+from support.fmu.fmu_host import refused
 
 from addin_sdfusion.robot import SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance

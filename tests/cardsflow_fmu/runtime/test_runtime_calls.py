@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
-from fmu_host import STEP, Host, load, opened, plain_run, refused
+from support.fmu.fmu_host import STEP, Host, load, opened, plain_run, refused
 from toy_model import PORTS, REFERENCES
 
 pytestmark = pytest.mark.native

@@ -4,7 +4,7 @@ import ctypes
 from pathlib import Path
 
 import pytest
-from fmu_host import STEP, Host, opened, plain_run, refused
+from support.fmu.fmu_host import STEP, Host, opened, plain_run, refused
 from toy_model import REFERENCES, ToyModel
 
 from cardsflow_fmu.runtime.in_process import HostedModel

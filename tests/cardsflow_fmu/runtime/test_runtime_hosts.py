@@ -5,7 +5,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from fmu_host import run
+from support.fmu.fmu_host import run
 
 from cardsflow_fmu.runtime.library import library_path
 from cardsflow_fmu.version import __version__

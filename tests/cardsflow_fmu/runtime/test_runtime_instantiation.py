@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from fmpy import fmi2
-from fmu_host import cannot_open, load, opened, plain_run
+from support.fmu.fmu_host import cannot_open, load, opened, plain_run
 from toy_model import ToyModel
 
 from cardsflow_fmu.version import __version__

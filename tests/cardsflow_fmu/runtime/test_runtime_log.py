@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from fmpy import fmi2
-from fmu_host import STEP, Host, load, opened, refused
+from support.fmu.fmu_host import STEP, Host, load, opened, refused
 from toy_model import REFERENCES, ToyModel
 
 pytestmark = pytest.mark.native

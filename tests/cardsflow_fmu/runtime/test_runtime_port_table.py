@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 
 import pytest
-from fmu_host import STEP, Host, cannot_open, load
+from support.fmu.fmu_host import STEP, Host, cannot_open, load
 from toy_model import PORTS
 
 pytestmark = pytest.mark.native

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
 import random
 import struct
 import subprocess
@@ -12,7 +11,7 @@ from pathlib import Path
 import pytest
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
-from fmu_host import STEP, SUPPORT, Host, opened, plain_run, refused, unpack
+from support.fmu.fmu_host import STEP, Host, environment, opened, plain_run, refused, unpack
 from toy_model import PORTS, REFERENCES, OtherToyModel, ToyModel
 
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -82,7 +81,7 @@ def test_goes_to_another_instance(toy_fmu: Path) -> None:
 OTHER_PROCESS = """
 import sys
 from pathlib import Path
-from fmu_host import opened
+from support.fmu.fmu_host import opened
 
 with opened(Path(sys.argv[1])) as (host,):
     state = host.slave.deSerializeFMUstate(Path(sys.argv[2]).read_bytes())
@@ -98,9 +97,8 @@ def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -
     state = started.slave.getFMUstate()
     (tmp_path / "state").write_bytes(started.slave.serializeFMUstate(state))
     started.slave.freeFMUstate(state)
-    here = os.environ | {"PYTHONPATH": str(SUPPORT)}
     command = [sys.executable, "-c", OTHER_PROCESS, str(toy_fmu), str(tmp_path / "state")]
-    done = subprocess.run(command, env=here, capture_output=True, text=True, check=True)
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True)
     assert bytes.fromhex(done.stdout) == started.drive(10, 50).tobytes()
 
 

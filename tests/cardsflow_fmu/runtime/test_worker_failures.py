@@ -11,10 +11,10 @@ import time
 from pathlib import Path
 
 import pytest
-from cases import few
-from fmu_host import STEP, SUPPORT, refused
 from stubborn_model import CRASH, EXIT, HOLD, SLEEP, WELL
-from worker_host import (
+from support.cases import few
+from support.fmu.fmu_host import STEP, environment, refused
+from support.fmu.worker_host import (
     children,
     eventually,
     is_running,
@@ -36,7 +36,7 @@ KILLS = int(os.environ.get("CARDSFLOW_TEST_KILLS", "3"))
 HOST = """
 import sys
 from pathlib import Path
-from worker_host import load, put, start, value
+from support.fmu.worker_host import load, put, start, value
 host = load(Path(sys.argv[1]))
 host.slave.instantiate(callbacks=host.callbacks)
 start(host)
@@ -178,13 +178,12 @@ def test_free_leaves_nothing(stubborn_fmu: Path) -> None:
 
 def lonely_host(fmu: Path, action: int) -> subprocess.Popen[str]:
     """A host process of its own that prints the number of its worker, and then waits."""
-    paths = os.pathsep.join(path for path in sys.path if path)
     return subprocess.Popen(
         [sys.executable, "-c", HOST, str(fmu), str(action)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        env={**os.environ, "PYTHONPATH": paths},
+        env=environment(),
     )
 
 
@@ -196,7 +195,7 @@ def read_number(host: subprocess.Popen[str]) -> int:
 CLOSED = """
 import os, sys
 from pathlib import Path
-from worker_host import load, start, sums
+from support.fmu.worker_host import load, start, sums
 wanted = os.dup(1)
 for number in map(int, sys.argv[2]):
     os.close(number)
@@ -212,7 +211,6 @@ host.slave.freeInstance()
 def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)
-    here = os.environ | {"PYTHONPATH": str(SUPPORT)}
     command = [sys.executable, "-c", CLOSED, str(stubborn_fmu), closed]
-    done = subprocess.run(command, env=here, stdout=subprocess.PIPE, check=False)
+    done = subprocess.run(command, env=environment(), stdout=subprocess.PIPE, check=False)
     assert done.stdout.decode() == repr(expected)

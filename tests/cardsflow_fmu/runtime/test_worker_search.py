@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from fmu_host import cannot_open, opened, plain_run
+from support.fmu.fmu_host import cannot_open, opened, plain_run
 
 from cardsflow_fmu.version import __version__
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import fmpy.ssp
 import numpy as np
 import pytest
-from foreign_fmus import foreign_fmu
 from lxml import etree
+from support.fmu.foreign_fmus import foreign_fmu
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, build

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from robots import PLANAR_2R
+from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_studies import PLANAR, ROOT
+from support.small_studies import PLANAR, ROOT
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate

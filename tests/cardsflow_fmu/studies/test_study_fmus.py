@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cases import few
-from small_studies import PLANAR, ROOT, SHORT, one_thread, small_study
+from support.cases import few
+from support.small_studies import PLANAR, ROOT, SHORT, one_thread, small_study
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.studies import Study, run_study

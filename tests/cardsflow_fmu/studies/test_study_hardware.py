@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_studies import PLANAR, one_thread, small_study
+from support.small_studies import PLANAR, one_thread, small_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_studies import PLANAR
+from support.small_studies import PLANAR
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, Result

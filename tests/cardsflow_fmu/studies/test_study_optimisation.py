@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_designs import arm, via
-from small_studies import PLANAR, one_thread, small_study, write_study
+from support.designs.small_designs import arm, via
+from support.small_studies import PLANAR, one_thread, small_study, write_study
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.muscles.csv_writer import csv_text, imported, read_csv

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_studies import KP, ROOT, SHORT, small_study, write_study
+from support.small_studies import KP, ROOT, SHORT, small_study, write_study
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.studies import Study

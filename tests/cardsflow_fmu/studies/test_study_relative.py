@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_studies import ROOT, small_study
+from support.small_studies import ROOT, small_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_studies import one_thread, small_study, write_study
+from support.small_studies import one_thread, small_study, write_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cli.main import main

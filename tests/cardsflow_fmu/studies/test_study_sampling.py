@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_studies import small_study
+from support.small_studies import small_study
 
 from cardsflow_fmu.studies.definition.sampling import Run, expand, run_count, run_seed, sample
 from cardsflow_fmu.studies.definition.study import Study

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
-from small_studies import small_study
+from support.small_studies import small_study
 
 from cardsflow_fmu.studies.analysis.plots import histogram
 from cardsflow_fmu.studies.analysis.statistics import (

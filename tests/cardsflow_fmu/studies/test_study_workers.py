@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
-from deadly_runs import DEADLY, DeadlyExecutor
-from small_studies import one_thread, small_study, write_study
+from support.deadly_runs import DEADLY, DeadlyExecutor
+from support.small_studies import one_thread, small_study, write_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import Page, opened_browser
-from recorded import waving
-from robots import PLANAR_2R, planar_2r
+from support.browser import Page, opened_browser
+from support.recorded import waving
+from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run

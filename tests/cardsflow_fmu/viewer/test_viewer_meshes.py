@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Mesh, Pose, Robot
 from cardsflow_fmu.viewer import Motion, Stage

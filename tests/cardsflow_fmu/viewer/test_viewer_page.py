@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import Page, opened_browser
-from recorded import waving, with_columns
-from robots import EXAMPLES, planar_2r
+from support.browser import Page, opened_browser
+from support.recorded import waving, with_columns
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from cardsflow_fmu.viewer import Motion, Stage, motion_of

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from recorded import waving, with_columns
-from robots import EXAMPLES, planar_2r
+from support.recorded import waving, with_columns
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import InputError, Pose, WrapSurface, read_robot
 from cardsflow_fmu.simulation.result import SystemResult

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from browser import opened_browser
-from robots import PLANAR_2R
-from worlds import write_box_mesh
+from support.browser import opened_browser
+from support.robots.robots import PLANAR_2R
+from support.robots.worlds import write_box_mesh
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run

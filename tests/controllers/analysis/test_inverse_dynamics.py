@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, UnknownNameError, read_robot
 from controllers import ForceDistribution

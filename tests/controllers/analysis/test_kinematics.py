@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from robots import planar_2r
 from scipy.optimize import minimize
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, TaskFrame, TaskSet, read_robot
 from controllers.analysis.kinematics import forward_kinematics, inverse_kinematics

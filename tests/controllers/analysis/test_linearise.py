@@ -3,7 +3,7 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError
 from controllers import JointSpaceController

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from robots import planar_2r
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot
 from controllers.analysis.stiffness import stiffness, task_stiffness

@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from distribution_problems import HIGH, LOW, feasible, stacked
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
+from support.controllers.distribution_problems import HIGH, LOW, feasible, stacked
 
 from addin_sdfusion.robot import InputError
 from controllers.analysis.wrench_set import capacity_margin, has_wrench_closure, torque_margins

@@ -7,9 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cases import few
-from distribution_problems import HIGH, LOW, feasible, least_norm, stacked, vertices
 from scipy.optimize import linprog
+from support.cases import few
+from support.controllers.distribution_problems import (
+    HIGH,
+    LOW,
+    feasible,
+    least_norm,
+    stacked,
+    vertices,
+)
 
 from addin_sdfusion.robot import InputError
 from controllers.force_distribution.closed_form import (

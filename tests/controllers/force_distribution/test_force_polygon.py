@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from distribution_problems import HIGH, LOW, least_norm, stacked, vertices
+from support.controllers.distribution_problems import HIGH, LOW, least_norm, stacked, vertices
 
 from addin_sdfusion.robot import InputError
 from controllers.force_distribution.methods import distribute

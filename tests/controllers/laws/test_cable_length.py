@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from robots import PLANAR_2R, planar_2r
+from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.readers import read_trajectory

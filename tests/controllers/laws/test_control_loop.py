@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from arms import PointMass
+from support.robots.arms import PointMass
 
 from addin_sdfusion.robot import InputError
 from controllers import ControlLoop, JointSpaceController

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from arms import TwoLinkArm
-from robots import planar_2r
+from support.robots.arms import TwoLinkArm
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError
 from controllers import JointSpaceController

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import qpsolvers
-from arms import PointMass, TwoLinkArm
+from support.robots.arms import PointMass, TwoLinkArm
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers import OperationalSpaceController, Posture, ReactiveQPController

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from robots import EXAMPLES, planar_2r
-from torque_in_c import FAILED, SOFT, SOLVED, WRONG, TorqueInC
+from support.controllers.torque_in_c import FAILED, SOFT, SOLVED, WRONG, TorqueInC
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import Robot, TaskSet
 from cardsflow_fmu import Experiment

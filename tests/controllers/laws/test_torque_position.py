@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers import ControlLoop, JointSpaceController

@@ -5,8 +5,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-import qp_problems
-from qp_problems import FloatArray, at_bounds, feasible, infeasible, rank_deficient, reference
+from support.controllers import qp_problems
+from support.controllers.qp_problems import (
+    FloatArray,
+    at_bounds,
+    feasible,
+    infeasible,
+    rank_deficient,
+    reference,
+)
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from controllers.qp import dual_newton

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from robots import PLANAR_2R
+from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read_trajectory

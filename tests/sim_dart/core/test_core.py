@@ -6,9 +6,9 @@ import ctypes
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from robots import planar_2r
-from wrapped import sequences, wrapped_tree
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
+from support.robots.wrapped import sequences, wrapped_tree
 
 from addin_sdfusion.robot import CardsflowError
 from sim_dart.core.blob import compile_blob

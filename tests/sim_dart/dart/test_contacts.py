@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cases import few
-from worlds import SHAPES, G, let_run, pincers, shape, world_of
+from support.cases import few
+from support.robots.worlds import SHAPES, G, let_run, pincers, shape, world_of
 
 from addin_sdfusion.robot import Pose
 from addin_sdfusion.robot.model.rotations import rotation

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import random_robot
 from scipy.optimize import minimize
-from worlds import two_link_arm, write_box_mesh
+from support.robots.random_robots import random_robot
+from support.robots.worlds import two_link_arm, write_box_mesh
 
 from addin_sdfusion.robot import WORLD, CableSet, Link, Mesh, Muscle, Pose, Robot, ViaPoint
 from sim_dart.dart.interference import Interference, segment_distances

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from worlds import block, pincers, two_link_arm, write_box_mesh
+from support.robots.worlds import block, pincers, two_link_arm, write_box_mesh
 
 from addin_sdfusion.robot import InputError, Pose, UnknownNameError
 from addin_sdfusion.robot.mesh_files import mesh_file

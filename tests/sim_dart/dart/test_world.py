@@ -8,10 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from cases import few
-from random_robots import random_robot
-from robots import planar_2r
-from worlds import SHAPES, G, block, let_run, shape, two_link_arm, world_of, write_box_mesh
+from support.cases import few
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
+from support.robots.worlds import (
+    SHAPES,
+    G,
+    block,
+    let_run,
+    shape,
+    two_link_arm,
+    world_of,
+    write_box_mesh,
+)
 
 from addin_sdfusion.robot import (
     WORLD,

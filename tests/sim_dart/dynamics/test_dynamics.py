@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.mujoco_model import MujocoRobot
-from random_robots import random_robot
-from robots import planar_2r
+from support.oracles.mujoco_model import MujocoRobot
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import IDENTITY, Inertia, InputError, read_robot
 from sim_dart import CoreDynamics, DartDynamics, Plant

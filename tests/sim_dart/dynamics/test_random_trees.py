@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import few
-from oracles.mujoco_model import MujocoRobot
-from random_robots import random_state, random_tree
+from support.cases import few
+from support.oracles.mujoco_model import MujocoRobot
+from support.robots.random_robots import random_state, random_tree
 
 from sim_dart import CoreDynamics, DartDynamics, Plant, compile_blob
 from sim_dart.core.library import Core
@@ -76,7 +76,7 @@ def test_mujoco(first: int) -> None:
 @groups
 @pytest.mark.extra("pinocchio")
 def test_pinocchio(first: int) -> None:
-    from oracles.pinocchio_model import PinocchioRobot
+    from support.oracles.pinocchio_model import PinocchioRobot
 
     for seed in range(first, first + GROUP):
         robot = random_tree(seed)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, SOUND, Bench
+from support.robots.muscle_bench import HILL, SOUND, Bench
 
 pytestmark = pytest.mark.native
 

@@ -8,10 +8,10 @@ from typing import Any, get_args
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, Bench
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from support.robots.muscle_bench import HILL, Bench
 
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
 from sim_dart.muscles.laws import Curve, MuscleLaws

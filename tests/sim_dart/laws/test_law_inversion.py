@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, SOUND, Bench
+from support.robots.muscle_bench import HILL, SOUND, Bench
 
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
 

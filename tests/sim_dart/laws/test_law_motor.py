@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from muscle_bench import Bench
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from support.robots.muscle_bench import Bench
 
 from addin_sdfusion.robot import CableModel
 from addin_sdfusion.robot.model.tension_laws import PRESETS, law_parameters

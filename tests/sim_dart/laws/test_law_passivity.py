@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, SOUND, Bench
 from numpy.typing import NDArray
+from support.robots.muscle_bench import HILL, SOUND, Bench
 
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS, command_range, states_of
 from addin_sdfusion.robot.model.tension_laws import law_of as _law_of

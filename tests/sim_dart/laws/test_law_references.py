@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, Bench
+from support.robots.muscle_bench import HILL, Bench
 
 pytestmark = pytest.mark.native
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from muscle_bench import SOUND, Bench, slider
-from random_robots import random_robot
+from support.robots.muscle_bench import SOUND, Bench, slider
+from support.robots.random_robots import random_robot
 
 from addin_sdfusion.robot import CableModel, Robot, check
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS

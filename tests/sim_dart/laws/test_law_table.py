@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, SOUND, Bench, slider
+from support.robots.muscle_bench import HILL, SOUND, Bench, slider
 
 from addin_sdfusion.robot import CableModel, CardsflowError, InputError, UnknownNameError
 from addin_sdfusion.robot.model.muscle import CableKind

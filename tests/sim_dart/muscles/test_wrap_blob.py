@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from wrapped import base_pulley, carriage
+from support.robots.wrapped import base_pulley, carriage
 
 from addin_sdfusion.robot import WORLD, CardsflowError, Muscle, ViaPoint, Wrap, WrapSurface
 from sim_dart.core.blob import compile_blob

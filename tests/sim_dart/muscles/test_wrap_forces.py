@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from random_robots import random_robot
-from robots import chain, planar_2r
-from wrapped import base_pulley, sequences, single_wraps, wrapped_tree
+from support.robots.random_robots import random_robot
+from support.robots.robots import chain, planar_2r
+from support.robots.wrapped import base_pulley, sequences, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import WORLD, Robot, WrapSurface
 from sim_dart import MusclePaths

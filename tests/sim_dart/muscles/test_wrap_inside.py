@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from oracles.mujoco_wraps import MujocoWraps
-from random_robots import random_robot
 from scipy.optimize import minimize
-from wrapped import FAR, carriage, single_wraps, wrapped_tree
+from support.oracles.mujoco_wraps import MujocoWraps
+from support.robots.random_robots import random_robot
+from support.robots.wrapped import FAR, carriage, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from sim_dart import MusclePaths

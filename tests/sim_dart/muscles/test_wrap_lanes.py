@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from wrapped import FAR, carriage, single_wraps
+from support.robots.wrapped import FAR, carriage, single_wraps
 
 from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint, Wrap, WrapSurface
 from addin_sdfusion.robot.model.muscle import WrapShape

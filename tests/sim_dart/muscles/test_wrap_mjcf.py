@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from wrapped import single_wraps
+from support.robots.wrapped import single_wraps
 
 from addin_sdfusion.robot import WrapSurface
 from addin_sdfusion.robot.model.rotations import apply, inverse

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from wrapped import FAR, base_pulley, carriage, vector
+from support.robots.wrapped import FAR, base_pulley, carriage, vector
 
 from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint
 from sim_dart import MusclePaths

@@ -8,9 +8,9 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from cases import few
 from scipy.optimize import minimize
-from wrapped import FAR, carriage, sequences
+from support.cases import few
+from support.robots.wrapped import FAR, carriage, sequences
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from sim_dart import MusclePaths

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from oracles.mujoco_wraps import MujocoWraps
-from wrapped import FAR, carriage, single_wraps
+from support.oracles.mujoco_wraps import MujocoWraps
+from support.robots.wrapped import FAR, carriage, single_wraps
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from addin_sdfusion.robot.model.rotations import rotation

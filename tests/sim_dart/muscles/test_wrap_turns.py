@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wrapped import carriage
+from support.robots.wrapped import carriage
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from sim_dart import MusclePaths

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import few
-from random_robots import random_robot, random_state, random_tree
-from robots import planar_2r
+from support.cases import few
+from support.robots.random_robots import random_robot, random_state, random_tree
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError, UnknownNameError
 from addin_sdfusion.robot.model.muscle import CableModel

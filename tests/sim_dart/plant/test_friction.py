@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from random_robots import random_tree
-from robots import chain, planar_2r
+from support.robots.random_robots import random_tree
+from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,

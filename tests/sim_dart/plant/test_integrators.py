@@ -11,10 +11,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from oracles.mujoco_model import MujocoRobot
-from random_robots import random_robot
-from robots import EXAMPLES, planar_2r
 from scipy.integrate import solve_ivp
+from support.oracles.mujoco_model import MujocoRobot
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,

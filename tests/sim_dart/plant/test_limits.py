@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_robots import random_tree
-from robots import planar_2r
 from scipy.optimize import lsq_linear
+from support.robots.random_robots import random_tree
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Robot
 from sim_dart import CoreDynamics, Plant

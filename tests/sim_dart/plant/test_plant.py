@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from robots import chain, planar_2r
+from support.robots.random_robots import random_robot
+from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, RobotError, SimulationError, TaskFrame, TaskSet
 from sim_dart import DartDynamics, Plant

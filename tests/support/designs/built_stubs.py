@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Finding, Pose, Robot
 from addin_sdfusion.robot.model.robot import WORLD

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from design_strategies import mass_of
 
 from addin_sdfusion.snapshot import (
     BodySnapshot,
@@ -18,6 +17,8 @@ from addin_sdfusion.snapshot import (
     OccurrenceSnapshot,
     PointSnapshot,
 )
+
+from .design_strategies import mass_of
 
 Z = (0.0, 0.0, 1.0)
 

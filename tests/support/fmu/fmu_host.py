@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import subprocess
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -13,7 +15,6 @@ from typing import NamedTuple
 import fmpy
 import numpy as np
 import pytest
-from fmi3_host import FMU3SlaveAs2
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from toy_model import PORTS, REFERENCES, ToyModel
@@ -22,10 +23,17 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.model import FloatArray
 
+from .fmi3_host import FMU3SlaveAs2
+
 SUPPORT = Path(__file__).parent
 """The folder of the models and hosts of the tests."""
 STEP = 1e-3
 OUTPUTS = [REFERENCES[name] for name in ("x", "v", "work")]
+
+
+def environment() -> dict[str, str]:
+    """Variables with which other Python processes find what this one finds."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
 
 
 class Message(NamedTuple):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import fmpy
-from fmu_host import load
+
+from .fmu_host import load
 
 
 def check_states_repeat(file: Path, folder: Path, step: float) -> None:

@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import fmpy
-from fmu_host import STEP, Host, load
 from stubborn_model import PORTS, REFERENCES, StubbornModel
 
 from cardsflow_fmu.fmu.writer import write_fmu
+
+from .fmu_host import STEP, Host, load
 
 
 def unpack_stubborn(folder: Path, factor: float = 1.0, name: str = "stubborn") -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from targets import Target, run_program
+from .targets import Target, run_program
 
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "1000"))
 BATCH = 5000

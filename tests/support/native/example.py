@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from vector_file import law_arrays
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.reference import make_reference
@@ -14,6 +13,8 @@ from controllers.qp.dual_newton import library
 from sim_dart import compile_blob
 from sim_dart.core.library import library as core_library
 from sim_dart.core.tasks import task_rows
+
+from .vector_file import law_arrays
 
 
 def write_example(path: Path, experiment: Experiment, *, single: bool = False) -> int:

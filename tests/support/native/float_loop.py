@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from example import write_example
 from numpy.typing import NDArray
-from precision import Precision
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.reference import make_reference
 from sim_dart import DartDynamics, Plant
+
+from .example import write_example
+from .precision import Precision
 
 FloatArray = NDArray[np.float64]
 SOLVED, SOFT = 0, 1

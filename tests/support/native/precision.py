@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
-from targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, environment, single_flags
 
 from addin_sdfusion.robot import Robot
 from sim_dart import compile_blob
+
+from .targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, environment, single_flags
 
 Array = NDArray[Any]
 GCC = Target(["gcc", "-O2"])

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from vector_file import HEAD
 
 from controllers.qp.dual_newton import library as control_library
 from sim_dart.core.library import Core
 from sim_dart.core.library import library as core_library
+
+from .vector_file import HEAD
 
 FloatArray = NDArray[np.float64]
 _NUMBERS = ctypes.POINTER(ctypes.c_double)

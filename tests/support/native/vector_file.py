@@ -23,9 +23,9 @@ from pathlib import Path
 import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike
-from oracles.mujoco_model import MujocoRobot
-from random_robots import random_robot
-from robots import EXAMPLES
+from support.oracles.mujoco_model import MujocoRobot
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import Robot, TaskFrame, TaskSet
 from cardsflow_fmu import Experiment

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from random_robots import inertias, robots
+from support.robots.random_robots import inertias, robots
 
 from addin_sdfusion.robot import (
     WORLD,

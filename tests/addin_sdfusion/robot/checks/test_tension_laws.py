@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, SOUND, slider
+from support.robots.muscle_bench import HILL, SOUND, slider
 
 from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
 from addin_sdfusion.muscles.csv_reader import read_csv

@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import angles, poses, vectors
+from support.robots.random_robots import angles, poses, vectors
 
 from addin_sdfusion.robot import IDENTITY, Pose
 from addin_sdfusion.robot.model.rotations import (

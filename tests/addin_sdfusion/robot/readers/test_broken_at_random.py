@@ -17,7 +17,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from cases import few
+from support.cases import few
 
 from addin_sdfusion.robot import (
     BasePulley,

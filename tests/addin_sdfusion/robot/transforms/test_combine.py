@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from random_robots import random_robot
-from robots import planar_2r
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,

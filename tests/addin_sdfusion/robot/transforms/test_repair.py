@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import inertias, vectors
+from support.robots.random_robots import inertias, vectors
 
 from addin_sdfusion.robot import Inertia, Link, Pose, Robot, RobotError, Subject, read_robot
 from addin_sdfusion.robot.checks.masses import density_matrix, positive_semidefinite

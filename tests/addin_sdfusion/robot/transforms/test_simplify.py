@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_robots import random_robot
+from support.robots.random_robots import random_robot
 
 from addin_sdfusion.robot import (
     IDENTITY,

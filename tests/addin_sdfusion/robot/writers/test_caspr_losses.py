@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from robots import planar_2r
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from muscle_bench import HILL, Bench, slider
+from support.robots.muscle_bench import HILL, Bench, slider
 
 from addin_sdfusion.robot import check
 from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import numbers, robots
+from support.robots.random_robots import numbers, robots
 
 from addin_sdfusion.robot import (
     InputError,

@@ -6,9 +6,9 @@ import shutil
 import subprocess
 
 import pytest
-from every_joint import every_joint
-from random_robots import random_robot
-from robots import planar_2r
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import random_robot
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot, sdf_losses, write_sdf
 

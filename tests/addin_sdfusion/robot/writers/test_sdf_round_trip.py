@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 import dartpy
 import numpy as np
 import pytest
-from every_joint import every_joint
 from hypothesis import given
 from hypothesis import strategies as st
-from random_robots import axes, names, poses, robots
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import axes, names, poses, robots
 
 from addin_sdfusion.robot import (
     WORLD,

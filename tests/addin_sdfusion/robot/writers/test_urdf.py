@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import dartpy
 import numpy as np
 import pytest
-from every_joint import every_joint
 from hypothesis import given
-from random_robots import random_robot, robots
-from robots import planar_2r
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import random_robot, robots
+from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,
