@@ -23,6 +23,9 @@ class InputError(CardsflowError):
         file: The file concerned.
         line: The line in that file, counted from 1.
         key: The key concerned, such as `controller.period`.
+
+    Attributes:
+        more: What else is wrong with the same file.
     """
 
     def __init__(
@@ -37,15 +40,16 @@ class InputError(CardsflowError):
         self.file = None if file is None else Path(file)
         self.line = line
         self.key = key
+        self.more: tuple[InputError, ...] = ()
         super().__init__(what)
 
     def __str__(self) -> str:
-        """The message in one line, led by the place."""
+        """The message, led by the place; a line for each thing that is wrong."""
         place = "" if self.file is None else str(self.file)
         if place and self.line is not None:
             place += f":{self.line}"
         parts = [part for part in (place, self.key, self.what) if part]
-        return ": ".join(parts)
+        return "\n".join([": ".join(parts), *map(str, self.more)])
 
 
 class UnknownNameError(InputError):

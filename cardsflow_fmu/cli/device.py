@@ -9,7 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +18,10 @@ from addin_sdfusion.robot import InputError
 from .common import FAILED, GOOD, Commands, add_settings, settings_of
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+    from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, SensorSettings
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.hardware.emulator.faults import FaultyLine
-    from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
@@ -131,7 +130,7 @@ def _device(options: argparse.Namespace) -> int:
 
     robot, settings = _emulated(options)
     if options.watchdog is not None:
-        settings = replace(settings, watchdog=options.watchdog * 1e-3)
+        settings = settings.replaced(watchdog=options.watchdog * 1e-3)
     device = device_of(robot, settings, _key(options, settings.key_file))
     _serve(device, options)
     return FAILED if device.counters["faults"] else GOOD
@@ -140,7 +139,7 @@ def _device(options: argparse.Namespace) -> int:
 def _emulated(options: argparse.Namespace) -> tuple[EmulatedRobot, HardwareSettings]:
     """The robot of an experiment or of a robot's files, and the settings of its hardware."""
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+    from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 
     thing, lag, sensors = options.thing, options.motor_lag * 1e-3, _sensors(options)
@@ -162,14 +161,14 @@ def _emulated(options: argparse.Namespace) -> tuple[EmulatedRobot, HardwareSetti
 
 
 def _sensors(options: argparse.Namespace) -> SensorSettings:
-    from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
+    from cardsflow_fmu.experiment.settings.hardware import SensorSettings
 
     counts = options.encoder
     if not counts > 0:
         raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
+    keys = ("joint_counts", "length_counts") if math.isfinite(counts) else ()
     return SensorSettings(
-        joint_counts=counts,
-        length_counts=counts,
+        **dict.fromkeys(keys, counts),
         noise=options.noise,
         differences=options.differences or not math.isinf(counts),
         seed=options.seed,
@@ -264,7 +263,8 @@ def _lines(totals: Mapping[str, Any], place: str = "") -> list[str]:
 
 def _faulty_line(device: Device, options: argparse.Namespace) -> FaultyLine | None:
     """The line to the device; None without faults."""
-    from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyLine
+    from cardsflow_fmu.experiment.settings.hardware import Faults
+    from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 
     faults = Faults(
         loss=options.loss,

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from typing import Any
 
-from cardsflow_fmu.config.schema import Form
-from cardsflow_fmu.experiment.schema import EXPERIMENT
+from cardsflow_fmu.config.schema import json_schema
+from cardsflow_fmu.config.table import Table
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -20,16 +18,14 @@ def schema(kind: str = "experiment") -> dict[str, Any]:
     Args:
         kind: `experiment` or `study`.
     """
-    whole = {"$schema": DIALECT, "title": f"{kind}.toml"}
+    return {"$schema": DIALECT, "title": f"{kind}.toml", **json_schema(_tables(kind))}
+
+
+def _tables(kind: str) -> type[Table]:
     if kind == "study":
-        from cardsflow_fmu.studies.definition.schema import STUDY
+        from cardsflow_fmu.studies.definition.tables import StudyTables
 
-        return whole | _plain(STUDY)
-    one = {"oneOf": [{"required": ["robot"]}, {"required": ["robots"]}]}
-    return whole | _plain(EXPERIMENT) | one
+        return StudyTables
+    from cardsflow_fmu.experiment.settings.file import ExperimentTables
 
-
-def _plain(form: Form) -> dict[str, Any]:
-    """A form as JSON holds it: lists for tuples, tables of its own."""
-    plain: Mapping[str, Any] = json.loads(json.dumps(form))
-    return dict(plain)
+    return ExperimentTables

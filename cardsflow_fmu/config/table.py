@@ -1,248 +1,274 @@
-"""Reading a table of settings: typed, complete, and with errors that name file and key."""
+"""Tables of settings: pydantic models that are record, check, documentation and schema."""
 
 from __future__ import annotations
 
-import difflib
+import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    Strict,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.utils.multiples import whole_steps
 
-from .key_path import EVERY_OTHER, PathError
-from .schema import ANYTHING, Form, form_at, item_of, keys_of
+from .messages import SettingError, explained
+from .names import Names
 
-MOST_STEPS = 10_000_000
-_REQUIRED = object()
+T = TypeVar("T", bound="Table")
 
 
-class Table:
-    """A table of settings, read key by key; `close` refuses what was not read.
+@dataclass(frozen=True)
+class Context:
+    """What a table is read with.
 
-    Args:
-        data: The table.
-        file: Where it comes from.
-        path: Its own key, such as `controller`; empty for the whole file.
-        form: What it may hold; nothing else can be read.
+    Attributes:
+        file: Where the table comes from; paths in it are relative to its folder.
+        names: The names that settings by name are for, by their key in `each`; None where the
+            robot is not known yet, and only the form of settings by name is checked.
+        defaults: Defaults that other tables give, by the setting.
     """
 
-    def __init__(
-        self, data: Mapping[str, Any], file: Path, path: str = "", form: Form = ANYTHING
-    ) -> None:
-        self._data = data
-        self._form = form
-        self._read: list[str] = []
-        self.file = file
-        self.path = path
+    file: Path
+    names: Mapping[str, Names] | None = None
+    defaults: Mapping[str, Any] = field(default_factory=dict)
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is given, or the table is absent."""
-        return not self._data
 
-    def __contains__(self, key: str) -> bool:
-        return key in self._data
+class Table(BaseModel):
+    """A table of settings; frozen.
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._data)
+    Unknown keys, values of other types and numbers that are not finite are refused. Lists of TOML
+    become tuples.
 
-    def key(self, key: str) -> str:
-        """The full key, such as `controller.kp`."""
-        return f"{self.path}.{key}" if self.path else key
+    Raises:
+        InputError: Something in it is wrong; the message names all of it, a line each.
+    """
 
-    def error(self, key: str, what: str) -> InputError:
-        """An error about a key of this table."""
-        return InputError(what, file=self.file, key=self.key(key))
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True
+    )
 
-    def unknown(self, key: str, kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
-        """An error about a name that does not exist."""
-        return UnknownNameError(kind, name, known, file=self.file, key=self.key(key))
+    def __init__(self, **settings: Any) -> None:
+        try:
+            super().__init__(**settings)
+        except ValidationError as error:
+            raise explained(error, type(self)) from None
 
-    def close(self) -> None:
-        """Refuse keys that nothing has read.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # tables inside go by it
 
-        Raises:
-            UnknownNameError: There is one; the message names the nearest known.
-        """
-        for key in self._data:
-            if key not in self._read:
-                raise self.unknown(key, "key", key, dict.fromkeys(self._read))
+    @classmethod
+    def read(cls, data: Any, context: Context, key: str = "") -> Self:
+        """The table from plain data.
 
-    def _hint(self, key: str) -> str:
-        """The key that may have been meant for a missing one."""
-        near = difflib.get_close_matches(key, self._data, n=1, cutoff=0.5)
-        return f"; is {near[0]!r} meant to be it?" if near else ""
-
-    def value(self, key: str, default: Any = _REQUIRED) -> Any:
-        """The raw value."""
-        assert form_at(self._form, key) is not None, f"{self.key(key)} has no form"
-        self._read.append(key)
-        if key in self._data:
-            return self._data[key]
-        if default is _REQUIRED:
-            raise self.error(key, f"missing{self._hint(key)}")
-        return default
-
-    def table(self, key: str) -> Table:
-        """A table in this one; empty when absent."""
-        data = self.value(key, {})
-        if not isinstance(data, dict):
-            raise self.error(key, f"must be a table, not {data!r}")
-        return Table(data, self.file, self.key(key), form_at(self._form, key) or ANYTHING)
-
-    def element(self, key: str, index: int, row: Mapping[str, Any]) -> Table:
-        """A table of a list in this one."""
-        form = item_of(form_at(self._form, key) or ANYTHING)
-        return Table(row, self.file, self.key(f"{key}[{index}]"), form)
-
-    def refuse_unknown(self) -> None:
-        """Refuse keys that the form does not have, here and in all tables inside.
+        Args:
+            data: As TOML or JSON gives it.
+            context: What it is read with.
+            key: Its full key, for messages; empty for a whole file.
 
         Raises:
-            UnknownNameError: There is one; the message names the nearest known.
+            InputError: Something in it is wrong; file and full key are named.
         """
-        for key, value in self._data.items():
-            form = form_at(self._form, key)
-            if form is None:
-                raise self.unknown(key, "key", key, keys_of(self._form))
-            if isinstance(value, dict):
-                Table(value, self.file, self.key(key), form).refuse_unknown()
-            elif isinstance(value, list):
-                for index, row in enumerate(value):
-                    if isinstance(row, dict):
-                        self.element(key, index, row).refuse_unknown()
+        try:
+            return cls.model_validate(data, context=context)
+        except ValidationError as error:
+            raise explained(error, cls, context.file, key) from None
 
-    def text(self, key: str, default: Any = _REQUIRED) -> str:
-        """A text that is not empty where it is given."""
-        text = self.value(key, default)
-        given = key in self._data
-        if not isinstance(text, str) or (given and not text):
-            raise self.error(key, f"must be a text, not {text!r}")
-        return text
+    def replaced(self, **changes: Any) -> Self:
+        """A copy with other values; not checked."""
+        return self.model_copy(update=changes)
 
-    def choice(self, key: str, kind: str, known: Sequence[str], default: Any = _REQUIRED) -> str:
-        """One of several texts."""
-        text = self.text(key, default)
-        if text not in known:
-            raise self.unknown(key, kind, text, known)
-        return text
+    def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
+        """The table as plain data, which reads back as the same.
 
-    def number(self, key: str, default: Any = _REQUIRED) -> float:
-        """A finite number."""
-        return self._finite(key, self.value(key, default))
+        Args:
+            leave_out: Keys to leave out, beside those without a value or with an infinite one.
+        """
+        fields = type(self).model_fields
+        values = {own.alias or name: getattr(self, name) for name, own in fields.items()}
+        return {
+            key: plain(value)
+            for key, value in values.items()
+            if key not in leave_out and value is not None and value != math.inf
+        }
 
-    def positive(self, key: str, default: Any = _REQUIRED) -> float:
-        """A finite number above 0."""
-        number = self.number(key, default)
-        if number <= 0:
-            raise self.error(key, f"must be above 0, not {number!r}")
-        return number
+    def require_only(self, allowed: Iterable[str]) -> None:
+        """Refuse keys that mean nothing beside the others that are given.
 
-    def numbers(self, key: str, count: int, default: Any = _REQUIRED) -> tuple[float, ...]:
-        """A list of finite numbers."""
-        values = self.value(key, default)
-        if not isinstance(values, list | tuple) or len(values) != count:
-            raise self.error(key, f"must be a list of {count} numbers, not {values!r}")
-        return tuple(self._finite(key, value) for value in values)
+        Args:
+            allowed: Keys that mean something.
 
-    def flag(self, key: str, default: Any = _REQUIRED) -> bool:
-        """True or false."""
-        value = self.value(key, default)
-        if not isinstance(value, bool):
-            raise self.error(key, f"must be true or false, not {value!r}")
+        Raises:
+            SettingError: There are others.
+        """
+        if errors := self.meaningless(allowed):
+            raise SettingError(*errors)
+
+    def meaningless(self, allowed: Iterable[str]) -> list[InputError]:
+        """An error for each key that is given and is none of those allowed."""
+        known = list(allowed)
+        given = [key for key in type(self).model_fields if key in self.model_fields_set]
+        return [UnknownNameError("key", k, known, key=k) for k in given if k not in known]
+
+
+def checked(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
+    """A value of a kind, as tables hold it.
+
+    Args:
+        kind: Its type, as of a table's key.
+        value: The value.
+        key: Its full key, for messages.
+        file: Where it is given.
+
+    Raises:
+        InputError: It is none.
+    """
+    try:
+        return _adapter(kind).validate_python(value)
+    except ValidationError as error:
+        raise explained(error, Table, file, key) from None
+
+
+@functools.cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind, config=ConfigDict(strict=True, allow_inf_nan=False))
+
+
+@functools.cache
+def numbers(count: int) -> Any:
+    """The type of a list of so many numbers."""
+    return Annotated[tuple[float, ...], Numbers(count)]
+
+
+def plain(value: Any) -> Any:
+    """A value of a table as JSON and TOML have it."""
+    if isinstance(value, Table):
+        return value.data()
+    if isinstance(value, tuple):
+        return [plain(each) for each in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def setting(
+    meaning: str, default: Any = ..., *, alias: str | None = None, kind: str | None = None
+) -> Any:
+    """A key of a table.
+
+    Args:
+        meaning: For people, with the unit.
+        default: Of the key; none where it must be given. With None or an empty text it may
+            be left out, and what that means is for the table's owner to say.
+        alias: The key, where the attribute has another name.
+        kind: Of a choice, what is chosen, for messages; the key where it is None.
+    """
+    checked = default not in (None, "", math.inf)
+    return Field(default, description=meaning, alias=alias, title=kind, validate_default=checked)
+
+
+def _whole(value: Any) -> Any:
+    """Numbers without a fraction count as whole ones."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return value
+    number = float(value) if abs(value) < 1e300 else math.inf
+    return int(number) if number.is_integer() else number
 
-    def whole(self, key: str, default: Any = _REQUIRED) -> int:
-        """A whole number."""
-        number = self.number(key, default)
-        if number != int(number):
-            raise self.error(key, f"must be a whole number, not {number!r}")
-        return int(number)
 
-    def multiple(
-        self, key: str, time: float, step: float, what: str, *, blame: str | None = None
-    ) -> None:
-        """Refuse a time that is no whole multiple of a step, and more steps than memory has rows.
+def _path(value: Any, info: ValidationInfo) -> Path:
+    if isinstance(value, Path):
+        return value
+    if not isinstance(value, str) or not value:
+        raise SettingError(f"must be a text, not {value!r}")
+    return info.context.file.parent / value if info.context else Path(value)
 
-        Args:
-            key: Where the time comes from.
-            time: In [s].
-            step: In [s].
-            what: What the step is, for the message.
-            blame: The full key that the message names; that of the time when None.
-        """
-        try:
-            steps = whole_steps(time, step, what)
-        except InputError as error:
-            raise InputError(error.what, file=self.file, key=blame or self.key(key)) from None
-        if steps > MOST_STEPS:
-            raise self.error(key, f"{steps:g} steps are more than a run can hold (10 million)")
 
-    def by_name(
-        self,
-        key: str,
-        kind: str,
-        names: Sequence[str],
-        default: Any = _REQUIRED,
-        groups: Mapping[str, Sequence[str]] | None = None,
-    ) -> tuple[float, ...]:
-        """A number for every name: one number for all, a list in order, or a table by name.
+def _fraction(value: float) -> float:
+    if not 0 <= value <= 1:
+        raise SettingError(f"must be from 0 to 1, not {value!r}")
+    return value
 
-        In a table, `*` stands for all names that it leaves out.
 
-        Args:
-            key: The key.
-            kind: What the names name, for messages.
-            names: The names, in order.
-            default: A number or sequence for names that a table leaves out.
-            groups: Names that stand for several of the names.
-        """
-        values = self.value(key, default)
-        if not isinstance(values, dict):
-            if not isinstance(values, list | tuple):
-                values = [values] * len(names)
-            if len(values) != len(names):
-                raise self.error(key, f"must have {len(names)} numbers, one for each {kind}")
-            return tuple(self._finite(key, value) for value in values)
-        table = Table(values, self.file, self.key(key))
-        together = {**(groups or {}), EVERY_OTHER: names}
-        spread: dict[str, Any] = {}
-        for name, value in values.items():
-            members = [name] if name in names else together.get(name)
-            if members is None:
-                raise table.unknown(name, kind, name, [*(groups or {}), *names])
-            if name == EVERY_OTHER:
-                spread = dict.fromkeys(members, value) | spread
-            else:
-                spread |= {member: values.get(member, value) for member in members}
-        table = Table(spread, self.file, self.key(key))
-        defaults = dict(zip(names, self._defaults(default, len(names)), strict=True))
-        return tuple(table.number(name, defaults[name]) for name in names)
+class _File:
+    """Of a path: relative to the file that it stands in."""
 
-    def tables(self, names: Sequence[str], kind: str) -> Iterator[tuple[int, Table]]:
-        """The tables of this one, each under one of the names, with the name's index."""
-        for name in self._data:
-            if name not in names:
-                raise self.unknown(name, kind, name, names)
-            yield names.index(name), self.table(name)
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(_path)
 
-    @staticmethod
-    def _defaults(default: Any, count: int) -> Sequence[Any]:
-        if isinstance(default, list | tuple):
-            return default
-        return [default] * count
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
+        return {"type": "string", "minLength": 1}
 
-    def _finite(self, key: str, value: Any) -> float:
-        if isinstance(value, dict):
-            raise PathError("is one number, no table", file=self.file, key=self.key(key))
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(key, f"must be a number, not {value!r}")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            raise self.error(key, f"must be a finite number, not {number!r}")
-        return number
+
+class Numbers:
+    """Of a tuple: so many numbers, or names, in a list."""
+
+    def __init__(self, count: int, what: str = "numbers") -> None:
+        self._count, self._what = count, what
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self._listed, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
+        count, item = self._count, {"type": "number" if self._what == "numbers" else "string"}
+        return {"type": "array", "items": item, "minItems": count, "maxItems": count}
+
+    def _listed(self, value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list | tuple) or len(value) != self._count:
+            raise SettingError(f"must be a list of {self._count} {self._what}, not {value!r}")
+        return tuple(value)
+
+
+class Short:
+    """Of a table or a list: values that stand for one.
+
+    Args:
+        written_out: What a value stands for; the value itself where it is none of these.
+        schema: Of these values.
+    """
+
+    def __init__(self, written_out: Callable[[Any], Any], schema: Mapping[str, Any]) -> None:
+        self._written_out, self._schema = written_out, schema
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self._written_out, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
+        inner = handler(schema["schema"])
+        return {"anyOf": [self._schema, *inner.get("anyOf", [inner])]}
+
+
+OR_FALSE = Short(lambda value: None if value is False else value, {"const": False})
+"""Of what may be None: false for nothing."""
+
+Positive = Annotated[float, Field(gt=0)]
+FromZero = Annotated[float, Field(ge=0)]
+Fraction = Annotated[
+    float,
+    AfterValidator(_fraction),
+    WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1}),
+]
+Whole = Annotated[int, BeforeValidator(_whole)]
+Text = Annotated[str, Field(min_length=1)]
+File = Annotated[Path, _File()]
+Vector3 = Annotated[tuple[float, float, float], Numbers(3)]
+Pair = Annotated[tuple[float, float], Numbers(2)]
+Listed = Strict(False)
+"""Of a tuple: a list in the file."""

@@ -13,11 +13,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import Robot, TaskSet
+from addin_sdfusion.robot import InputError, Robot, TaskSet, UnknownNameError
 from cardsflow_fmu.config.key_path import PathError, indexed
-from cardsflow_fmu.config.table import Table
+from cardsflow_fmu.config.messages import joined
+from cardsflow_fmu.config.table import Text, Whole, checked, numbers
 
 KINDS = {
     "links": "link",
@@ -35,39 +37,30 @@ ALIASES = {"points": "via_points"}
 _FIXED = ("name", "motions")  # what other parts, and the order of the coordinates, rest on
 
 
-def read_changes(table: Table) -> dict[str, Any]:
-    """The tables of changes that stand in [robot], as they are given.
-
-    Args:
-        table: The table [robot].
-
-    Raises:
-        InputError: One is no table.
-    """
-    given = {kind: table.table(kind) for kind in KINDS}
-    return {kind: table.value(kind) for kind, changes in given.items() if not changes.is_empty}
-
-
-def changed_robot(robot: Robot, changes: Mapping[str, Any], table: Table) -> Robot:
-    """The robot with the changes; not checked.
+def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: str) -> Robot:
+    """The robot with other numbers, vectors and attachments; not checked.
 
     Args:
         robot: The robot, with the cable set and the operational space that count.
-        changes: From `read_changes`.
-        table: The table [robot], for messages.
+        overrides: By kind of part, its name, and its field.
+        file: The experiment, for messages.
+        key: The full key of the table [robot].
 
     Raises:
-        UnknownNameError: A change is for something that does not exist; the nearest is named.
+        UnknownNameError: One is for something that does not exist; the nearest is named.
         InputError: A value does not fit the one that it is for.
     """
-    for kind, parts in changes.items():
-        items = getattr(robot, kind)
-        inner = Table(parts, table.file, table.key(kind))
-        changed = {
-            index: _changed(items[index], part)
-            for index, part in inner.tables([item.name for item in items], KINDS[kind])
-        }
-        robot = _with(robot, kind, [changed.get(i, item) for i, item in enumerate(items)])
+    try:
+        for kind, parts in overrides.items():
+            items = {item.name: item for item in getattr(robot, kind)}
+            for name, fields in parts.items():
+                if name not in items:
+                    raise UnknownNameError(KINDS[kind], name, items, key=f"{kind}.{name}")
+                items[name] = _changed(items[name], fields, f"{kind}.{name}")
+            robot = _with(robot, kind, list(items.values()))
+    except InputError as error:
+        error.file, error.key = file, joined(key, error.key)
+        raise
     return robot
 
 
@@ -90,60 +83,55 @@ def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
     return replace(robot, **whole)
 
 
-def _changed(item: Any, table: Table) -> Any:
-    """A part of the robot with the changes that a table holds."""
+def _changed(item: Any, fields: Any, key: str) -> Any:
+    """A part of the robot with other fields."""
     known = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
     for fixed in _FIXED:
         known.pop(fixed, None)
-    fields = dict(known)
-    for key in table:
-        name, index = indexed(key)
-        name = ALIASES.get(name, name)
+    changed = dict(known)
+    for field, new in checked(dict[str, Any], fields, key).items():
+        name, index = indexed(field)
+        name, at = ALIASES.get(name, name), f"{key}.{field}"
         if name not in known:
             names = [next((a for a, n in ALIASES.items() if n == k), k) for k in known]
-            raise table.unknown(key, "field", key, names)
-        new = _value if index is None else _element
-        fields[name] = new(fields[name], table, key)
-    return replace(item, **fields)
+            raise UnknownNameError("field", field, names, key=at)
+        old = changed[name]
+        changed[name] = _value(old, new, at) if index is None else _element(old, index, new, at)
+    return replace(item, **changed)
 
 
-def _element(old: Any, table: Table, key: str) -> Any:
-    """A row with another element, where the key has an index."""
-    _, index = indexed(key)
-    assert index is not None
+def _element(old: Any, index: int, new: Any, key: str) -> Any:
+    """A row with another element."""
     if not isinstance(old, tuple) or index >= len(old):
         size = len(old) if isinstance(old, tuple) else "no"
-        raise _no_way(table, key, f"has {size} elements, counted from 0")
-    return (*old[:index], _value(old[index], table, key), *old[index + 1 :])
+        raise PathError(f"has {size} elements, counted from 0", key=key)
+    return (*old[:index], _value(old[index], new, key), *old[index + 1 :])
 
 
-def _value(old: Any, table: Table, key: str) -> Any:
+def _value(old: Any, new: Any, key: str) -> Any:
     """The new value, of the kind that the old one is of."""
     if dataclasses.is_dataclass(old):
-        return _changed(old, table.table(key))
+        return _changed(old, new, key)
     if isinstance(old, bool):
-        return table.flag(key)
+        return checked(bool, new, key)
     if isinstance(old, int):
-        return table.whole(key)
+        return checked(Whole, new, key)
     if isinstance(old, float):
-        return table.number(key)
+        return checked(float, new, key)
     if isinstance(old, str):
-        return table.text(key)
+        return checked(Text, new, key)
     if isinstance(old, tuple) and old and all(isinstance(x, int | float) for x in old):
-        return table.numbers(key, len(old))
+        return checked(numbers(len(old)), new, key)
     if is_parameters(old):
-        given = table.table(key)
+        given = checked(dict[str, Any], new, key)
         for name in given:
             if name not in dict(old):
-                raise given.unknown(name, "parameter", name, dict(old))
-        return tuple((name, _value(x, given, name) if name in given else x) for name, x in old)
+                raise UnknownNameError("parameter", name, dict(old), key=f"{key}.{name}")
+        return tuple((n, _value(x, given[n], f"{key}.{n}") if n in given else x) for n, x in old)
     if isinstance(old, tuple) and old:
-        raise _no_way(table, key, f"is a row: say which one, such as {key}[0]")
-    raise _no_way(table, key, f"{old!r} cannot be changed")
-
-
-def _no_way(table: Table, key: str, what: str) -> PathError:
-    return PathError(what, file=table.file, key=table.key(key))
+        row = key.rpartition(".")[2]
+        raise PathError(f"is a row: say which one, such as {row}[0]", key=key)
+    raise PathError(f"{old!r} cannot be changed", key=key)
 
 
 def is_parameters(old: Any) -> bool:

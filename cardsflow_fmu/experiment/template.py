@@ -12,16 +12,18 @@ from addin_sdfusion.exporting.experiment_text import can_run, gentle_motion, poi
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.readers import read
-from cardsflow_fmu.config.schema import Form
+from cardsflow_fmu.config.schema import json_schema
 from cardsflow_fmu.signals.muscles import modelled_muscles
 
-from .schema import CONTROLLER, EXPERIMENT, MUSCLES, PLANT, REFERENCE, ROBOT, RUN
+from .settings.file import ExperimentTables
 
 EXPERIMENT_TOML = "experiment.toml"
 
 _GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 rad/s
 _SLOW_GAINS = (150.0, 25.0)  # for muscles that take their time
 _PERIOD, _STEP = 0.005, 0.001
+
+Form = Mapping[str, Any]
 
 _BESIDE = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
 """Tables that a first experiment does without."""
@@ -88,6 +90,9 @@ def experiment_text(robot: Robot, path: str, cable_set: str | None = None) -> st
         path: Where its files are, from the experiment's folder.
         cable_set: The cable set that is asked for; None for the file's own.
     """
+    tables: Form = json_schema(ExperimentTables)["properties"]
+    keys = ("robot", "reference", "controller", "plant", "run")
+    own_robot, reference, controller, plant, run = (tables[key] for key in keys)
     motion = gentle_motion(robot)
     kp, kd = _SLOW_GAINS if modelled_muscles(robot) else _GAINS
     lines = [
@@ -96,42 +101,42 @@ def experiment_text(robot: Robot, path: str, cable_set: str | None = None) -> st
         "# `cardsflow schema` prints what editors need to complete and check it.",
         "",
         "[robot]",
-        *_line("path", path, ROBOT),
-        *_line("cable_set", cable_set or robot.cable_set, ROBOT, used=bool(cable_set)),
-        *_line("gravity", list(robot.gravity), ROBOT, used=False),
-        *_muscles(robot),
+        *_line("path", path, own_robot),
+        *_line("cable_set", cable_set or robot.cable_set, own_robot, used=bool(cable_set)),
+        *_line("gravity", list(robot.gravity), own_robot, used=False),
+        *_muscles(robot, tables["muscles"]),
         "",
-        f"[reference]  # {_meaning(REFERENCE)}",
-        *_line("spline", motion.spline, REFERENCE),
+        f"[reference]  # {_meaning(reference)}",
+        *_line("spline", motion.spline, reference),
         *point_lines(robot.coordinates, motion.points),
         "",
         "[controller]",
-        *_line("type", "joint_space", CONTROLLER),
-        *_line("kp", kp, CONTROLLER),
-        *_line("kd", kd, CONTROLLER),
-        *_line("period", _PERIOD, CONTROLLER),
-        *_defaults(CONTROLLER, {"ki", "observer", "delay", "predict", "muscle_horizon", "engine"}),
+        *_line("type", "joint_space", controller),
+        *_line("kp", kp, controller),
+        *_line("kd", kd, controller),
+        *_line("period", _PERIOD, controller),
+        *_defaults(controller, {"ki", "observer", "delay", "predict", "muscle_horizon", "engine"}),
         "",
         "[plant]",
-        *_line("step", _STEP, PLANT),
-        *_defaults(PLANT, {"mass_scale", "integrator", "engine", "substeps", "energy"}),
+        *_line("step", _STEP, plant),
+        *_defaults(plant, {"mass_scale", "integrator", "engine", "substeps", "energy"}),
         "",
         "[run]",
-        *_line("step", _STEP, RUN),
-        *_line("duration", motion.points[-1].time, RUN),
-        *_line("output", "results", RUN),
-        *_defaults(RUN, {"format", "coupling"}),
+        *_line("step", _STEP, run),
+        *_line("duration", motion.points[-1].time, run),
+        *_line("output", "results", run),
+        *_defaults(run, {"format", "coupling"}),
         "",
         "# Tables that can stand here besides:",
-        *(f"# [{name}]  {_meaning(EXPERIMENT['properties'][name])}" for name in _BESIDE),
+        *(f"# [{name}]  {_meaning(tables[name])}" for name in _BESIDE),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _muscles(robot: Robot) -> Iterator[str]:
-    muscle, keys = robot.muscles[0], MUSCLES["additionalProperties"]
+def _muscles(robot: Robot, form: Form) -> Iterator[str]:
+    muscle, keys = robot.muscles[0], form["additionalProperties"]
     yield ""
-    yield f"# {_meaning(MUSCLES)}"
+    yield f"# {_meaning(form)}"
     yield f"# [muscles.{toml_key(muscle.name)}]"
     f_max = muscle.f_max if muscle.f_max < float("inf") else max(100.0, muscle.f_min)
     yield from _line("f_min", muscle.f_min, keys, used=False)

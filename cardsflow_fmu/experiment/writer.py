@@ -1,62 +1,40 @@
-"""An experiment as plain data, complete: what travels in its FMUs and reads back as the same."""
+"""An experiment as plain data, complete, and the files that FMUs carry of it."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+import json
+from pathlib import Path, PurePosixPath
+from typing import Any
 
-from addin_sdfusion.robot.model.trajectory import Trajectory
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.mesh_files import MODEL_URI, mesh_file
 
-from .muscles import model_data
-from .robots import parts_data
+from .experiment import EXPERIMENT_FILE, Experiment
+from .settings.hardware import hardware_data
+from .settings.muscles import muscle_data
+from .settings.robots import part_data, robot_data
 
-if TYPE_CHECKING:
-    from sim_dart.scene import Scene
-
-    from .experiment import (
-        ControllerSettings,
-        DisturbanceSettings,
-        Experiment,
-        FlowerSettings,
-        ReferenceSettings,
-        RunSettings,
-        TaskSettings,
-    )
+Files = dict[str, bytes | Path]
 
 
 def experiment_data(experiment: Experiment) -> dict[str, Any]:
-    """Everything but the robot's files and the external FMUs.
+    """Everything but the robot's files and external FMUs; it reads back as the same.
 
     Args:
         experiment: What to write.
     """
-    robot = experiment.robot
+    robot, start, disturbance = experiment.robot, experiment.start, experiment.disturbance
     names = [c.name for c in robot.coordinates]
-    data = {
-        **_robots(experiment),
-        "muscles": {
-            muscle.name: {"f_min": muscle.f_min}
-            | ({"f_max": muscle.f_max} if math.isfinite(muscle.f_max) else {})
-            | model_data(muscle.model)
-            for muscle in robot.muscles
-        },
+    data: dict[str, Any] = {
+        "muscles": {muscle.name: muscle_data(muscle) for muscle in robot.muscles},
         "start": {
-            "q": dict(zip(names, experiment.start.q, strict=True)),
-            "qd": dict(zip(names, experiment.start.qd, strict=True)),
+            "q": dict(zip(names, start.q, strict=True)),
+            "qd": dict(zip(names, start.qd, strict=True)),
         },
-        "plant": {
-            "step": experiment.plant.step,
-            "mass_scale": list(experiment.plant.mass_scale),
-            "integrator": experiment.plant.integrator,
-            "substeps": experiment.plant.substeps,
-            "engine": experiment.plant.engine,
-            "energy": experiment.plant.energy,
-            "wrenches": list(experiment.plant.wrenches),
-        },
-        "controller": _controller(experiment.controller),
-        "reference": _reference(experiment.reference),
-        "run": _run(experiment.run),
+        "plant": experiment.plant.data(),
+        "controller": experiment.controller.data(),
+        "reference": experiment.reference.data(),
+        "run": experiment.run.data(),
         "wiring": {
             model: {
                 target.removeprefix(f"{model}."): source
@@ -66,117 +44,91 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
             for model in ("plant", "controller")
         },
     }
-    if experiment.disturbance is not None:
-        frames = [f.name for f in robot.task_frames if not f.is_orientation]
-        data["disturbance"] = _disturbance(experiment.disturbance, frames)
-    return data
-
-
-def _robots(experiment: Experiment) -> dict[str, Any]:
-    """The robot or robots, and the world around them."""
-    robot, scene = experiment.robot, experiment.scene
-    world = {} if scene is None else {"world": _world(scene)}
     if experiment.parts:
-        return {"robots": parts_data(experiment.parts)} | world
-    data = {
-        "path": str(experiment.robot_path),
-        "cable_set": robot.cable_set,
-        "gravity": list(robot.gravity),
-    } | ({"operational_space": robot.task_set} if robot.task_set else {})
-    return {"robot": data | dict(experiment.robot_changes)} | world
-
-
-def _world(scene: Scene) -> dict[str, Any]:
-    from .world import world_data  # it needs DART, which others can do without
-
-    return world_data(scene)
-
-
-def _run(run: RunSettings) -> dict[str, Any]:
-    data = {"duration": run.duration, "step": run.step, "coupling": run.coupling.scheme}
-    ordered = run.coupling.scheme == "gauss_seidel"
-    return data | ({"order": list(run.coupling.order)} if ordered else {})
-
-
-def _controller(controller: ControllerSettings) -> dict[str, Any]:
-    data = {
-        "type": controller.type,
-        "kp": list(controller.kp),
-        "kd": list(controller.kd),
-        "period": controller.period,
-        "solver": controller.solver,
-        "weights": list(controller.weights),
-        "ki": list(controller.ki),
-        "observer": controller.observer,
-        "delay": controller.delay,
-        "predict": controller.predict,
-        "muscle_horizon": controller.muscle_horizon,
-        "engine": controller.engine,
-    }
-    return data if controller.tasks is None else data | _tasks(controller.tasks)
-
-
-def _tasks(tasks: TaskSettings) -> dict[str, Any]:
-    posture = tasks.posture
-    return {
-        "posture": False
-        if posture is None
-        else {"kp": list(posture.kp), "kd": list(posture.kd), "q0": list(posture.q0)},
-        # no number stands for infinity in JSON
-        "task_weights": [w if math.isfinite(w) else "exact" for w in tasks.task_weights],
-        "priorities": list(tasks.priorities),
-        "acceleration_weights": list(tasks.acceleration_weights),
-        "force_rate_weights": list(tasks.force_rate_weights),
-        "pretension": list(tasks.pretension),
-        "limit_bandwidth": False if tasks.limit_bandwidth is None else tasks.limit_bandwidth,
-    }
-
-
-def _reference(reference: ReferenceSettings) -> dict[str, Any]:
-    curve = reference.curve
-    data = _trajectory(curve) if isinstance(curve, Trajectory) else _flower(curve)
-    if reference.approach is not None:
-        approach = reference.approach
-        data["approach"] = {"duration": approach.duration, "start": list(approach.start)}
+        data["robots"] = [part_data(part) for part in experiment.parts]
+    else:
+        data["robot"] = robot_data(robot, experiment.robot_path, experiment.robot_overrides)
+    if experiment.world is not None:
+        data["world"] = experiment.world.data()
+    if disturbance is not None:
+        points = [f.name for f in robot.task_frames if not f.is_orientation]
+        own = disturbance.data()
+        data["disturbance"] = own | {"force": dict(zip(points, own["force"], strict=True))}
     return data
 
 
-def _flower(flower: FlowerSettings) -> dict[str, Any]:
-    return {
-        "flower": {
-            "centre": list(flower.centre),
-            "axes": [list(axis) for axis in flower.axes],
-            "radius": flower.radius,
-            "petals": flower.petals,
-            "duration": flower.duration,
-        }
-    }
+def experiment_resources(experiment: Experiment, *, with_hardware: bool = False) -> Files:
+    """The files that an FMU carries: the experiment, complete, its robots, and their meshes.
+
+    Args:
+        experiment: The experiment.
+        with_hardware: Whether the hardware is in it, which is nothing to the other FMUs: they are
+            the same files whatever is driven.
+
+    Returns:
+        Content, or a file to copy, by its path below the FMU's resources.
+
+    Raises:
+        InputError: A mesh is where an FMU cannot carry it from.
+    """
+    data = experiment_data(experiment)
+    files: Files = {}
+    if experiment.parts:
+        rows = []
+        for part, row in zip(experiment.parts, data["robots"], strict=True):
+            own = f"robots/{part.name}"
+            files |= _robot_files(own, part.files, part.robot, experiment)
+            rows.append({**row, "path": f"{own}/{part.files[0].name}"})
+        data["robots"] = rows
+    else:
+        files |= _robot_files("robot", experiment.robot_files, experiment.robot, experiment)
+        data["robot"] = {**data["robot"], "path": f"robot/{experiment.robot_path.name}"}
+    if experiment.scene is not None:
+        data["world"] = _with_meshes(data["world"], files)
+    if with_hardware:
+        data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
+    files[EXPERIMENT_FILE] = json.dumps(data, indent=1, sort_keys=True).encode()
+    return files
 
 
-def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
-    letter = "q" if trajectory.space == "joint" else "y"
-
-    def values(ending: str, numbers: Sequence[float]) -> dict[str, list[float]]:
-        return {letter + ending: list(numbers)} if numbers else {}
-
-    return {
-        "name": trajectory.name,
-        "spline": trajectory.spline,
-        "points": [
-            {"time": point.time}
-            | values("", point.q)
-            | values("d", point.qd)
-            | values("dd", point.qdd)
-            | ({"blend_time": point.blend_time} if point.blend_time else {})
-            for point in trajectory.points
-        ],
-    }
+def _robot_files(folder: str, own: tuple[Path, ...], robot: Robot, experiment: Experiment) -> Files:
+    root = own[0].parent
+    files: Files = {f"{folder}/{file.relative_to(root).as_posix()}": file for file in own}
+    scene = experiment.scene
+    if scene is not None and scene.links == "meshes":
+        for link in robot.links:
+            for mesh in link.meshes:
+                if mesh.role == "collision":
+                    inner = _inner_path(mesh.uri, link.name)
+                    files[f"{folder}/{inner}"] = mesh_file(mesh.uri, root)
+    return files
 
 
-def _disturbance(disturbance: DisturbanceSettings, frames: Sequence[str]) -> dict[str, Any]:
-    forces = zip(frames, disturbance.forces, strict=True)
-    return {
-        "force": {name: list(force) for name, force in forces},
-        "begin": disturbance.begin,
-        "known": disturbance.known,
-    } | ({"end": disturbance.end} if math.isfinite(disturbance.end) else {})
+def _inner_path(uri: str, link: str) -> PurePosixPath:
+    """Where a mesh is below the robot's folder."""
+    text = uri.removeprefix("file://")
+    if uri.startswith(MODEL_URI):
+        _, _, text = uri.removeprefix(MODEL_URI).partition("/")
+    path = PurePosixPath(text)
+    if path.is_absolute() or ".." in path.parts or "\\" in text:
+        raise InputError(
+            f"collision mesh {uri!r} of link {link!r} stands outside the robot's folder, and "
+            "cannot travel in an FMU; put it into the folder, or run with --direct"
+        )
+    return path
+
+
+def _with_meshes(world: dict[str, Any], files: Files) -> dict[str, Any]:
+    """The table [world] with the meshes of objects and links beside it."""
+    rows: dict[str, list[dict[str, Any]]] = {}
+    for key in ("objects", "shapes"):
+        rows[key] = []
+        for k, row in enumerate(world[key]):
+            if "file" not in row:
+                rows[key].append(row)
+                continue
+            source = Path(row["file"])
+            target = f"world/{key}_{k}{source.suffix}"
+            files[target] = source
+            rows[key].append({**row, "file": target})
+    return world | rows

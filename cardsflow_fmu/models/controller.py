@@ -8,8 +8,8 @@ import numpy as np
 
 import controllers
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.experiment.controller_types import TYPES
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.controller_types import TYPES
 from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
 from cardsflow_fmu.signals.ports import Port, controller_ports, load_signals
 from cardsflow_fmu.utils.arrays import FloatArray

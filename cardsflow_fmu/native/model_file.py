@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.experiment.experiment import ControllerSettings, Experiment, TaskSettings
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.controller import ControllerSettings
 from cardsflow_fmu.models.muscle_control import late_periods
 from cardsflow_fmu.models.start_commands import start
 from cardsflow_fmu.signals.muscles import (
@@ -160,7 +161,7 @@ def _controller_settings(robot: Robot, controller: ControllerSettings) -> list[A
     return own if controller.tasks is None else [*own, *_task_settings(robot, controller.tasks)]
 
 
-def _task_settings(robot: Robot, tasks: TaskSettings) -> list[ArrayLike]:
+def _task_settings(robot: Robot, tasks: ControllerSettings) -> list[ArrayLike]:
     n = len(robot.coordinates)
     posture, rest = tasks.posture, np.zeros(n)
     return [

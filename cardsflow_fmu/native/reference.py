@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot.model.trajectory import Trajectory
-from cardsflow_fmu.experiment.experiment import ApproachSettings, Experiment, FlowerSettings
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.reference import ApproachSettings, FlowerSettings
 from cardsflow_fmu.models.reference import make_reference
 from controllers import SplineReference
 

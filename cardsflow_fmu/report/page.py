@@ -10,6 +10,7 @@ from typing import Any
 
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.info import robot_info
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
 from cardsflow_fmu.utils.overwrite import own_place, write_own
@@ -131,7 +132,7 @@ def _one_robot(
 
 def _experiment(result: ExperimentRunData) -> str:
     """Everything that was set, defaults included; files as they stand beside the experiment."""
-    text = json.dumps(result.experiment.data, indent=2, ensure_ascii=False)
+    text = json.dumps(experiment_data(result.experiment), indent=2, ensure_ascii=False)
     beside = json.dumps(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
     return text.replace(beside, "")
 

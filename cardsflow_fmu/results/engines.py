@@ -7,8 +7,7 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.resources import EXPERIMENT_FILE
+from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.native.model_file import NATIVE_FILE
 from cardsflow_fmu.signals.roles import HARDWARE
 

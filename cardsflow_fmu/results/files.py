@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from cardsflow_fmu.experiment.table_forms import TableForm
+from cardsflow_fmu.experiment.settings.run import TableFormat
 
 from .csv_table import csv_text
 from .run_data import RunData
@@ -20,7 +20,7 @@ EXPERIMENT = "experiment.zip"
 Contents = dict[str, str | bytes]
 
 
-def table_file(run: RunData, form: TableForm = "csv") -> Contents:
+def table_file(run: RunData, form: TableFormat = "csv") -> Contents:
     """The table by the name of its file.
 
     Raises:

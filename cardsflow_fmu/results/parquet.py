@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.writer import experiment_data
 
 from .csv_table import require_table
 from .run_data import ExperimentRunData, RunData
@@ -102,5 +103,5 @@ def _metadata(result: RunData) -> dict[str, Any]:
         "summary": result.summary,
         "versions": result.summary.get("versions", {}),
         "seed": result.summary.get("seed"),
-        "experiment": None if experiment is None else experiment.data,
+        "experiment": None if experiment is None else experiment_data(experiment),
     }

@@ -16,6 +16,7 @@ from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.mesh_files import own_name
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
 from cardsflow_fmu.utils.visual_meshes import visual_files
 
@@ -36,7 +37,7 @@ def experiment_archive(experiment: Experiment) -> bytes:
     Raises:
         InputError: A file of the robot cannot be read.
     """
-    files = experiment.resources()
+    files = experiment_resources(experiment)
     if experiment.parts:
         for part in experiment.parts:
             files |= _visual_meshes(f"robots/{part.name}", part.robot, part.folder)

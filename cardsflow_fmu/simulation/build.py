@@ -8,6 +8,7 @@ from pathlib import Path
 
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
@@ -117,7 +118,7 @@ def build_fmus(
             model_class=MODELS[name],
             model_name=name,
             ports=MODELS[name].table(experiment),
-            resources=experiment.resources(with_hardware=name == HARDWARE),
+            resources=experiment_resources(experiment, with_hardware=name == HARDWARE),
             step=steps.get(name, experiment.run.step),
             stop_time=experiment.run.duration,
             internal_step=internal.get(name),

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import json
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from addin_sdfusion.robot import InputError
-from cardsflow_fmu.config.table import Table
-from cardsflow_fmu.cosim.coupling import SCHEMES, Coupling, Scheme
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.config.multiples import require_multiple
+from cardsflow_fmu.config.table import Context, checked
+from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
 from cardsflow_fmu.hardware.session.connect import Connection, with_link
 from cardsflow_fmu.results.engines import system_engines
@@ -25,6 +25,7 @@ from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.signals.units import conversion, variable_units
 from cardsflow_fmu.ssp.carried_experiment import system_experiment, system_hardware
 from cardsflow_fmu.ssp.reader import archive_named, read_system, unpack_ssp
+from cardsflow_fmu.ssp.settings import SystemRunSettings
 from cardsflow_fmu.ssp.system import Component, System
 
 from .open_system import OpenSystem
@@ -61,7 +62,7 @@ def open_ssp(
         unpack_ssp(path, unpacked)
         system = read_system(unpacked, variant)
         driven = _hardware(path) if variant == HARDWARE else None
-        step, steps, coupling = _run_settings(Table(runs, path, "run"), system)
+        step, steps, coupling = _run_settings(runs, system, path)
         parameters = _given(values, system, path)
         files = {c.name: unpacked / c.source for c in system.components}
         with _participants(system, files, aside, parameters) as participants:
@@ -97,34 +98,35 @@ def _hardware(path: Path) -> HardwareSettings | None:
     return None if known is None else with_link(known, path, Connection.from_environment().link)
 
 
-def _run_settings(table: Table, system: System) -> tuple[float, int, Coupling]:
+def _run_settings(
+    given: Mapping[str, Any], system: System, path: Path
+) -> tuple[float, int, Coupling]:
     """Step, number of steps and coupling."""
     for key, known in (("step", system.step), ("duration", system.stop_time)):
-        if key not in table and known is None:
-            raise InputError(f"does not say its {key}: give run.{key}", file=table.file)
-    step = table.positive("step", system.step)
-    duration = table.positive("duration", system.stop_time)
-    names = [component.name for component in system.components]
-    default = "sampled" if "controller" in names else "jacobi"
-    scheme = cast(Scheme, table.choice("coupling", "coupling", SCHEMES, default))
-    order = table.value("order", ["controller"] if scheme == "sampled" else names)
-    if not isinstance(order, list) or not all(isinstance(name, str) for name in order):
-        raise table.error("order", f"must be a list of names, not {json.dumps(order)}")
-    table.close()
-    table.multiple("duration", duration, step, "run.step")
-    return step, round(duration / step), Coupling(scheme, tuple(order))
+        if key not in given and known is None:
+            raise InputError(f"does not say its {key}: give run.{key}", file=path)
+    names = tuple(component.name for component in system.components)
+    usual = {
+        "step": system.step,
+        "duration": system.stop_time,
+        "coupling": "sampled" if "controller" in names else "jacobi",
+    }
+    run = SystemRunSettings.read(usual | dict(given), Context(path), "run")
+    require_multiple(run.duration, run.step, "run.step", file=path, key="run.duration")
+    order = ("controller",) if run.coupling == "sampled" else names
+    coupling = Coupling(run.coupling, order if run.order is None else run.order)
+    return run.step, round(run.duration / run.step), coupling
 
 
 def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, dict[str, float]]:
     """Start values from the settings by component."""
     given: dict[str, dict[str, float]] = {}
-    table = Table(values, path)
     known = [component.name for component in system.components]
-    for key in values:
+    for key, value in values.items():
         component, _, variable = key.partition(".")
         if component not in known or not variable:
-            raise table.unknown(key, "component", component, known)
-        given.setdefault(component, {})[variable] = table.number(key)
+            raise UnknownNameError("component", component, known, file=path, key=key)
+        given.setdefault(component, {})[variable] = checked(float, value, key, path)
     return given
 
 

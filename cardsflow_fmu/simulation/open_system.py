@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.step_loop import StepLoop
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.results.files import Contents
 from cardsflow_fmu.results.summary import Speed
 

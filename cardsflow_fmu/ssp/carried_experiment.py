@@ -10,9 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 from addin_sdfusion.robot import CardsflowError
-from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
-from cardsflow_fmu.experiment.resources import EXPERIMENT_FILE
+from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import archive_bytes, unpack_archive
 

@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from cardsflow_fmu.experiment.settings.hardware import MotorSettings
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, SensorSettings
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
 
 from .emulator import EmulatedRobot
-from .sensors import SensorSettings
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment

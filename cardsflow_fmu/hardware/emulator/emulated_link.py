@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
+from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 
-from .faults import Faults, FaultyLine
+from .faults import FaultyLine
 
 EMULATED = "emulated"
 _PEER = "link"

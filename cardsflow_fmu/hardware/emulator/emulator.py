@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot, SimulationError
-from cardsflow_fmu.experiment.experiment import DisturbanceSettings, Experiment
-from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SensorSettings
+from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import named_vector
 from sim_dart import Plant
 
 from .drives import Drive, Lag, force_bounds, make_drive
-from .sensors import Sensors, SensorSettings
+from .sensors import Sensors
 
 _ROUNDING = 1e-6
 """Part of a step by which a time may miss a whole number of steps."""

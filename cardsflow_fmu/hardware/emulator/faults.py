@@ -11,62 +11,15 @@ import math
 import random
 from collections import Counter
 from collections.abc import Hashable
-from dataclasses import dataclass
 from typing import Protocol
 
-from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.settings.hardware import Faults
 
 _MOST_DAMAGED_BYTES = 8
 _RESIZED = 0.2
 """Part of the damaged frames that are cut or lengthened instead of having bytes changed."""
 _LONGEST_HELD = 0.01
 """Longest time that a frame waits to be overtaken, in [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Faults:
-    """What happens to frames, in each direction; nothing without arguments.
-
-    Attributes:
-        loss: Probability that a frame is lost.
-        delay: Time on the way, in [s].
-        jitter: Longest additional time on the way, in [s]; even between 0 and this.
-        duplicate: Probability that a frame comes twice, each with a delay of its own.
-        reorder: Probability that a frame is overtaken by the next one.
-        corrupt: Probability that a frame is damaged.
-        outages: When all frames are lost: begin and length, in [s] from the first frame on.
-        seed: Seed of the chances.
-
-    Raises:
-        InputError: A value is out of range; the message names it.
-    """
-
-    loss: float = 0.0
-    delay: float = 0.0
-    jitter: float = 0.0
-    duplicate: float = 0.0
-    reorder: float = 0.0
-    corrupt: float = 0.0
-    outages: tuple[tuple[float, float], ...] = ()
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("loss", "duplicate", "reorder", "corrupt"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise InputError(f"{name} must be from 0 to 1, not {getattr(self, name)!r}")
-        for name in ("delay", "jitter"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise InputError(f"{name} must be 0 s or more, not {getattr(self, name)!r}")
-        for begin, length in self.outages:
-            if not (0 <= begin < math.inf and 0 < length < math.inf):
-                what = f"begins at 0 s or later and lasts, not {begin!r} s and {length!r} s"
-                raise InputError(f"an outage {what}")
-
-    @property
-    def any(self) -> bool:
-        """Whether anything happens at all."""
-        chances = (self.loss, self.delay, self.jitter, self.duplicate, self.reorder, self.corrupt)
-        return any(chances) or bool(self.outages)
 
 
 class FaultyChannel:

@@ -3,44 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.settings.hardware import SensorSettings
 from cardsflow_fmu.utils.arrays import FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class SensorSettings:
-    """How good the sensors are; perfect without arguments.
-
-    Attributes:
-        joint_counts: Counts of a joint's encoder, per [rad] or [m]; infinite for exact values.
-        length_counts: Counts of a muscle's encoder, per [m].
-        noise: Standard deviation of a reading before it is counted: in [rad] or [m] of positions
-            and lengths, and of velocities that are measured, in [rad/s] or [m/s].
-        differences: Whether velocities are differences of readings instead of being measured.
-        seed: Seed of the noise.
-
-    Raises:
-        InputError: A value is out of range.
-    """
-
-    joint_counts: float = math.inf
-    length_counts: float = math.inf
-    noise: float = 0.0
-    differences: bool = False
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("joint_counts", "length_counts"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} must be above 0, not {getattr(self, name)!r}")
-        if not 0 <= self.noise < math.inf:
-            raise InputError(f"the noise must be 0 or more, not {self.noise!r}")
-        if self.seed < 0:
-            raise InputError(f"the seed must be 0 or more, not {self.seed!r}")
 
 
 class Sensors:

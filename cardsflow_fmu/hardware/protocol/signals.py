@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings, MotorSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, MotorSettings
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
@@ -83,7 +83,7 @@ def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSett
     if not link:
         what = f"missing: say where the hardware is ({ADDRESSES}), or set {LINK}"
         raise InputError(what, file=file, key="hardware.link")
-    return replace(settings, link=link)
+    return settings.replaced(link=link)
 
 
 def make_session(experiment: Experiment, connection: Connection | None = None) -> HardwareSession:

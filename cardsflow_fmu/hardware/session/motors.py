@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cardsflow_fmu.experiment.hardware_settings import MotorSettings
+from cardsflow_fmu.experiment.settings.hardware import MotorSettings
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
 

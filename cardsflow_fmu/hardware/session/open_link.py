@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.emulated_link import EmulatedLink, EmulatedWorld
-from cardsflow_fmu.hardware.emulator.faults import Faults
 from cardsflow_fmu.hardware.emulator.loopback_link import LoopbackLink
 from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.links.serial import SerialLink

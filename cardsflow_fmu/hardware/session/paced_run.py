@@ -11,8 +11,10 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, without_collections
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.experiment.experiment import ApproachSettings, Experiment, StartSettings
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
+from cardsflow_fmu.experiment.settings.plant import StartSettings
+from cardsflow_fmu.experiment.settings.reference import ApproachSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -43,9 +45,9 @@ def with_approach(experiment: Experiment) -> Experiment:
     begin = q if reference.space == "joint" else _task_position(experiment, q)
     return replace(
         experiment,
-        start=StartSettings(q, (0.0,) * len(q)),
-        reference=replace(reference, approach=ApproachSettings(seconds, begin)),
-        run=replace(run, duration=run.duration + seconds - before),
+        start=StartSettings(q=q, qd=(0.0,) * len(q)),
+        reference=replace(reference, approach=ApproachSettings(duration=seconds, start=begin)),
+        run=run.replaced(duration=run.duration + seconds - before),
     )
 
 

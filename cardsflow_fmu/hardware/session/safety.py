@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.experiment.hardware_settings import SafetySettings
+from cardsflow_fmu.experiment.settings.hardware import SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.utils.arrays import FloatArray
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, Robot
 from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.errors import HardwareError

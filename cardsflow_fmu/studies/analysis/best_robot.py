@@ -13,6 +13,7 @@ from addin_sdfusion.robot import CardsflowError, Robot
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
 
 MUSCLES, EXPERIMENT = "muscles.csv", "experiment.json"
@@ -72,4 +73,4 @@ def _experiment(experiment: Experiment) -> bytes:
     own = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     if robot.task_set:
         own["operational_space"] = robot.task_set
-    return (json.dumps(experiment.data | {"robot": own}, indent=1) + "\n").encode()
+    return (json.dumps(experiment_data(experiment) | {"robot": own}, indent=1) + "\n").encode()

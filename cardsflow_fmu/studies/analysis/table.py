@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import LEADING_COLUMNS, TRAILING_COLUMNS, Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
-from cardsflow_fmu.studies.definition.study import Study, TableKind
+from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.studies.definition.tables import TableKind
 
 _BLOCK = 1024
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.version import __version__
 
 from .study import Study
@@ -27,7 +28,7 @@ def fingerprint(study: Study, experiment: str) -> str:
         "experiment": experiment,
         "engine": study.engine,
         "metrics": study.metrics,
-        "box": None if study.box is None else asdict(study.box),
+        "box": None if study.box is None else study.box.data(),
         "version": __version__,
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -53,7 +54,7 @@ def experiment_digest(experiment: Experiment) -> str:
 
 def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
     """The experiment as it travels in FMUs."""
-    for name, source in sorted(experiment.resources(with_hardware=True).items()):
+    for name, source in sorted(experiment_resources(experiment, with_hardware=True).items()):
         yield name, source if isinstance(source, bytes) else source.read_bytes()
 
 

@@ -15,7 +15,7 @@ from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .study import Box
+from .tables import Box
 
 MOST_POSES = 100
 """Most poses of a run at which stiffness is looked at."""
@@ -242,7 +242,8 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     robot = experiment.robot
     if box is None:
         limits = [(c.lower, c.upper) for c in robot.coordinates]
-        box = Box(tuple(a for a, _ in limits), tuple(b for _, b in limits), 5)
+        lower, upper = zip(*limits, strict=True)
+        box = Box(lower=lower, upper=upper)
     try:
         poses = joint_grid(box.lower, box.upper, box.points)
     except InputError as error:

@@ -10,8 +10,9 @@ from typing import Any
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.config.key_path import indexed, split_path
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.hardware import hardware_data
 from cardsflow_fmu.experiment.robot_overrides import ALIASES, KINDS, is_parameters
+from cardsflow_fmu.experiment.settings.hardware import hardware_data
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.signals.ports import task_names
 
 Nominal = float | tuple[float, ...]
@@ -53,7 +54,7 @@ def _tables(experiment: Experiment) -> dict[str, Any]:
     """The experiment as tables, with its robot in it."""
     robot = experiment.robot
     parts = {kind: {item.name: item for item in getattr(robot, kind)} for kind in KINDS}
-    data = experiment.data
+    data = experiment_data(experiment)
     return data | {
         "robot": data.get("robot", {}) | parts,
         "hardware": hardware_data(experiment.hardware, robot),

@@ -1,94 +1,15 @@
-"""What a study is: an experiment, what is varied, how it is sampled, and what is looked at."""
+"""Study: an experiment, what is varied, how it is sampled, and what is looked at."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from .reader import STUDY_FILE, read_study
+from .tables import Box, Engine, Optimise, Sampler, TableKind
 from .variations import Variation
-
-Engine = Literal["direct", "fmu", "native"]
-Sampler = Literal["grid", "list", "sobol", "latin_hypercube", "monte_carlo", "sensitivity"]
-Method = Literal["differential_evolution", "cma_es"]
-TableKind = Literal["csv", "parquet"]
-
-SAMPLERS: tuple[Sampler, ...] = (
-    "grid",
-    "list",
-    "sobol",
-    "latin_hypercube",
-    "monte_carlo",
-    "sensitivity",
-)
-METHODS: tuple[Method, ...] = ("differential_evolution", "cma_es")
-
-
-STUDY_FILE = Path("study.toml")
-"""What a study is called that has a folder to itself."""
-
-
-@dataclass(frozen=True, slots=True)
-class Constraint:
-    """What a robot must meet to count.
-
-    Attributes:
-        metric: Name of a metric.
-        at_least, at_most: Its bounds, in its unit; None where there is none.
-    """
-
-    metric: str
-    at_least: float | None
-    at_most: float | None
-
-    def violation(self, value: float) -> float:
-        """By how much a value misses the bounds; 0 within them."""
-        below = 0.0 if self.at_least is None else self.at_least - value
-        above = 0.0 if self.at_most is None else value - self.at_most
-        return max(below, above, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Optimise:
-    """A search for the best instead of a sampling.
-
-    Attributes:
-        method: The algorithm.
-        objective: Name of the metric that is made small, or large.
-        maximise: Whether large is good.
-        population: Robots in a generation.
-        generations: Most generations.
-        seeds: One independent search each.
-        constraints: What a robot must meet.
-    """
-
-    method: Method
-    objective: str
-    maximise: bool
-    population: int
-    generations: int
-    seeds: tuple[int, ...]
-    constraints: tuple[Constraint, ...]
-
-    @property
-    def most_runs(self) -> int:
-        """How many runs all searches have together, unless one ends early."""
-        return len(self.seeds) * self.generations * self.population
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """Joint positions between which the workspace is looked at.
-
-    Attributes:
-        lower, upper: In [rad] or [m], in the order of q.
-        points: Poses along each coordinate.
-    """
-
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    points: int
 
 
 @dataclass(frozen=True)
@@ -124,7 +45,7 @@ class Study:
     box: Box | None
     optimise: Optimise | None
     output: Path
-    tables: tuple[TableKind, ...] = field(default=("csv",))
+    tables: tuple[TableKind, ...] = ("csv",)
 
     @property
     def name(self) -> str:
@@ -142,6 +63,4 @@ class Study:
         Raises:
             InputError: Something in it, or in its experiment, is wrong; file and key are named.
         """
-        from .reader import read_study
-
-        return read_study(Path(path))
+        return Study(**read_study(Path(path)))

@@ -1,76 +1,60 @@
-"""Reading [[vary]]: paths, `*` for all names, and one of the ways to give values."""
+"""Reading [[vary]]: paths, and `*` for all names."""
 
 from __future__ import annotations
 
-import datetime
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.config.key_path import EVERY_OTHER, indexed, join_path, split_path
-from cardsflow_fmu.config.table import Table
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import task_names
 
 from .nominal_values import nominal_value
 from .outcome import LEADING_COLUMNS, TRAILING_COLUMNS
 from .path_check import Trial
-from .variations import (
-    RELATIVE,
-    Listed,
-    LogUniform,
-    Normal,
-    Range,
-    Relative,
-    Seed,
-    Uniform,
-    Variation,
-)
-
-_WAYS = ("values", "grid", "uniform", "loguniform", "normal", "box", "seed")
-_MOST_VALUES = 1_000_000
+from .tables import VarySettings
+from .variations import Relative, Variation
 
 
-def read_variations(table: Table, rows: Sequence[Any], trial: Trial) -> list[Variation]:
+def read_variations(tables: Sequence[VarySettings], trial: Trial, file: Path) -> list[Variation]:
     """The variations of a study.
 
     Args:
-        table: The study.
-        rows: Its array of tables `vary`.
+        tables: Its tables [[vary]].
         trial: The experiment, to try paths on.
+        file: The study, for messages.
 
     Raises:
-        InputError: A way to give values is wrong.
+        InputError: Variations do not go together.
         UnknownNameError: A path leads nowhere; the nearest is named.
     """
     found: list[Variation] = []
-    for k, row in enumerate(rows):
-        if not isinstance(row, dict):
-            raise table.error("vary", "must be tables, each under [[vary]]")
-        found += _variations(table.element("vary", k, row), trial)
-    names = [variation.name for variation in found]
+    for k, table in enumerate(tables):
+        try:
+            found += _variations(table, trial)
+        except InputError as error:
+            raise InputError(error.what, file=file, key=f"vary[{k}].path") from None
     paths = [path for variation in found for path in variation.paths]
-    for kind, words in (("name", names), ("path", paths)):
+    for kind, words in (("name", [variation.name for variation in found]), ("path", paths)):
         twice = [word for word in words if words.count(word) > 1]
         if twice:
-            raise table.error("vary", f"the {kind} {twice[0]!r} stands there twice")
-    _require_order(table, paths)
+            raise InputError(f"the {kind} {twice[0]!r} is there twice", file=file, key="vary")
+    _require_order(paths, file)
     return found
 
 
-def require_free_names(
-    table: Table, variations: Sequence[Variation], metrics: Sequence[str]
-) -> None:
+def require_free_names(variations: Sequence[Variation], metrics: Sequence[str], file: Path) -> None:
     """Refuse variations that are called as another column of the table is.
 
     Args:
-        table: The study.
-        variations: Its variations.
+        variations: Of the study.
         metrics: Its metrics.
+        file: The study, for messages.
 
     Raises:
         InputError: One is.
@@ -78,16 +62,16 @@ def require_free_names(
     for variation in variations:
         if variation.name in (*LEADING_COLUMNS, *TRAILING_COLUMNS, *metrics):
             what = f"the table has another column {variation.name!r}; give the variation a name"
-            raise table.error("vary", what)
+            raise InputError(what, file=file, key="vary")
 
 
-def _require_order(table: Table, paths: Sequence[str]) -> None:
+def _require_order(paths: Sequence[str], file: Path) -> None:
     """Refuse a path below which another before it has set something that it would undo."""
     before: set[str] = set()
     for path in paths:
         if path in before:
-            what = f"{path!r} undoes what stands before it for a part of it; let it stand first"
-            raise table.error("vary", what)
+            what = f"{path!r} undoes what is before it for a part of it; let it be first"
+            raise InputError(what, file=file, key="vary")
         parts = split_path(path)
         before |= {join_path(parts[:k]) for k in range(1, len(parts))}
         name, index = indexed(parts[-1])
@@ -95,46 +79,12 @@ def _require_order(table: Table, paths: Sequence[str]) -> None:
             before.add(join_path([*parts[:-1], name]))
 
 
-def _variations(table: Table, trial: Trial) -> Iterator[Variation]:
-    given = [way for way in _WAYS if way in table]
-    paths = _paths(table)
-    name = table.text("name", paths[0])
-    together = table.flag("together", False)
-    relative = _relative(table)
-    if len(given) != 1:
-        raise table.error("path", f"needs one of {', '.join(_WAYS)}, found {len(given)} of them")
-    if given[0] == "box":
-        parts = _box(table, name, paths)
-    else:
-        parts = [Variation(name, paths, _range(table, given[0]))]
-    table.close()
-    if relative is not None:
-        _require_numbers(table, parts)
-    for variation in parts:
-        try:
-            for own in _spelled_out(variation, together, trial):
-                yield own if relative is None else _related(own, relative, trial)
-        except InputError as error:
-            raise InputError(error.what, file=table.file, key=table.key("path")) from None
-
-
-def _relative(table: Table) -> Relative | None:
-    """Whether values are relative to what the experiment has."""
-    if table.value("relative", None) is None:
-        return None
-    if table.value("relative") not in RELATIVE:
-        raise table.error("relative", f"must be {' or '.join(map(repr, RELATIVE))}")
-    return cast(Relative, table.value("relative"))
-
-
-def _require_numbers(table: Table, variations: Sequence[Variation]) -> None:
-    """Refuse relative values that are no numbers."""
-    for variation in variations:
-        if variation.is_seed:
-            raise table.error("relative", "a seed is relative to nothing")
-        for value in variation.listed if variation.is_listed else ():
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise table.error("values", f"must be numbers where relative, not {value!r}")
+def _variations(table: VarySettings, trial: Trial) -> Iterator[Variation]:
+    name = table.name or table.paths[0]
+    for axis, values in table.ranges():
+        one = Variation(f"{name}{axis}", tuple(f"{path}{axis}" for path in table.paths), values)
+        for own in _spelled_out(one, table.together, trial):
+            yield own if table.relative is None else _related(own, table.relative, trial)
 
 
 def _related(variation: Variation, relative: Relative, trial: Trial) -> Variation:
@@ -146,85 +96,6 @@ def _related(variation: Variation, relative: Relative, trial: Trial) -> Variatio
         if relative == "offset" and isinstance(value, tuple):
             raise InputError(f"{path} is a vector; say which number, such as {path}[0], or a box")
     return replace(variation, relative=relative, nominal=nominal)
-
-
-def _paths(table: Table) -> tuple[str, ...]:
-    """One path, or several that take the same value."""
-    paths = table.value("path")
-    paths = [paths] if isinstance(paths, str) else paths
-    if not isinstance(paths, list) or not paths or not all(isinstance(p, str) for p in paths):
-        raise table.error("path", f"must be a text or a list of texts, not {paths!r}")
-    try:
-        return tuple(join_path(split_path(path)) for path in paths)
-    except InputError as error:
-        raise table.error("path", f"{error.key!r} {error.what}") from None
-
-
-def _range(table: Table, way: str) -> Range:
-    if way == "seed":
-        if not table.flag(way):
-            raise table.error(way, "must be true")
-        return Seed()
-    if way in ("values", "grid"):
-        return Listed(tuple(_values(table) if way == "values" else _grid(table.table(way))))
-    a, b = table.numbers(way, 2)
-    if way == "normal":
-        if b <= 0:
-            raise table.error(way, f"must be mean and standard deviation, above 0, not {b!r}")
-        return Normal(a, b)
-    if a >= b:
-        raise table.error(way, f"must be two numbers that increase, not {a!r} and {b!r}")
-    if way == "uniform":
-        return Uniform(a, b)
-    if a <= 0:
-        raise table.error(way, f"must be above 0, not {a!r}")
-    return LogUniform(a, b)
-
-
-def _values(table: Table) -> list[Any]:
-    values = table.value("values")
-    if not isinstance(values, list) or not values:
-        raise table.error("values", "must be a list of at least one value")
-    for value in values:
-        _require_plain(table, value)
-    return values
-
-
-def _require_plain(table: Table, value: Any) -> None:
-    """Refuse what is no number, text, truth value, or list or table of such."""
-    if isinstance(value, dict | list):
-        for inner in value.values() if isinstance(value, dict) else value:
-            _require_plain(table, inner)
-    elif isinstance(value, datetime.date | datetime.time):
-        raise table.error("values", f"a date or time is no value of a setting: {value}")
-    elif isinstance(value, float) and not math.isfinite(value):
-        raise table.error("values", f"must be finite, not {value!r}")
-
-
-def _grid(table: Table) -> list[float]:
-    first, last, count = table.number("from"), table.number("to"), table.whole("count")
-    table.close()
-    if not 1 <= count <= _MOST_VALUES:
-        raise table.error("count", f"must be 1 to {_MOST_VALUES}, not {count}: the grid is empty")
-    values: list[float] = np.linspace(first, last, count).tolist()
-    return values
-
-
-def _box(table: Table, name: str, paths: tuple[str, ...]) -> list[Variation]:
-    """A vector in a box: a variation an axis; an axis without width is held."""
-    box = table.table("box")
-    low, high = box.numbers("from", 3), box.numbers("to", 3)
-    box.close()
-    if any(a > b for a, b in zip(low, high, strict=True)):
-        raise table.error("box", f"`from` must not be above `to`: {low} and {high}")
-    return [
-        Variation(
-            f"{name}[{axis}]",
-            tuple(f"{path}[{axis}]" for path in paths),
-            Listed((a,)) if a == b else Uniform(a, b),
-        )
-        for axis, (a, b) in enumerate(zip(low, high, strict=True))
-    ]
 
 
 def _spelled_out(variation: Variation, together: bool, trial: Trial) -> Iterator[Variation]:

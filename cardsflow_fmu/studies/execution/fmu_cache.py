@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.from_experiment import PreparedFmu
@@ -77,15 +78,15 @@ def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
     ]
     if same_gains:
         known = base.controller
-        controller = replace(controller, kp=known.kp, kd=known.kd, period=known.period)
+        controller = controller.replaced(kp=known.kp, kd=known.kd, period=known.period)
     same_start = len(base.start.q) == len(experiment.start.q)
     return replace(
         experiment,
         robot=robot.with_muscles(bounded),
         controller=controller,
-        plant=replace(plant, step=base.plant.step),
+        plant=plant.replaced(step=base.plant.step),
         start=base.start if same_start else experiment.start,
-        run=replace(experiment.run, output=base.run.output),
+        run=experiment.run.replaced(output=base.run.output),
     )
 
 
@@ -103,7 +104,7 @@ def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[
 def _digest(experiment: Experiment) -> str:
     """The hash of the resources of the FMUs."""
     digest = hashlib.sha256()
-    resources = experiment.resources(with_hardware=experiment.hardware.use)
+    resources = experiment_resources(experiment, with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
         content = source if isinstance(source, bytes) else source.read_bytes()
         digest.update(f"{name}\0{len(content)}\0".encode())

@@ -9,7 +9,8 @@ from typing import Any
 
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run, is_searched, make_run, searched_values
-from cardsflow_fmu.studies.definition.study import Optimise, Study
+from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.studies.definition.tables import Optimise
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .optimisers import search

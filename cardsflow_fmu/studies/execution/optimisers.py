@@ -10,7 +10,7 @@ from scipy.optimize import Bounds, differential_evolution
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies.definition.sampling import sample
-from cardsflow_fmu.studies.definition.study import Optimise
+from cardsflow_fmu.studies.definition.tables import Optimise
 from cardsflow_fmu.utils.arrays import FloatArray
 
 Evaluate = Callable[[Sequence[FloatArray]], list[float]]

@@ -17,7 +17,7 @@ from cardsflow_fmu.studies.definition.fingerprint import experiment_digest
 from cardsflow_fmu.studies.definition.metrics import metric_values
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.path_check import require_simulated
-from cardsflow_fmu.studies.definition.study import Box, Engine
+from cardsflow_fmu.studies.definition.tables import Box, Engine
 
 _ONE_AT_A_TIME = threading.Lock()  # FMUs share their process' folder and signals
 _bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}

@@ -14,7 +14,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.analysis.sizing import bottlenecks, reference_motion, size, size_robot
 from cardsflow_fmu.analysis.sizing_report import describe_sizes
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.experiment.experiment import FlowerSettings
+from cardsflow_fmu.experiment.settings.reference import FlowerSettings
 from cardsflow_fmu.models.reference import make_reference
 from controllers.analysis.inverse_dynamics import motion_terms, size_muscles
 from controllers.force_distribution.linear import minimum_infinity_norm
@@ -130,7 +130,7 @@ def test_a_motion_in_operational_space_is_followed() -> None:
 def test_a_reference_out_of_reach_is_told_with_its_time() -> None:
     experiment = Experiment.load(LEFT_ARM)
     assert isinstance(experiment.reference.curve, FlowerSettings)
-    far = replace(experiment.reference.curve, radius=3.0)
+    far = experiment.reference.curve.replaced(radius=3.0)
     reference = replace(experiment.reference, curve=far, approach=None)
     with pytest.raises(
         InputError, match=r"reference: at 0 s no configuration reaches hand\.x 3\.45"

@@ -19,6 +19,7 @@ from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.json_schema import schema
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.template import init
+from cardsflow_fmu.experiment.writer import experiment_data
 
 ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "robot").is_dir())
 VALID = Draft202012Validator(schema())
@@ -76,7 +77,7 @@ COMMENTED = re.compile(r"^# (\[?[a-z_]+(?:\.[\w\"]+)?\]? = .*|\[muscles\..*\])$"
 def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
     """One by one, and all at once."""
     file = init(PLANAR_2R / "robot", tmp_path)
-    plain, lines = Experiment.load(file).data, file.read_text().splitlines()
+    plain, lines = experiment_data(Experiment.load(file)), file.read_text().splitlines()
     commented = [k for k, line in enumerate(lines) if COMMENTED.match(line)]
     assert len(commented) >= 14
     head = next(k for k in commented if lines[k].startswith("# [muscles."))
@@ -85,7 +86,7 @@ def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
         chosen = {*used, *in_muscles}
         text = "\n".join(x.removeprefix("# ") if k in chosen else x for k, x in enumerate(lines))
         file.write_text(text)
-        assert Experiment.load(file).data == plain, [lines[k] for k in chosen]
+        assert experiment_data(Experiment.load(file)) == plain, [lines[k] for k in chosen]
 
 
 @pytest.mark.parametrize(

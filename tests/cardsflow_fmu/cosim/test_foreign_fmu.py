@@ -13,6 +13,7 @@ from support.fmu.foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.simulation.run import simulate
 
@@ -202,7 +203,7 @@ def test_keys_that_do_not_fit_are_refused(settings: dict[str, Any], message: str
 def test_a_coupling_is_part_of_the_data_that_travels() -> None:
     order = ("reference", "controller", "plant")
     settings = {"run.coupling": "gauss_seidel", "run.order": list(order)}
-    data = Experiment.load(EXAMPLE, settings).data["run"]
+    data = experiment_data(Experiment.load(EXAMPLE, settings))["run"]
     assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
 
 
@@ -225,5 +226,5 @@ def test_a_library_that_cannot_be_loaded_leaves_the_current_folder(tmp_path: Pat
 
 
 def test_a_path_that_is_too_long_is_refused() -> None:
-    with pytest.raises(InputError, match=r"fmus\.plant: there is no file"):
+    with pytest.raises(InputError, match=r"fmus\.plant\.path: there is no file"):
         Experiment.load(EXAMPLE, {"fmus.plant": "p" * 400})

@@ -10,6 +10,7 @@ from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.simulation.run import simulate
 
 
@@ -53,7 +54,7 @@ def test_what_travels_in_an_fmu_reads_back_as_the_same_experiment(
     settings = {"start.q": {"joint_2": 0.1}, "controller.kp": {"joint_1": 1.0, "joint_2": 2.0}}
     experiment = Experiment.load(folder, settings)
     resources = tmp_path / "elsewhere"
-    for name, content in experiment.resources().items():
+    for name, content in experiment_resources(experiment).items():
         target = resources / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())

@@ -6,24 +6,32 @@ import copy
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from jsonschema import Draft202012Validator
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
 from cardsflow_fmu.cli.json_schema import schema
-from cardsflow_fmu.config.schema import ANYTHING, Form, form_at
-from cardsflow_fmu.experiment import schema as experiment_forms
-from cardsflow_fmu.experiment import world as world_reader
-from cardsflow_fmu.experiment.reader import read_experiment
-from cardsflow_fmu.experiment.schema import EXPERIMENT
+from cardsflow_fmu.config.table import Context
+from cardsflow_fmu.experiment import scene
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.reader import experiment_settings
+from cardsflow_fmu.experiment.settings import plant, world
+from cardsflow_fmu.experiment.settings.controller_types import TYPES, LawName
+from cardsflow_fmu.experiment.settings.world import SIZES
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.studies.definition.reader import read_study
-from cardsflow_fmu.studies.definition.schema import STUDY
+from cardsflow_fmu.studies.definition.tables import StudyTables
+from sim_dart.plant.settings import MOST_SUBSTEPS
+from sim_dart.scene import FrictionLaw, LinkGeometry
 
 EXPERIMENTS = sorted(file.parent for file in EXAMPLES.glob("*/experiment.toml"))
 STUDIES = sorted((EXAMPLES / "design_study").glob("*.toml"))
+EXPERIMENT, STUDY = schema("experiment"), schema("study")
+Form = dict[str, Any]
 VALIDATORS = {kind: Draft202012Validator(schema(kind)) for kind in ("experiment", "study")}
 Path_ = tuple[str | int, ...]
 
@@ -48,7 +56,7 @@ def test_every_examples_experiment_fits_the_schema(folder: Path) -> None:
 
 @pytest.mark.parametrize("folder", EXPERIMENTS, ids=lambda folder: folder.name)
 def test_what_is_written_of_an_experiment_fits_the_schema(folder: Path) -> None:
-    data = read_experiment(folder, {}).data
+    data = experiment_data(Experiment.load(folder, {}))
     assert errors("experiment", data) == []
 
 
@@ -69,7 +77,7 @@ def tables(form: Form, path: Path_ = ()) -> Iterator[Path_]:
             yield path
             for key, inner in own["properties"].items():
                 yield from tables(inner, (*path, key))
-        elif more:
+        elif isinstance(more, dict):
             yield from tables(more, (*path, "name"))
 
 
@@ -98,12 +106,7 @@ def written(path: Path_) -> str:
 
 def read_data(data: dict[str, Any], file: Path) -> None:
     """Read an experiment as data of the planar arm's file."""
-    from cardsflow_fmu.config.table import Table
-    from cardsflow_fmu.experiment.reader import _experiment
-
-    top = Table(data, file, form=EXPERIMENT)
-    top.refuse_unknown()
-    _experiment(top)
+    Experiment(**experiment_settings(data, file))
 
 
 @pytest.mark.parametrize("path", list(tables(EXPERIMENT)), ids=written)
@@ -122,12 +125,10 @@ def test_an_unknown_key_is_refused_by_schema_and_reader(path: Path_) -> None:
 
 @pytest.mark.parametrize("path", list(tables(STUDY)), ids=written)
 def test_an_unknown_key_of_a_study_is_refused_by_both(path: Path_) -> None:
-    from cardsflow_fmu.config.table import Table
-
     file = STUDIES[0]
     data = with_key(content(file), path, "nonsense", 1.0)
     with pytest.raises(UnknownNameError, match="no key 'nonsense'"):
-        Table(data, file, form=STUDY).refuse_unknown()
+        StudyTables.read(data, Context(file))
     assert errors("study", data)
 
 
@@ -193,9 +194,11 @@ def leaves(form: Form, path: Path_ = ()) -> Iterator[tuple[Path_, str]]:
 
 
 def inner(form: Form, part: str | int) -> Form:
+    kind = "array" if isinstance(part, int) else "object"
+    own = next(own for own in form.get("anyOf", (form,)) if own.get("type") == kind)
     if isinstance(part, int):
-        return next(o for o in form.get("anyOf", (form,)) if o.get("type") == "array")["items"]
-    return form_at(form, part) or ANYTHING
+        return own["items"]
+    return own.get("properties", {}).get(part) or own["additionalProperties"]
 
 
 def is_free(place: Path_, key: str) -> bool:
@@ -203,7 +206,7 @@ def is_free(place: Path_, key: str) -> bool:
     return (not place and key in ("robots",)) or (place[:1] == ("fmus",) and len(place) > 1)
 
 
-LAW_PARAMETERS = set(experiment_forms._parameters())
+LAW_PARAMETERS = {own.name for law in TENSION_LAWS.values() for own in law.parameters}
 LEAVES = [
     (place, key)
     for place, key in leaves(EXPERIMENT)
@@ -274,21 +277,17 @@ def test_what_the_reader_takes_the_schema_takes(name: str) -> None:
     assert taken == 0
 
 
-def test_names_that_stand_in_forms_are_those_that_are_read() -> None:
-    from typing import get_args
-
-    from cardsflow_fmu.experiment.experiment import Rule
-    from sim_dart.scene import FrictionLaw, LinkGeometry
-
-    assert list(experiment_forms.SHAPES) == list(world_reader._KINDS)
-    assert get_args(FrictionLaw) == experiment_forms.FRICTION_LAWS
-    assert get_args(LinkGeometry) == experiment_forms.LINK_GEOMETRIES
-    assert get_args(Rule) == experiment_forms.INTEGRATORS
+def test_names_in_settings_are_those_that_are_known() -> None:
+    assert list(SIZES) == list(scene._SHAPES) == list(get_args(world.ShapeName))
+    assert get_args(FrictionLaw) == get_args(world.FrictionLaw)
+    assert get_args(LinkGeometry) == get_args(world.LinkGeometry)
+    assert get_args(LawName) == tuple(TYPES)
+    assert MOST_SUBSTEPS == plant.MOST_SUBSTEPS
 
 
 def test_defaults_that_the_schema_tells_change_nothing() -> None:
     """Written out, every default of [plant], [run] and [controller] gives the same experiment."""
-    plain = read_experiment(PLANAR_2R, {})
+    plain = Experiment.load(PLANAR_2R, {})
     joint = {"ki", "observer", "delay", "predict", "muscle_horizon"}
     settings = {
         f"{name}.{key}": own["default"]
@@ -297,4 +296,4 @@ def test_defaults_that_the_schema_tells_change_nothing() -> None:
         if "default" in own and (name != "controller" or key in joint)
     }
     assert len(settings) > 10
-    assert read_experiment(PLANAR_2R, settings).data == plain.data
+    assert experiment_data(Experiment.load(PLANAR_2R, settings)) == experiment_data(plain)

@@ -16,6 +16,7 @@ from support.robots.worlds import write_box_mesh
 
 from addin_sdfusion.robot import InputError, Pose
 from cardsflow_fmu import Experiment, build, run
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.run import RunError, simulate
 from sim_dart.scene import Box, Capsule, Cylinder, Ground, MeshShape, SceneObject, Sphere
@@ -36,7 +37,7 @@ def test_without_a_world_nothing_is_new() -> None:
     """Same ports, and no word of a world in what travels."""
     plain = load()
     assert plain.scene is None
-    assert "world" not in plain.data
+    assert "world" not in experiment_data(plain)
     names = [port.name for port in PlantModel.table(plain)]
     assert not [n for n in names if n.startswith(("contact.", "object.")) or n.endswith(".tx")]
 
@@ -44,7 +45,7 @@ def test_without_a_world_nothing_is_new() -> None:
 def test_a_world_of_nothing_leaves_every_result_as_it_was() -> None:
     """In the same engine, which a world chooses."""
     alone = load()
-    in_dart = replace(alone, plant=replace(alone.plant, engine="dart"))
+    in_dart = replace(alone, plant=alone.plant.replaced(engine="dart"))
     plain = simulate(in_dart, through="direct")
     world = simulate(load({"friction": 0.5}), through="direct")
     assert world.names == plain.names
@@ -112,11 +113,11 @@ def test_an_experiment_in_a_world_reads_back_as_the_same(tmp_path: Path) -> None
         },
         **{"plant.wrenches": ["link_2"]},
     )
-    (tmp_path / "experiment.json").write_text(json.dumps(first.data))
+    (tmp_path / "experiment.json").write_text(json.dumps(experiment_data(first)))
     second = Experiment.load(tmp_path / "experiment.json")
     assert second.scene == first.scene
     assert second.plant == first.plant
-    assert second.data == first.data
+    assert experiment_data(second) == experiment_data(first)
 
 
 def test_ports_tell_contacts_objects_and_wrenches_with_units() -> None:
@@ -259,9 +260,9 @@ def test_two_robots_move_in_one_plant_as_each_alone(tmp_path: Path) -> None:
 def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
     first = written(tmp_path, two_arms())
     (tmp_path / "again").mkdir()
-    second = written(tmp_path / "again", first.data)
+    second = written(tmp_path / "again", experiment_data(first))
     assert second.robot == first.robot
-    assert second.data == first.data
+    assert experiment_data(second) == experiment_data(first)
     direct, fmu = simulate(first, through="direct"), simulate(first)
     names = [n for n in direct.names if n != "solve_time"]
     np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
@@ -302,7 +303,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         {"world": {"groud": True}},
         "world.groud: no key 'groud'; did you mean 'ground'",
     ),
-    "friction": ({"world": {"friction": -1.0}}, "world.friction: friction must be 0 or above"),
+    "friction": ({"world": {"friction": -1.0}}, "world.friction: must not be negative: -1.0"),
     "law": ({"world": {"friction_law": "prism"}}, "no friction law 'prism'"),
     "links": ({"world": {"links": "mesh"}}, "did you mean 'meshes'"),
     "objects": ({"world": {"objects": 3}}, "world.objects: must be a list of tables"),
@@ -312,11 +313,14 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         r"objects\[0\].radius: must be above",
     ),
     "key of an object": ({"world": {"objects": [BALL | {"colour": 1}]}}, "no key 'colour'"),
-    "mass": ({"world": {"objects": [BALL | {"mass": -1}]}}, r"objects\[0\].mass: mass must be 0"),
+    "mass": (
+        {"world": {"objects": [BALL | {"mass": -1}]}},
+        r"objects\[0\].mass: must not be negative: -1",
+    ),
     "names": ({"world": {"objects": [BALL, BALL]}}, "the name 'ball' is taken"),
     "name of a link": ({"world": {"objects": [BALL | {"name": "link_1"}]}}, "'link_1' is taken"),
     "no file": (
-        {"world": {"objects": [BALL | {"shape": "mesh", "file": "no.stl"}]}},
+        {"world": {"objects": [DIE | {"file": "no.stl"}]}},
         r"objects\[0\].file: .*no.stl is no file",
     ),
     "link": (
@@ -324,12 +328,12 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         "did you mean 'link_1'",
     ),
     "contacts": ({"world": {"contacts": ["link_1"]}}, "no link or object that collides 'link_1'"),
-    "ignore": ({"world": {"ignore": [["a"]]}}, "must be a list of pairs"),
+    "ignore": ({"world": {"ignore": [["a"]]}}, r"world.ignore\[0\]: must be a list of 2 names"),
     "sdf": ({"world": {"sdf": "none.world"}}, "none.world: cannot be read"),
     "ground": ({"world": {"ground": {"hight": 0.1}}}, "did you mean 'height'"),
     "rk4": ({"world": {"friction": 1.0}, "plant.integrator": "rk4"}, "rk4 knows no contacts"),
     "wrench": ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),
-    "wrenches": ({"plant.wrenches": "link_2"}, "must be a list of links"),
+    "wrenches": ({"plant.wrenches": "link_2"}, "plant.wrenches: must be a list of names"),
     "robots": ({"robots": []}, "there is a \\[robot\\] as well"),
     "tables": ({"world": 3}, "world: must be a table"),
 }

@@ -13,10 +13,9 @@ from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.experiment.hardware_settings import CommandKind, MotorSettings
+from cardsflow_fmu.experiment.settings.hardware import CommandKind, MotorSettings, SensorSettings
 from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-from cardsflow_fmu.hardware.emulator.sensors import SensorSettings
 from cardsflow_fmu.hardware.session.motors import MotorMap
 from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.run import simulate
@@ -122,8 +121,8 @@ def test_tensions_stay_within_bounds_whatever_is_commanded(
 STIFFNESS, DAMPING = (5e3,) * M, (20.0,) * M
 MOTORS = {
     "force": MotorSettings(),
-    "length": MotorSettings("length", STIFFNESS, DAMPING),
-    "velocity": MotorSettings("velocity", STIFFNESS, DAMPING),
+    "length": MotorSettings(command="length", stiffness=STIFFNESS, damping=DAMPING),
+    "velocity": MotorSettings(command="velocity", stiffness=STIFFNESS, damping=DAMPING),
 }
 
 
@@ -183,7 +182,14 @@ def test_motors_undo_what_the_map_of_motors_does(
     command: CommandKind, radius: tuple, scale: tuple, offset: tuple | None
 ) -> None:
     """Told what the map makes of forces, they pull with these forces."""
-    settings = MotorSettings(command, STIFFNESS, DAMPING, radius, scale, offset)
+    settings = MotorSettings(
+        command=command,
+        stiffness=STIFFNESS,
+        damping=DAMPING,
+        spindle_radius=radius,
+        encoder_scale=scale,
+        offset=offset,
+    )
     robot = planar_2r()
     emulated = EmulatedRobot(robot, STEP, q=[0.1, 0.2], qd=[0.3, -0.4], motors=settings)
     plant = emulated.plant
@@ -283,11 +289,11 @@ def test_noise_has_its_size_and_its_seed() -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"joint_counts": 0.0}, "joint_counts must be above 0, not 0.0"),
-        ({"length_counts": math.nan}, "length_counts must be above 0, not nan"),
-        ({"noise": -1.0}, "the noise must be 0 or more"),
-        ({"noise": math.inf}, "the noise must be 0 or more"),
-        ({"seed": -1}, "the seed must be 0 or more"),
+        ({"joint_counts": 0.0}, "joint_counts: must be above 0, not 0.0"),
+        ({"length_counts": math.nan}, "length_counts: must be a finite number, not nan"),
+        ({"noise": -1.0}, "noise: must not be negative: -1.0"),
+        ({"noise": math.inf}, "noise: must be a finite number, not inf"),
+        ({"seed": -1}, "seed: must not be negative: -1"),
     ],
 )
 def test_sensors_that_cannot_be_are_refused(words: dict[str, float], message: str) -> None:

@@ -15,7 +15,8 @@ from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyChannel
+from cardsflow_fmu.experiment.settings.hardware import Faults
+from cardsflow_fmu.hardware.emulator.faults import FaultyChannel
 from cardsflow_fmu.hardware.protocol.frame import Frame, Kind, pack, unpack
 from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
@@ -113,23 +114,25 @@ def test_an_outage_takes_all_frames_while_it_lasts() -> None:
 
 
 def test_the_same_seed_is_the_same_fate() -> None:
-    faults = Faults(0.1, 1e-3, 2e-3, 0.1, 0.1, 0.1, seed=4)
+    chances = dict.fromkeys(("loss", "duplicate", "reorder", "corrupt"), 0.1)
+    some = {"delay": 1e-3, "jitter": 2e-3, **chances}
+    faults = Faults(**some, seed=4)
     assert sent_through(faults)[2] == sent_through(faults)[2]
     assert sent_through(faults)[2] != sent_through(faults, "out")[2]
-    other = Faults(0.1, 1e-3, 2e-3, 0.1, 0.1, 0.1, seed=5)
+    other = Faults(**some, seed=5)
     assert sent_through(faults)[2] != sent_through(other)[2]
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"loss": 1.5}, "loss must be from 0 to 1, not 1.5"),
-        ({"reorder": -0.1}, "reorder must be from 0 to 1"),
-        ({"duplicate": math.nan}, "duplicate must be from 0 to 1"),
-        ({"delay": -1.0}, "delay must be 0 s or more"),
-        ({"jitter": math.inf}, "jitter must be 0 s or more"),
-        ({"outages": ((-1.0, 1.0),)}, "an outage begins at 0 s or later"),
-        ({"outages": ((1.0, math.nan),)}, "an outage begins at 0 s or later"),
+        ({"loss": 1.5}, "loss: must be from 0 to 1, not 1.5"),
+        ({"reorder": -0.1}, "reorder: must be from 0 to 1, not -0.1"),
+        ({"duplicate": math.nan}, "duplicate: must be a finite number, not nan"),
+        ({"delay": -1.0}, "delay: must not be negative: -1.0"),
+        ({"jitter": math.inf}, "jitter: must be a finite number, not inf"),
+        ({"outages": ((-1.0, 1.0),)}, r"outages\[0\]: an outage begins at 0 s or later"),
+        ({"outages": ((1.0, math.nan),)}, r"outages\[0\]\[1\]: must be a finite number"),
     ],
 )
 def test_faults_that_cannot_be_are_refused(words: dict, message: str) -> None:

@@ -30,9 +30,10 @@ from support.hardware.hardware_devices import (
 from support.hardware.hardware_fuzz import FRAMES, bad_frames
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer, serve
-from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyLine
+from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 from cardsflow_fmu.hardware.links.link import HardwareLink
 from cardsflow_fmu.hardware.links.serial import SerialLink

@@ -24,7 +24,8 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.experiment.hardware_settings import HardwareSettings
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, read_recording
@@ -394,14 +395,14 @@ def test_all_settings_read_and_travel(tmp_path: Path) -> None:
     assert own.safety.start_tolerance == (0.2, 0.3)
     assert own.motors.stiffness == (1e3, 2e3, 3e3, 4e3)
     assert own.motors.offset is None
-    for name, content in made.resources(with_hardware=True).items():
+    for name, content in experiment_resources(made, with_hardware=True).items():
         target = tmp_path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
     read = Experiment.from_resources(tmp_path).hardware
     assert (read.use, read.approach) == (False, None)  # of no concern to the FMU
     assert {**vars_of(read), "use": True, "approach": 1.5} == vars_of(own)
-    assert "hardware" not in json.loads(made.resources()["experiment.json"])  # type: ignore[arg-type]
+    assert "hardware" not in json.loads(experiment_resources(made)["experiment.json"])  # type: ignore[arg-type]
 
 
 def vars_of(settings: HardwareSettings) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.experiment.hardware_settings import MotorSettings, SafetySettings
+from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.session.motors import MotorMap
 from cardsflow_fmu.hardware.session.safety import Guard, TripError
@@ -29,7 +29,7 @@ FORCES = st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4).map(np.array)
 
 
 def guard(**settings: Any) -> Guard:
-    made = Guard(ROBOT, SafetySettings(**settings))
+    made = Guard(ROBOT, SafetySettings().replaced(**settings))
     made.start(1.0, REST)
     return made
 
@@ -135,7 +135,9 @@ SPRINGS = SpringMotors([m.name for m in ROBOT.muscles], K, damping=D, spindle_ra
 
 def mapped(command: Any, **settings: Any) -> MotorMap:
     four = {key: (value,) * 4 for key, value in settings.items() if value is not None}
-    settings_ = MotorSettings(command, stiffness=(K,) * 4, damping=(D,) * 4, **settings | four)
+    settings_ = MotorSettings(
+        command=command, stiffness=(K,) * 4, damping=(D,) * 4, **settings | four
+    )
     return MotorMap(settings_, SPRINGS.muscle_names)
 
 

@@ -13,6 +13,7 @@ from support.robots.robots import EXAMPLES
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.native.loop import NativeLoop, run_batch
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
@@ -134,7 +135,7 @@ def test_an_engine_is_named_rightly(key: str) -> None:
         load("planar_2r", {"plant.engine": "core", "world": {"ground": {}}})
     experiment = load("planar_2r", {key: "dart"})
     part = key.partition(".")[0]
-    assert experiment.data[part]["engine"] == "dart"
+    assert experiment_data(experiment)[part]["engine"] == "dart"
 
 
 def test_engines_give_the_same_run() -> None:

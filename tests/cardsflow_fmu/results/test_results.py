@@ -19,6 +19,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.report.figures import figure_of, plot
 from cardsflow_fmu.report.page import report, report_page
 from cardsflow_fmu.report.panels import KINDS, all_panels, panels_of
@@ -61,7 +62,7 @@ def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path)
     assert dict(back.units) == dict(result.units)
     metadata = json.loads(pq.read_schema(alone).metadata[b"cardsflow"])
     assert metadata["versions"] == result.summary["versions"]
-    assert metadata["experiment"] == json.loads(json.dumps(experiment.data))
+    assert metadata["experiment"] == json.loads(json.dumps(experiment_data(experiment)))
     assert pq.read_schema(alone).field("f.cable_1").metadata == {b"unit": b"N"}
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", through="direct")
     assert not (tmp_path / "out/results.parquet").exists()

@@ -121,9 +121,9 @@ def test_a_study_drives_no_robot(tmp_path: Path, executor: Executor) -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"hardware.emulator.loss": 1.5}, "loss must be from 0 to 1"),
-        ({"hardware.emulator.delay": -1.0}, "delay must be 0 s or more"),
-        ({"hardware.emulator.noise": -1.0}, "noise must be 0 or more"),
+        ({"hardware.emulator.loss": 1.5}, "hardware.emulator.loss: must be from 0 to 1, not 1.5"),
+        ({"hardware.emulator.delay": -1.0}, "hardware.emulator.delay: must not be negative: -1.0"),
+        ({"hardware.emulator.noise": -1.0}, "hardware.emulator.noise: must not be negative: -1.0"),
         ({"hardware.emulator.joint_counts": 0.0}, "must be above 0"),
         ({"hardware.emulator.seed": -1}, "must not be negative"),
         ({"hardware.emulator.motor_lag": -1.0}, "must not be negative"),

@@ -18,7 +18,7 @@ from cardsflow_fmu.studies.definition.metrics import (
     metric_values,
     spelled_out,
 )
-from cardsflow_fmu.studies.definition.study import Box
+from cardsflow_fmu.studies.definition.tables import Box
 from controllers.analysis.gains import margins
 from sim_dart import DartDynamics
 
@@ -99,7 +99,7 @@ def test_stiffness_is_the_slope_of_the_held_forces_torque(result: Result) -> Non
 
 def test_wrench_closure_is_the_part_of_the_workspace() -> None:
     """Two cables that pull link 1 the same way close nothing; the paper's four do."""
-    box = Box((-0.4, -0.4), (0.4, 0.4), 3)
+    box = Box(lower=(-0.4, -0.4), upper=(0.4, 0.4), points=3)
     good = simulate(Experiment.load(PLANAR, SETTINGS), through="direct")
     assert metric_values(["wrench_closure"], good, box) == {"wrench_closure": 1.0}
     changes = {
@@ -119,7 +119,7 @@ def test_a_workspace_without_limits_says_what_to_give(result: Result) -> None:
 
 
 def test_every_metric_has_a_value_and_a_unit(result: Result) -> None:
-    box = Box((-0.4, -0.4), (0.4, 0.4), 2)
+    box = Box(lower=(-0.4, -0.4), upper=(0.4, 0.4), points=2)
     values = metric_values(METRICS, result, box)
     assert [name for name, value in values.items() if value is None] == ["missed"]  # no hardware
     units = metric_units(METRICS, "rad")

@@ -24,7 +24,7 @@ from cardsflow_fmu.studies import run_study
 from cardsflow_fmu.studies.analysis.best_robot import muscle_table, write_best
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
-from cardsflow_fmu.studies.definition.study import Constraint, Optimise
+from cardsflow_fmu.studies.definition.tables import Constraint, Optimise
 from cardsflow_fmu.studies.execution.optimisation import cost, optimise
 
 BOX = """
@@ -76,8 +76,10 @@ def test_searches_find_the_bottom_of_a_bowl(tmp_path: Path, method: str) -> None
 
 
 def test_what_misses_a_constraint_is_above_all_that_meets_it() -> None:
-    limits = (Constraint("a", 1.0, None), Constraint("b", None, 0.0))
-    settings = Optimise("cma_es", "f", False, 8, 1, (0,), limits)
+    limits = (Constraint(metric="a", at_least=1.0), Constraint(metric="b", at_most=0.0))
+    settings = Optimise(
+        method="cma_es", objective="f", population=8, generations=1, constraints=limits
+    )
     good = cost(settings, Outcome({"f": 1e6, "a": 1.0, "b": 0.0}))
     near = cost(settings, Outcome({"f": 0.0, "a": 0.9, "b": 0.0}))
     far = cost(settings, Outcome({"f": 0.0, "a": 0.9, "b": 5.0}))
@@ -89,7 +91,7 @@ def test_what_misses_a_constraint_is_above_all_that_meets_it() -> None:
 
 
 def test_maximising_turns_the_objective_round() -> None:
-    settings = Optimise("cma_es", "f", True, 8, 1, (0,), ())
+    settings = Optimise(method="cma_es", objective="f", maximise=True, population=8, generations=1)
     assert cost(settings, Outcome({"f": 3.0})) == -3.0
 
 

@@ -108,7 +108,7 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         (KP, "tables = ['xlsx']", "no kind of table"),
         (KP, "seed = -1", "negative"),
         (KP, "sede = 1", "did you mean 'seed'"),
-        ("", "vary = 3", "must be tables"),
+        ("", "vary = 3", "vary: must be a list of tables"),
         (vary("controller..kp"), "", "names with dots"),
         (vary("run.duration.x.y"), "", "no table"),
         (KP + "[optimise]\nobjective = 'force.peek'\n", "", "did you mean 'force.peak'"),

@@ -11,6 +11,7 @@ from support.small_studies import PLANAR
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.config.key_path import PathError, join_path, set_value, split_path
+from cardsflow_fmu.experiment.writer import experiment_resources
 
 FILE = Path("experiment.toml")
 
@@ -80,7 +81,7 @@ def test_every_part_of_the_robot_can_be_changed() -> None:
 
 def test_a_changed_robot_travels_with_its_experiment(tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR, CHANGES)
-    for name, content in experiment.resources().items():
+    for name, content in experiment_resources(experiment).items():
         target = tmp_path / name
         target.parent.mkdir(exist_ok=True)
         target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())

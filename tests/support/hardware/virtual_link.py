@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulated_device import device_of
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-from cardsflow_fmu.hardware.emulator.faults import Faults, FaultyLine
+from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 from cardsflow_fmu.hardware.session import connect as opening
 

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from addin_sdfusion.robot.model.trajectory import Space
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
+
+LawName = Literal[
+    "joint_space",
+    "force_position",
+    "torque_position",
+    "lyapunov",
+    "operational_space",
+    "reactive_qp",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +38,7 @@ class ControlType:
     task_weight: float | None = None
 
 
-TYPES: dict[str, ControlType] = {
+TYPES: dict[LawName, ControlType] = {
     "joint_space": ControlType("JointSpaceController", "joint"),
     "force_position": ControlType("ForcePositionController", "joint"),
     "torque_position": ControlType("TorquePositionController", "joint", torque_gains=True),

@@ -1,0 +1,213 @@
+"""Messages about settings: what pydantic finds wrong, in one line each with file and full key."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+
+from .key_path import PathError
+
+Place = tuple[str | int, ...]
+
+
+class SettingError(ValueError):
+    """What a check of a model finds.
+
+    Args:
+        errors: Each with its key relative to what is checked; a text for what is wrong with that.
+        key: Of a text.
+    """
+
+    def __init__(self, *errors: InputError | str, key: str | None = None) -> None:
+        self.errors = [InputError(e, key=key) if isinstance(e, str) else e for e in errors]
+        super().__init__("; ".join(error.what for error in self.errors))
+
+
+def explained(
+    error: ValidationError, model: type[BaseModel], file: Path | None = None, key: str = ""
+) -> InputError:
+    """Everything that is wrong with a table, unknown keys first.
+
+    Args:
+        error: From pydantic.
+        model: The table's.
+        file: Where the table comes from.
+        key: The table's full key; empty for a whole file.
+
+    Returns:
+        The first error, with the others in `more`.
+    """
+    found = [
+        (each["type"] != "extra_forbidden", one)
+        for each in _without_consequences(error.errors(include_url=False))
+        for one in _errors(each, model)
+    ]
+    first, *others = [one for _, one in sorted(found, key=lambda pair: pair[0])]
+    for one in (first, *others):
+        one.file = file
+        one.key = joined(key, one.key)
+    first.more = tuple(others)
+    return first
+
+
+def keyed(error: ValidationError, keys: Sequence[str]) -> SettingError:
+    """What is wrong with the rows of a list, under other keys than their indices.
+
+    Args:
+        error: From pydantic, of a list.
+        keys: Of the rows.
+    """
+    found = []
+    for each in error.errors(include_url=False):
+        row, *place = each["loc"]
+        for one in _errors({**each, "loc": place}, BaseModel):
+            one.key = joined(keys[int(row)], one.key)
+            found.append(one)
+    return SettingError(*found)
+
+
+def hint(key: str, given: Iterable[str]) -> str:
+    """The key that may be meant to be a missing one, in words."""
+    near = difflib.get_close_matches(key, given, n=1, cutoff=0.5)
+    return f"; is {near[0]!r} meant to be it?" if near else ""
+
+
+def joined(key: str, inner: str | None) -> str | None:
+    """A full key of a table's and one inside it."""
+    if not key or not inner:
+        return key or inner or None
+    return f"{key}{inner}" if inner.startswith("[") else f"{key}.{inner}"
+
+
+def key_of(place: Iterable[str | int]) -> str:
+    """The full key of a place: names with dots between, indices in brackets."""
+    key = ""
+    for part in place:
+        key += f"[{part}]" if isinstance(part, int) else f".{part}" if key else part
+    return key
+
+
+def _without_consequences(errors: Sequence[Any]) -> list[Any]:
+    """The errors without missing keys of tables that have unknown ones, which may be misspelt.
+
+    And without lists that are too short as what is in them is wrong.
+    """
+    misspelt = {e["loc"][:-1] for e in errors if e["type"] == "extra_forbidden"}
+    broken = {e["loc"][:k] for e in errors for k in range(len(e["loc"]))}
+    return [
+        e
+        for e in errors
+        if not (e["type"] == "missing" and e["loc"][:-1] in misspelt)
+        and not (e["type"] == "too_short" and e["loc"] in broken)
+    ]
+
+
+def _errors(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError]:
+    """An error of pydantic as ours, with keys relative to the model."""
+    place, value = error["loc"], error["input"]
+    key, own = key_of(place), error.get("ctx", {}).get("error")
+    if isinstance(own, SettingError):
+        for one in own.errors:
+            one.key = joined(key, one.key)
+        return own.errors
+    if error["type"] == "extra_forbidden":
+        known = keys_of(_table_at(model, place[:-1]))
+        return [UnknownNameError("key", str(place[-1]), known, key=key)]
+    if error["type"] == "literal_error":
+        return [_no_choice(value, _field_at(model, place), key)]
+    if error["type"] == "float_type" and isinstance(value, dict):
+        return [PathError("is one number, no table", key=key)]
+    if error["type"] in ("tuple_type", "too_short"):
+        rows = _rows(_field_at(model, place).annotation)
+        least = {1: f"at least one {rows[:-1]}", 2: f"at least two {rows}"}
+        what = least[error["ctx"]["min_length"]] if error["type"] == "too_short" else rows
+        return [InputError(f"must be a list of {what}, not {value!r}", key=key)]
+    return [InputError(_words(error), key=key)]
+
+
+def _no_choice(value: Any, field: FieldInfo, key: str) -> InputError:
+    choices = _choices(field.annotation)
+    if not isinstance(value, str) or not value:
+        words = " or ".join(map(repr, choices)) if isinstance(choices[0], str) else "true"
+        return InputError(f"must be {words}, not {value!r}", key=key)
+    kind = field.title or key.rpartition(".")[2].replace("_", " ")
+    return UnknownNameError(kind, value, choices, key=key)
+
+
+def _words(error: Mapping[str, Any]) -> str:
+    value, ctx = error["input"], error.get("ctx", {})
+    bound = ctx.get("gt", ctx.get("ge", ctx.get("le")))
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > 10**300:
+        return "must be a finite number, not inf"
+    match error["type"]:
+        case "missing":
+            given = value if isinstance(value, dict) else ()
+            return f"missing{hint(error['loc'][-1], given)}"
+        case "float_type" | "int_type" if not isinstance(value, float):
+            return f"must be a number, not {value!r}"
+        case "int_type" if math.isfinite(value):
+            return f"must be a whole number, not {value!r}"
+        case "finite_number" | "int_type":
+            return f"must be a finite number, not {value!r}"
+        case "greater_than":
+            return f"must be above {bound:.16g}, not {value!r}"
+        case "greater_than_equal" if bound == 0:
+            return f"must not be negative: {value!r}"
+        case "greater_than_equal":
+            return f"must be at least {bound:.16g}, not {value!r}"
+        case "less_than_equal":
+            return f"must be at most {bound:.16g}, not {value!r}"
+        case "bool_type":
+            return f"must be true or false, not {value!r}"
+        case "string_type" | "string_too_short":
+            return f"must be a text, not {value!r}"
+        case "model_type" | "dict_type" | "model_attributes_type":
+            return f"must be a table, not {value!r}"
+    return f"{error['msg']}, not {value!r}"
+
+
+def keys_of(model: type[BaseModel]) -> list[str]:
+    """The keys of a table, as files have them."""
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _table_at(annotation: Any, place: Sequence[str | int]) -> type[BaseModel]:
+    """The model of the table at a place inside of another, or of a dictionary or list of such."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return (
+            _table_at(_field_at(annotation, place[:1]).annotation, place[1:])
+            if place
+            else annotation
+        )
+    inner = [own for own in get_args(annotation) if own not in (str, type(None), ...)]
+    return _table_at(inner[0], place[1:] if get_origin(annotation) in (dict, tuple) else place)
+
+
+def _field_at(model: type[BaseModel], place: Sequence[str | int]) -> FieldInfo:
+    """The field at a place, or that of the list at it."""
+    while isinstance(place[-1], int):
+        place = place[:-1]
+    table = _table_at(model, place[:-1])
+    return next(f for name, f in table.model_fields.items() if place[-1] in (f.alias, name))
+
+
+def _rows(annotation: Any) -> str:
+    """What a list holds."""
+    row = (*get_args(annotation), Any)[0]
+    if isinstance(row, type) and issubclass(row, BaseModel):
+        return "tables"
+    return {str: "names", float: "numbers", int: "whole numbers"}.get(row, "values")
+
+
+def _choices(annotation: Any) -> list[Any]:
+    if get_origin(annotation) is Literal:
+        return list(get_args(annotation))
+    return [name for each in get_args(annotation) for name in _choices(each)]

@@ -1,0 +1,150 @@
+"""Settings by name: one number for all muscles, coordinates or links, a list, or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+)
+from pydantic_core import CoreSchema, core_schema
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+
+from .key_path import EVERY_OTHER
+from .messages import SettingError, hint, keyed
+
+_NOT_GIVEN: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names that settings are for.
+
+    Attributes:
+        kind: What they name, for messages.
+        names: In order.
+        groups: Names of several of them together.
+    """
+
+    kind: str
+    names: Sequence[str]
+    groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+def each(
+    names: str,
+    meaning: str,
+    default: Any = ...,
+    *,
+    others: Any = None,
+    word: str | None = None,
+    alias: str | None = None,
+) -> Any:
+    """A key with a value for each of several names; a tuple in their order, once it is read.
+
+    Args:
+        names: Which names, by the key in `Context.names`.
+        meaning: For people, with the unit.
+        default: Of every value; none where it must be given; None for an empty tuple.
+        others: Value of names that a table leaves out; the default where it is None.
+        word: A text that may stand in the place of the values; None once it is read.
+        alias: The key, where the attribute has another name.
+    """
+    own: Any = Field(
+        ... if default is ... else _NOT_GIVEN,
+        description=meaning,
+        alias=alias,
+        json_schema_extra={"default": None if default is ... else default},
+    )
+    own.metadata.append(_Each(names, default, default if others is None else others, word))
+    return own
+
+
+class _Each:
+    """The validator of `each`."""
+
+    def __init__(self, names: str, default: Any, others: Any, word: str | None) -> None:
+        self._names, self._default, self._others, self._word = names, default, others, word
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.with_info_wrap_validator_function(self._read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
+        inner = handler(schema["schema"])
+        rows = next(own for own in inner.get("anyOf", [inner]) if own.get("type") == "array")
+        item = rows["items"]
+        forms = [item, rows, {"type": "object", "additionalProperties": item}]
+        return {"anyOf": [*forms, *([{"const": self._word}] if self._word else [])]}
+
+    def _read(self, value: Any, handler: ValidatorFunctionWrapHandler, info: Any) -> Any:
+        if self._word is not None and value in (self._word, None):
+            return None
+        known: Names | None = info.context.names[self._names] if _is_named(info) else None
+        if value == {} and self._default is not ...:
+            value = _NOT_GIVEN
+        if value == _NOT_GIVEN and isinstance(value, tuple):
+            return self._by_default(known, info)
+        if isinstance(value, dict):
+            numbers = dict(zip(value, _checked(handler, value.values(), value), strict=True))
+            return tuple(numbers.values()) if known is None else self._spread(numbers, known, info)
+        if not isinstance(value, list | tuple):
+            (number,) = _checked(handler, [value], [""])
+            return (number,) * (1 if known is None else len(known.names))
+        if known is not None and len(value) != len(known.names):
+            raise SettingError(f"must have {len(known.names)} numbers, one for each {known.kind}")
+        return _checked(handler, value, [f"[{k}]" for k in range(len(value))])
+
+    def _by_default(self, known: Names | None, info: Any) -> tuple[Any, ...]:
+        if known is None:
+            return ()
+        default = info.context.defaults.get(info.field_name, self._default)
+        if isinstance(default, tuple):
+            return default
+        return () if default is None else (default,) * len(known.names)
+
+    def _spread(self, numbers: Mapping[str, Any], known: Names, info: Any) -> tuple[Any, ...]:
+        """A value for every name, from a table with names, groups of names, and `*`."""
+        together = {**{name: [name] for name in known.names}, EVERY_OTHER: known.names}
+        together = {**known.groups, **together}
+        errors: list[InputError] = [
+            UnknownNameError(known.kind, name, [*known.groups, *known.names], key=name)
+            for name in numbers
+            if name not in together
+        ]
+        spread = dict.fromkeys(known.names, numbers[EVERY_OTHER]) if EVERY_OTHER in numbers else {}
+        for name, number in numbers.items():
+            if name != EVERY_OTHER:
+                spread |= {one: numbers.get(one, number) for one in together.get(name, ())}
+        usual = info.context.defaults.get(info.field_name, self._others)
+        if isinstance(usual, tuple) and info.field_name in info.context.defaults:
+            spread = dict(zip(known.names, usual, strict=True)) | spread
+        elif not errors and (usual is None or usual is ...):
+            lacking = [name for name in known.names if name not in spread]
+            errors += [InputError(f"missing{hint(name, numbers)}", key=name) for name in lacking]
+        if errors:
+            raise SettingError(*errors)
+        return tuple(spread.get(name, usual) for name in known.names)
+
+
+def _is_named(info: Any) -> bool:
+    return info.context is not None and info.context.names is not None
+
+
+def _checked(
+    handler: ValidatorFunctionWrapHandler, values: Iterable[Any], keys: Iterable[str]
+) -> tuple[Any, ...]:
+    """Valid values; errors under the keys of theirs."""
+    try:
+        checked: tuple[Any, ...] = handler(tuple(values))
+    except ValidationError as error:
+        raise keyed(error, list(keys)) from None
+    return checked

@@ -1,0 +1,1 @@
+"""Tables of experiment.toml: a model each."""

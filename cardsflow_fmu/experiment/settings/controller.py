@@ -1,0 +1,194 @@
+"""[controller]: the control law, its gains and weights, and what is around it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    AfterValidator,
+    Field,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    model_validator,
+)
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot.model.trajectory import Space
+from cardsflow_fmu.config.messages import SettingError
+from cardsflow_fmu.config.multiples import require_multiple
+from cardsflow_fmu.config.names import each
+from cardsflow_fmu.config.table import (
+    OR_FALSE,
+    Context,
+    FromZero,
+    Positive,
+    Table,
+    Text,
+    Whole,
+    setting,
+)
+from controllers.laws.operational_space import LIMIT_BANDWIDTH
+from controllers.qp.solver import DEFAULT_SOLVER, require_solver
+
+from .controller_types import TYPES, LawName
+from .plant import Engine, StartSettings
+from .reference import ReferenceSettings
+from .run import RunSettings
+
+EXACT = "exact"
+"""An infinite weight, which no number in a file is."""
+
+
+def _solver(name: str) -> str:
+    try:
+        return require_solver(name)
+    except UnknownNameError as error:
+        raise SettingError(error) from None
+
+
+def _weight(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
+    if isinstance(value, str) and value == EXACT:
+        return math.inf
+    if isinstance(value, int | float) and not isinstance(value, bool) and value <= 0:
+        raise SettingError(f"must be above 0, or {EXACT!r}: {value!r}")
+    number: float = handler(value)
+    return number
+
+
+def _rank(value: float) -> float:
+    if value < 1 or value != int(value):
+        raise SettingError(f"must be whole numbers from 1 on: {value!r}")
+    return value
+
+
+Weight = Annotated[
+    float,
+    WrapValidator(_weight),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": EXACT}]}),
+]
+Rank = Annotated[float, AfterValidator(_rank), WithJsonSchema({"type": "number", "minimum": 1})]
+
+
+class PostureSettings(Table):
+    """What a redundant robot does beside its tasks; see `controllers.Posture`."""
+
+    kp: tuple[FromZero, ...] = each("coordinate", "in 1/s²", 25.0)
+    kd: tuple[FromZero, ...] = each("coordinate", "in 1/s", 10.0)
+    q0: tuple[float, ...] = each(
+        "coordinate", "the preferred posture, in rad or m; that of the start", None
+    )
+
+
+class ControllerSettings(Table):
+    """The controller."""
+
+    type: LawName = setting("the control law", None, kind="controller type")
+    kp: tuple[Positive, ...] = each("followed", "gain of position errors, in 1/s²")
+    kd: tuple[FromZero, ...] = each("followed", "gain of velocity errors, in 1/s")
+    ki: tuple[FromZero, ...] = each("followed", "gain of the errors' integrals, in 1/s³", 0.0)
+    period: Positive = setting("time between two ticks, in s: a whole multiple of run.step", None)
+    solver: Annotated[Text, AfterValidator(_solver)] = setting(
+        "what solves the QP: dual_newton, or a back end of qpsolvers", DEFAULT_SOLVER
+    )
+    weights: tuple[Positive, ...] = each("muscle", "of squared forces, in 1/N²", None)
+    observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
+    delay: Annotated[Whole, Field(ge=0, le=1)] = setting("ticks until forces take effect", 0)
+    predict: bool = setting("whether the controller makes up for the delay", True)
+    muscle_horizon: FromZero = setting(
+        "how far ahead commands of muscles aim, in s; 0 for the next tick, or a few where muscles "
+        "answer late",
+        0.0,
+    )
+    engine: Engine = setting("what computes the dynamics; auto is the core", "auto")
+    posture: Annotated[PostureSettings | None, OR_FALSE] = setting(
+        "what a redundant robot does beside its tasks; false for nothing", {}
+    )
+    task_weights: tuple[Weight, ...] = each(
+        "task coordinate", 'how much a task counts; "exact" to meet it exactly', None
+    )
+    priorities: tuple[Rank, ...] = each("task coordinate", "rank of a task, 1 first", 1.0)
+    acceleration_weights: tuple[Positive, ...] = each("coordinate", "of squared accelerations", 1.0)
+    force_rate_weights: tuple[FromZero, ...] = each("muscle", "of squared changes of force", 0.0)
+    pretension: tuple[FromZero, ...] = each("muscle", "force that is preferred, in N", 0.0)
+    limit_bandwidth: Annotated[Positive | None, OR_FALSE] = setting(
+        "how joint limits are kept, in rad/s; false for not at all", LIMIT_BANDWIDTH
+    )
+
+    @model_validator(mode="after")
+    def _check_space(self) -> Self:
+        if self.type is not None and self.space == "joint":
+            self.require_only(key for key in type(self).model_fields if key not in _OF_TASKS)
+        return self
+
+    @property
+    def space(self) -> Space:
+        """What it follows: joint positions, or task coordinates."""
+        return TYPES[self.type].space
+
+    @property
+    def torque_gains(self) -> bool:
+        """Whether the gains make torques of errors, instead of accelerations."""
+        return TYPES[self.type].torque_gains
+
+    @property
+    def tasks(self) -> ControllerSettings | None:
+        """Posture, weights and priorities of a controller in operational space; else None."""
+        return None if self.space == "joint" else self
+
+    def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
+        """As of any table; without what only counts in operational space where it does not."""
+        if self.space == "joint":
+            return super().data([*leave_out, *_OF_TASKS])
+        exact = [w if math.isfinite(w) else EXACT for w in self.task_weights]
+        nothing = dict.fromkeys(("posture", "limit_bandwidth"), False)
+        return nothing | super().data(leave_out) | {"task_weights": exact}
+
+
+_OF_TASKS = (
+    *("posture", "task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
+    *("pretension", "limit_bandwidth"),
+)
+"""What counts in operational space alone."""
+
+
+def read_controller(
+    data: Mapping[str, Any],
+    context: Context,
+    run: RunSettings,
+    reference: ReferenceSettings,
+    start: StartSettings,
+) -> ControllerSettings:
+    """The controller's settings.
+
+    Args:
+        data: The table [controller].
+        context: What it is read with.
+        run: The co-simulation.
+        reference: What the controller is to follow.
+        start: Where the robot begins.
+
+    Raises:
+        InputError: Something in it is wrong.
+    """
+    fitting = [name for name, known in TYPES.items() if known.space == reference.space]
+    name = data.get("type", fitting[0])
+    if name not in fitting:
+        what = f"{name!r} does not follow a reference in {reference.space} space"
+        what += f"; use {' or '.join(map(repr, fitting))}"
+        raise InputError(what, file=context.file, key="controller.type")
+    law = TYPES[name]
+    exact = math.inf if law.task_weight is None else law.task_weight
+    defaults = {"weights": law.force_weight, "task_weights": exact, "q0": start.q}
+    settings = ControllerSettings.read(
+        {"type": name, "period": run.step, **data},
+        replace(context, defaults=defaults),
+        "controller",
+    )
+    require_multiple(
+        settings.period, run.step, "run.step", file=context.file, key="controller.period"
+    )
+    return settings

@@ -1,0 +1,98 @@
+"""[disturbance] and [wiring]: forces from outside, and inputs that are connected otherwise."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.config.names import each
+from cardsflow_fmu.config.table import Context, Table, Vector3, setting
+from cardsflow_fmu.signals.ports import load_signals
+from cardsflow_fmu.signals.world import wrench_signals
+
+from .plant import PlantSettings
+
+
+class DisturbanceSettings(Table):
+    """Forces on task points from outside."""
+
+    forces: tuple[Vector3, ...] = each(
+        "point",
+        "force on a task frame that is a point, in N, by its name",
+        None,
+        others=(0.0, 0.0, 0.0),
+        alias="force",
+    )
+    begin: float = setting("in s", 0.0)
+    end: float = setting("in s; never when left out", math.inf)
+    known: bool = setting("whether the controller knows of them", False)
+
+
+def _source(value: Any, handler: ValidatorFunctionWrapHandler) -> str | float:
+    source: str | float = value if isinstance(value, str) and value else handler(value)
+    return source
+
+
+Source = Annotated[
+    float,
+    WrapValidator(_source),
+    WithJsonSchema({"anyOf": [{"type": "string", "minLength": 1}, {"type": "number"}]}),
+]
+_WORDS = "another participant's output, or a number, for an input"
+
+
+class WiringSettings(Table):
+    """Inputs that are not connected to the output of the same name."""
+
+    plant: dict[str, Source] = setting(_WORDS, {})
+    controller: dict[str, Source] = setting(_WORDS, {})
+
+
+def read_disturbance(data: dict[str, Any], context: Context) -> DisturbanceSettings | None:
+    """Forces from outside; None if the table is absent or empty.
+
+    Args:
+        data: The table [disturbance].
+        context: What it is read with.
+
+    Raises:
+        InputError: Something in it is wrong.
+    """
+    if not data:
+        return None
+    settings = DisturbanceSettings.read(data, context, "disturbance")
+    if settings.end <= settings.begin:
+        what = f"must be after begin, {settings.begin!r} s"
+        raise InputError(what, file=context.file, key="disturbance.end")
+    if not settings.forces:
+        points = ", ".join(context.names["point"].names) if context.names else ""
+        what = f"missing: forces on {points or 'task points'}"
+        raise InputError(what, file=context.file, key="disturbance.force")
+    return settings
+
+
+def complete_wiring(
+    settings: WiringSettings,
+    robot: Robot,
+    disturbance: DisturbanceSettings | None,
+    plant: PlantSettings,
+) -> dict[str, str | float]:
+    """Connections by full port names, those of loads that nothing gives at 0.
+
+    Args:
+        settings: What the experiment says; the master checks that the ports exist.
+        robot: The robot.
+        disturbance: Forces from outside.
+        plant: The plant, which may take wrenches.
+    """
+    wiring: dict[str, str | float] = dict.fromkeys(
+        (f"plant.{name}" for name in wrench_signals(plant.wrenches)), 0.0
+    )
+    for model in ("plant", "controller"):
+        if disturbance is None or (model == "controller" and not disturbance.known):
+            wiring |= {f"{model}.{name}": 0.0 for name in load_signals(robot)}
+        wiring |= {f"{model}.{name}": own for name, own in getattr(settings, model).items()}
+    return wiring

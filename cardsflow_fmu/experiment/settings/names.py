@@ -1,0 +1,29 @@
+"""The names of a robot that settings by name are for."""
+
+from __future__ import annotations
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.trajectory import Space
+from cardsflow_fmu.config.names import Names
+from cardsflow_fmu.signals.ports import task_names
+
+
+def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
+    """All names, by the keys that models use.
+
+    Args:
+        robot: The robot.
+        space: Of what is followed: its names are `followed`.
+    """
+    coordinates = Names("coordinate", [c.name for c in robot.coordinates])
+    groups = {f.name: [f"{f.name}.{axis}" for axis in f.axes] for f in robot.task_frames}
+    tasks = Names("task coordinate", task_names(robot), groups)
+    points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
+    return {
+        "coordinate": coordinates,
+        "task coordinate": tasks,
+        "followed": coordinates if space == "joint" else tasks,
+        "muscle": Names("muscle", [muscle.name for muscle in robot.muscles]),
+        "link": Names("link", [link.name for link in robot.links]),
+        "point": Names("task frame that is a point", points),
+    }

@@ -1,0 +1,194 @@
+"""[reference]: what is to be followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
+from cardsflow_fmu.config.messages import SettingError
+from cardsflow_fmu.config.names import each
+from cardsflow_fmu.config.table import (
+    File,
+    Listed,
+    Positive,
+    Table,
+    Text,
+    Vector3,
+    Whole,
+    setting,
+)
+
+_WITH_RATES = ("cubic", "quintic", "samples")
+_WITH_ACCELERATIONS = ("quintic", "samples")
+_RIGHT_ANGLE = 1e-9
+
+_X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+class FlowerSettings(Table):
+    """A rose curve r = radius * cos(petals * phi) about a centre; see `controllers.Flower`."""
+
+    centre: Vector3 = setting("in m")
+    axes: Annotated[tuple[Vector3, ...], Listed] = setting(
+        "the two unit vectors of its plane", (_X, _Z)
+    )
+    radius: Positive = setting("in m")
+    petals: Annotated[Whole, Field(ge=1)] = setting("number of petals", 5)
+    duration: Positive = setting("in s", 30.0)
+
+    @model_validator(mode="after")
+    def _check_axes(self) -> Self:
+        if len(self.axes) != 2:
+            raise SettingError("must be two vectors of three numbers", key="axes")
+        u, v = map(np.array, self.axes)
+        if max(abs(u @ u - 1.0), abs(v @ v - 1.0), abs(u @ v)) > _RIGHT_ANGLE:
+            raise SettingError("must be two unit vectors at a right angle", key="axes")
+        return self
+
+
+class ApproachSettings(Table):
+    """A straight way, from rest to rest, to where the reference begins."""
+
+    duration: Positive = setting("in s")
+    start: Annotated[tuple[float, ...], Listed] = setting(
+        "where it begins, q or y; the start pose when left out", None
+    )
+
+
+class PointSettings(Table):
+    """A point of the reference; q or y in all of them."""
+
+    time: float = setting("in s; 0 in the first point")
+    q: tuple[float, ...] = each("coordinate", "joint positions, in rad or m", None)
+    qd: tuple[float, ...] = each("coordinate", "joint velocities, in rad/s or m/s", 0.0)
+    qdd: tuple[float, ...] = each("coordinate", "joint accelerations, in rad/s² or m/s²", 0.0)
+    y: tuple[float, ...] = each("task coordinate", "task coordinates, in m or rad", None)
+    yd: tuple[float, ...] = each("task coordinate", "their rates, in m/s or rad/s", 0.0)
+    ydd: tuple[float, ...] = each("task coordinate", "their accelerations, in m/s² or rad/s²", 0.0)
+    blend_time: Positive = setting("of a parabolic blend, in s", None)
+
+
+class ReferenceTable(Table):
+    """What is to be followed: points, a trajectory by its name, or a flower."""
+
+    name: Text = setting("of the points", "reference")
+    spline: Spline = setting("the way between points", None, kind="kind of spline")
+    points: Annotated[tuple[PointSettings, ...], Listed, Field(min_length=2)] = setting(
+        "points in the order of their times", None
+    )
+    trajectory: Text = setting("the name of a trajectory of CASPR", None)
+    file: File = setting("where it is; the one beside the robot when left out", None)
+    flower: FlowerSettings = setting("a rose curve in operational space", None)
+    approach: ApproachSettings = setting(
+        "a straight way, from rest to rest, to where the reference begins", None
+    )
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> Self:
+        if self.flower is not None:
+            self.require_only(("flower", "approach"))
+        elif self.points is not None:
+            self.require_only(("name", "spline", "points", "approach"))
+            self._check_points()
+        else:
+            self.require_only(("trajectory", "file", "approach"))
+            if self.trajectory is None:
+                raise SettingError("missing", key="trajectory")
+        return self
+
+    def _check_points(self) -> None:
+        """That every point has what its spline takes, and times that the trajectory can have."""
+        if self.spline is None:
+            raise SettingError("missing", key="spline")
+        errors: list[InputError] = []
+        for k, point in enumerate(self.points):
+            blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
+            found: list[InputError] = point.meaningless(["time", *self.rows.values(), *blends])
+            if self.letter not in point.model_fields_set:
+                found.append(InputError("missing", key=self.letter))
+            for error in found:
+                error.key = f"points[{k}].{error.key}"
+            errors += found
+        if errors:
+            raise SettingError(*errors)
+        times = [point.time for point in self.points]
+        if times[0] != 0 or any(b <= a for a, b in pairwise(times)):
+            raise SettingError(f"times must begin at 0 and increase: {times}", key="points")
+        for k, (before, point) in enumerate(pairwise(self.points), 1):
+            if 2.0 * (point.blend_time or 0.0) >= point.time - before.time:
+                what = f"{point.blend_time!r} s is not below half the way to the point"
+                raise SettingError(what, key=f"points[{k}].blend_time")
+
+    @property
+    def letter(self) -> str:
+        """Of what the points hold, which the first one says: `q` or `y`."""
+        return "y" if "y" in self.points[0].model_fields_set else "q"
+
+    @property
+    def rows(self) -> dict[str, str]:
+        """The keys of what the points hold, by the names in a `TrajectoryPoint`."""
+        rows = {"q": self.letter}
+        if self.spline in _WITH_RATES:
+            rows["qd"] = f"{self.letter}d"
+        if self.spline in _WITH_ACCELERATIONS:
+            rows["qdd"] = f"{self.letter}dd"
+        return rows
+
+    def trajectory_of_points(self) -> Trajectory:
+        """The trajectory through the points."""
+        points = [
+            TrajectoryPoint(
+                point.time,
+                **{name: getattr(point, key) for name, key in self.rows.items()},
+                blend_time=point.blend_time or 0.0,
+            )
+            for point in self.points
+        ]
+        space: Space = "joint" if self.letter == "q" else "operational"
+        return Trajectory(self.name, self.spline, tuple(points), points[-1].time, space)
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceSettings:
+    """What is to be followed: a trajectory or a flower.
+
+    Attributes:
+        space: Whether it is made of joint positions q or task coordinates y.
+        curve: The way.
+        approach: The way to its beginning; None if the robot starts there.
+    """
+
+    space: Space
+    curve: Trajectory | FlowerSettings
+    approach: ApproachSettings | None = None
+
+    @property
+    def duration(self) -> float:
+        """How long it takes, with its approach, in [s]."""
+        curve = self.curve
+        own = curve.duration if isinstance(curve, FlowerSettings) else curve.points[-1].time
+        return own + (self.approach.duration if self.approach else 0.0)
+
+    def data(self) -> dict[str, Any]:
+        """As plain data, which reads back as the same."""
+        approach = {} if self.approach is None else {"approach": self.approach.data()}
+        if isinstance(self.curve, FlowerSettings):
+            return {"flower": self.curve.data(), **approach}
+        letter = "q" if self.curve.space == "joint" else "y"
+        points = [
+            {"time": point.time}
+            | {
+                letter + ending: list(numbers)
+                for ending, numbers in (("", point.q), ("d", point.qd), ("dd", point.qdd))
+                if numbers
+            }
+            | ({"blend_time": point.blend_time} if point.blend_time else {})
+            for point in self.curve.points
+        ]
+        return {"name": self.curve.name, "spline": self.curve.spline, "points": points, **approach}

@@ -1,0 +1,49 @@
+"""[run]: the co-simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import model_validator
+
+from cardsflow_fmu.config.messages import SettingError
+from cardsflow_fmu.config.table import File, Listed, Positive, Table, setting
+from cardsflow_fmu.cosim.coupling import Coupling, Scheme
+from cardsflow_fmu.signals.roles import ROLES
+
+TableFormat = Literal["csv", "parquet"]
+
+
+class RunSettings(Table):
+    """The co-simulation."""
+
+    step: Positive = setting("communication step, in s", 0.001)
+    duration: Positive = setting("in s; that of the reference when left out", None)
+    output: File = setting("folder for the results, relative to this file", "results")
+    format: TableFormat = setting("of the table of results", "csv")
+    scheme: Scheme = setting("in what order participants are stepped", "sampled", alias="coupling")
+    order: Annotated[tuple[str, ...], Listed] = setting("of the participants, for gauss_seidel", ())
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if self.scheme != "gauss_seidel":
+            self.require_only(type(self).model_fields.keys() - {"order"})
+        elif sorted(self.order) != sorted(ROLES):
+            what = f"must be a list of {', '.join(ROLES)} in any order"
+            raise SettingError(what if self.order else f"missing: {what}", key="order")
+        return self
+
+    @property
+    def coupling(self) -> Coupling:
+        """In what order plant, controller and reference are stepped."""
+        return Coupling(self.scheme, self.order) if self.order else Coupling(self.scheme)
+
+    @property
+    def steps(self) -> int:
+        """Number of communication steps."""
+        return round(self.duration / self.step)
+
+    def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
+        """What FMUs carry of it: neither where results go nor their format."""
+        return super().data(["output", "format", *([] if self.order else ["order"]), *leave_out])

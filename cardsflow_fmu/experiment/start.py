@@ -1,0 +1,179 @@
+"""Where a reference begins, and the robot: trajectories by name, and inverse kinematics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot.model.trajectory import Space, Trajectory
+from addin_sdfusion.robot.readers.caspr.trajectories import read_trajectory
+from cardsflow_fmu.config.names import Names
+from cardsflow_fmu.config.table import Context
+
+from .settings.plant import StartSettings
+from .settings.reference import FlowerSettings, ReferenceSettings, ReferenceTable
+
+_REACHABLE = 1e-3  # in [m] or [rad]: nearer than this to the robot's reach, a reference is in it
+
+
+def read_reference(
+    data: Mapping[str, Any],
+    start: Mapping[str, Any],
+    space: Space,
+    context: Context,
+    robot_path: Path,
+    robot: Robot,
+) -> tuple[StartSettings, ReferenceSettings]:
+    """The state at the start and the reference.
+
+    Args:
+        data: The table [reference].
+        start: The table [start].
+        space: Where a trajectory that is given by name is to be found.
+        context: What they are read with.
+        robot_path: The robot's main file.
+        robot: The robot, with its operational space.
+
+    Raises:
+        InputError: Something is wrong, or the start cannot be reached.
+    """
+    table = ReferenceTable.read(data, context, "reference")
+    curve = _curve(table, space, context, robot_path)
+    space = curve.space if isinstance(curve, Trajectory) else "operational"
+    first, approach = _first(curve), table.approach
+    if approach is None:
+        return _start(start, context, robot, curve, first), ReferenceSettings(space, curve)
+    if approach.start is not None:
+        size = len(_names(space, context).names)
+        if len(approach.start) != size:
+            what = f"must be a list of {size} numbers, not {list(approach.start)!r}"
+            raise InputError(what, file=context.file, key="reference.approach.start")
+        settings = _start(start, context, robot, curve, approach.start, at_rest=True)
+    else:
+        settings = _start(start, context, robot, curve, None)
+        begin = settings.q if space == "joint" else _task_position(robot, settings.q)
+        approach = approach.replaced(start=begin)
+    if space == "operational":
+        try:
+            _inverse_kinematics(robot, first, settings.q, tolerance=_REACHABLE)
+        except InputError as error:
+            raise InputError(error.what, file=context.file, key="reference") from None
+    return settings, ReferenceSettings(space, curve, approach)
+
+
+def _names(space: Space, context: Context) -> Names:
+    assert context.names is not None
+    return context.names["coordinate" if space == "joint" else "task coordinate"]
+
+
+def _first(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
+    """Where the reference begins."""
+    if isinstance(curve, Trajectory):
+        return curve.points[0].q
+    return tuple(c + curve.radius * u for c, u in zip(curve.centre, curve.axes[0], strict=True))
+
+
+def _curve(
+    table: ReferenceTable, space: Space, context: Context, robot_path: Path
+) -> Trajectory | FlowerSettings:
+    if table.points is not None:
+        return table.trajectory_of_points()
+    if table.flower is None:
+        return _named_trajectory(table, space, context, robot_path)
+    names = _names("operational", context).names
+    if len(names) != 3 or any(not name.endswith(f".{a}") for name, a in zip(names, "xyz")):  # noqa: B905
+        what = f"a flower needs a task point with axes x, y, z; found {', '.join(names) or 'none'}"
+        raise InputError(what, file=context.file, key="reference.flower.centre")
+    return table.flower
+
+
+def _named_trajectory(
+    table: ReferenceTable, space: Space, context: Context, robot_path: Path
+) -> Trajectory:
+    name, file, key = table.trajectory, table.file, "reference.trajectory"
+    if file is None:  # CASPR's trajectories beside the robot's bodies
+        stem = robot_path.name.removesuffix("_bodies.xml")
+        file = robot_path.with_name(f"{stem}_trajectories.xml")
+        if file == robot_path or not file.is_file():
+            what = f"missing, and there is no trajectories file beside {robot_path}"
+            raise InputError(what, file=context.file, key="reference.file")
+    try:
+        trajectory = read_trajectory(file, name, space)
+    except UnknownNameError as error:
+        raise UnknownNameError(
+            "trajectory", name, error.known, file=context.file, key=key
+        ) from None
+    size, rows = len(trajectory.points[0].q), _names(trajectory.space, context)
+    if size != len(rows.names):
+        what = f"{name!r} moves {size} {rows.kind}s, the robot has {len(rows.names)}"
+        raise InputError(what, file=context.file, key=key)
+    return trajectory
+
+
+def _start(
+    data: Mapping[str, Any],
+    context: Context,
+    robot: Robot,
+    curve: Trajectory | FlowerSettings,
+    begin: tuple[float, ...] | None,
+    *,
+    at_rest: bool = False,
+) -> StartSettings:
+    """The state at the start; where the experiment is silent, that of the reference.
+
+    Args:
+        data: The table [start].
+        context: What it is read with.
+        robot: The robot.
+        curve: What is followed.
+        begin: Where the reference begins, q or y; None if an approach leads there from anywhere.
+        at_rest: Whether it begins at rest, as an approach does.
+    """
+    initial = tuple(c.initial for c in robot.coordinates)
+    rest = (0.0,) * len(initial)
+    if begin is not None and isinstance(curve, Trajectory) and curve.space == "joint":
+        rates = rest if at_rest else curve.points[0].qd or rest
+        start = StartSettings.read(
+            data, replace(context, defaults={"q": begin, "qd": rates}), "start"
+        )
+        for error in start.meaningless(["q", "qd"]):
+            error.file, error.key = context.file, f"start.{error.key}"
+            raise error
+        q = start.q
+    else:
+        defaults = {"q": initial, "seed": initial}
+        start = StartSettings.read(data, replace(context, defaults=defaults), "start")
+        q, y = start.q, start.y or begin
+        if "q" not in data and y is not None:
+            try:
+                q = _inverse_kinematics(robot, y, start.seed)
+            except InputError as error:
+                key = "start.y" if start.y else "start.q"
+                raise InputError(error.what, file=context.file, key=key) from None
+    for coordinate, value in zip(robot.coordinates, q, strict=True):
+        if not coordinate.lower <= value <= coordinate.upper:
+            limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
+            what = f"{value!r} is outside the limits {limits}"
+            raise InputError(what, file=context.file, key=f"start.q.{coordinate.name}")
+    return StartSettings(q=q, qd=start.qd)
+
+
+def _inverse_kinematics(
+    robot: Robot, y: tuple[float, ...], seed: tuple[float, ...], **settings: Any
+) -> tuple[float, ...]:
+    from controllers.analysis.kinematics import inverse_kinematics
+    from sim_dart import DartDynamics
+
+    found = inverse_kinematics(DartDynamics(robot), np.array(y), np.array(seed), **settings)
+    return tuple(found.q.tolist())
+
+
+def _task_position(robot: Robot, q: tuple[float, ...]) -> tuple[float, ...]:
+    from sim_dart import DartDynamics
+
+    return tuple(DartDynamics(robot).task_position(np.array(q)).tolist())

@@ -1,0 +1,17 @@
+"""What can be set of the run of a system: step, duration and coupling."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cardsflow_fmu.config.table import Listed, Positive, Table, setting
+from cardsflow_fmu.cosim.coupling import Scheme
+
+
+class SystemRunSettings(Table):
+    """The co-simulation of a system."""
+
+    step: Positive = setting("communication step, in s")
+    duration: Positive = setting("in s")
+    coupling: Scheme = setting("in what order components are stepped")
+    order: Annotated[tuple[str, ...], Listed] = setting("of the components", None)
