@@ -25,12 +25,7 @@ EXIT_CODES = """exit codes:
 
 
 class Commands:
-    """The commands below a parser.
-
-    Args:
-        parser: The parser.
-        metavar: Name of the choice in its help.
-    """
+    """The commands below a parser."""
 
     def __init__(self, parser: argparse.ArgumentParser, metavar: str) -> None:
         self._parsers = parser.add_subparsers(metavar=metavar, required=True)
@@ -40,14 +35,7 @@ class Commands:
     def add(
         self, name: str, run: Callable[[argparse.Namespace], int], text: str, example: str
     ) -> argparse.ArgumentParser:
-        """Add a command; returns its parser.
-
-        Args:
-            name: Its name.
-            run: Runs it; returns the exit code.
-            text: Its description.
-            example: A command line.
-        """
+        """Add a command; returns its parser."""
         parser = self._add(name, text, example, parents=[self._common])
         parser.set_defaults(command=run)
         return parser
@@ -113,13 +101,7 @@ def print_findings(findings: Iterable[Finding]) -> None:
 
 
 def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:
-    """Print the files that were written, a line each, or all as JSON.
-
-    Args:
-        files: The files.
-        as_json: Whether as JSON.
-        others: Further entries of the JSON.
-    """
+    """Print the files that were written, a line each, or all as JSON."""
     paths = [str(file) for file in files]
     if as_json:
         print(json.dumps({"files": paths} | others, indent=1))

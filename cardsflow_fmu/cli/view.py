@@ -127,10 +127,6 @@ def _print_line(line: str) -> None:
 def refuse_view(options: argparse.Namespace, what: str) -> None:
     """Refuse `--view` where there is nothing to draw.
 
-    Args:
-        options: Of the command line.
-        what: Why not.
-
     Raises:
         InputError: It is asked for.
     """

@@ -43,10 +43,6 @@ def require_rerun() -> Any:
 def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
     """Write a recording that Rerun opens.
 
-    Args:
-        acts: The motions, each under its own name.
-        file: A .rrd.
-
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.
     """
@@ -63,13 +59,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
 
 
 class _Recorder:
-    """Logs an act below a root of its own.
-
-    Args:
-        rr: The module rerun.
-        recording: Where to.
-        root: Name of everything that is logged.
-    """
+    """Logs an act below a root of its own."""
 
     def __init__(self, rr: Any, recording: Any, root: str) -> None:
         self._rr, self._recording, self._root = rr, recording, root

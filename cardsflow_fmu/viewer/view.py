@@ -89,10 +89,6 @@ def notes(result: RunData) -> tuple[str, ...]:
 def write_page(acts: Sequence[Act], file: str | Path) -> Path:
     """Write the page that shows motions side by side.
 
-    Args:
-        acts: The motions.
-        file: The page.
-
     Raises:
         InputError: The file cannot be written.
     """
@@ -101,10 +97,6 @@ def write_page(acts: Sequence[Act], file: str | Path) -> Path:
 
 def write_recording(acts: Sequence[Act], file: str | Path) -> Path:
     """Write a recording of motions for Rerun.
-
-    Args:
-        acts: The motions.
-        file: A .rrd.
 
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.

@@ -31,12 +31,7 @@ class Event:
 
 
 class StatusReporter:
-    """Reports the changes of a device, each once a run.
-
-    Args:
-        device: The device.
-        report: Called with every change.
-    """
+    """Reports the changes of a device, each once a run."""
 
     def __init__(self, device: Device, report: Callable[[Event], object]) -> None:
         self._device, self._report = device, report

@@ -147,10 +147,6 @@ class SpringDrive:
 def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
     """The motors of a robot.
 
-    Args:
-        settings: Their command and constants.
-        robot: The robot.
-
     Raises:
         InputError: A constant is out of range; the message names the muscle.
     """

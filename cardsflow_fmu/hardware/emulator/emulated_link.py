@@ -26,10 +26,6 @@ _AFTER = 1e-9
 class EmulatedWorld:
     """A clock, a device, and the line to it.
 
-    Args:
-        device: The device.
-        faults: Faults of the line.
-
     Attributes:
         answers: Frames from the device.
     """

@@ -136,10 +136,6 @@ class Receiver(Protocol):
 class FaultyLine:
     """A line to a device and back, with faults in both directions.
 
-    Args:
-        device: The device.
-        faults: The faults.
-
     Attributes:
         inward, outward: The two directions.
     """

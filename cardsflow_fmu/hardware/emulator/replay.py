@@ -18,9 +18,6 @@ class ReplayedRobot:
 
     Behind the end of the recording it fails, as hardware that is switched off.
 
-    Args:
-        recording: The recording.
-
     Raises:
         InputError: No state has been recorded.
 

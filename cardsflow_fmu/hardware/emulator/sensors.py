@@ -13,11 +13,6 @@ from cardsflow_fmu.utils.arrays import FloatArray
 class Sensors:
     """Sensors of n joints and m muscles, read together.
 
-    Args:
-        settings: Their errors.
-        joints: n.
-        muscles: m.
-
     Attributes:
         q: Positions as read, shape (n,), in [rad] or [m].
         qd: Velocities, shape (n,), in [rad/s] or [m/s].

@@ -139,9 +139,6 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
 class FrameWriter:
     """A reusable buffer for frames of one length.
 
-    Args:
-        count: Number of values.
-
     Attributes:
         values: Values of the next frame, shape (count,); to be written into.
     """

@@ -72,11 +72,7 @@ class RecordingHeader:
 
 
 def header_data(header: RecordingHeader) -> dict[str, Any]:
-    """The header as plain data; the signature as text, as not every reader keeps 64 bits.
-
-    Args:
-        header: The header.
-    """
+    """The header as plain data; the signature as text, as not every reader keeps 64 bits."""
     return {**asdict(header), "signature": f"{header.signature:016x}"}
 
 

@@ -30,10 +30,6 @@ class HardwareSignals(NamedTuple):
 def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignals:
     """The signals of a robot.
 
-    Args:
-        robot: The robot.
-        settings: Command of its motors, and what it measures.
-
     Raises:
         InputError: A muscle takes something else than its force.
     """
@@ -74,12 +70,7 @@ def require_forces(robot: Robot, file: Path | None = None) -> None:
 
 
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
-    """The signature of a robot's signals.
-
-    Args:
-        robot: The robot.
-        settings: Command of its motors, what it measures, and the scale.
-    """
+    """The signature of a robot's signals."""
     commands, states = hardware_signals(robot, settings)
     kind = settings.motors.command
     return port_signature(commands, states, command_kind=kind, scale=settings.scale)

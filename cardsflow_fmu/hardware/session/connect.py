@@ -127,9 +127,6 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
 def measured_positions(experiment: Experiment) -> tuple[float, ...]:
     """The positions q that an experiment's hardware measures, in [rad] or [m].
 
-    Args:
-        experiment: The experiment.
-
     Raises:
         HardwareError: The hardware does not answer.
         InputError: There is no address.

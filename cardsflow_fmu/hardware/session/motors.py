@@ -28,10 +28,6 @@ _STEPS_APART = 2.0
 class MotorMap:
     """The motors of m muscles.
 
-    Args:
-        settings: Their command and constants.
-        muscle_names: m names.
-
     Raises:
         InputError: A constant is out of range; the message names the muscle.
     """

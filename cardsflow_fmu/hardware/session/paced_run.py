@@ -26,9 +26,6 @@ def with_approach(experiment: Experiment) -> Experiment:
 
     The run is longer by the duration of the approach; an approach of the reference is replaced.
 
-    Args:
-        experiment: The experiment.
-
     Raises:
         HardwareError: The hardware does not answer.
         InputError: The reference is an external FMU, which begins where it begins.
@@ -92,9 +89,6 @@ class Pace:
         """The recording, with a failure if the hardware was lost at the end.
 
         Without a state for longer than the device's watchdog, the last commands may be lost.
-
-        Args:
-            recording: Recording of the master.
         """
         hardware = self._hardware
         if recording.failure is not None or hardware is None or not hardware.is_paced:
@@ -106,11 +100,7 @@ class Pace:
         return replace(recording, failure=HardwareError(what))
 
     def report(self, recording: Recording) -> dict[str, Any]:
-        """The part of the summary: empty without clock and hardware.
-
-        Args:
-            recording: Recording of the master.
-        """
+        """The part of the summary: empty without clock and hardware."""
         columns = recording.columns
         report: dict[str, Any] = {}
         if self._scheduling is not None:

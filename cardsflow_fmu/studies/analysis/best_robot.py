@@ -25,10 +25,6 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
     `cardsflow run FOLDER/experiment.json` runs the written robot. The CSV is what the Fusion add-in
     imports: points in the root frame, all joints at zero.
 
-    Args:
-        experiment: The experiment with the robot.
-        folder: The folder.
-
     Returns:
         Notes on what a format cannot hold, a line each.
     """

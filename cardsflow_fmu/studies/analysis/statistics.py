@@ -46,12 +46,7 @@ class Collected:
 
 
 def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
-    """The numbers of a study.
-
-    Args:
-        columns: Of its table.
-        rows: The runs and their outcomes.
-    """
+    """The numbers of a study."""
     collected = Collected()
     inputs: dict[str, list[float]] = {name: [] for name in columns.variations}
     metrics: dict[str, list[float]] = {name: [] for name in columns.metrics}

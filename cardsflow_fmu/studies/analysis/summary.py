@@ -31,13 +31,7 @@ def _finite(value: Any) -> Any:
 
 
 def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
-    """The content of summary.json.
-
-    Args:
-        study: The study.
-        collected: The numbers of its runs.
-        rows: Gives the runs and their outcomes, in order.
-    """
+    """The content of summary.json."""
     worst = {} if study.optimise else worst_runs(collected)  # a search tries bad ones too
     chosen = {row for rows_ in worst.values() for row in rows_}
     runs = {row: run for row, (run, _) in enumerate(rows()) if row in chosen}

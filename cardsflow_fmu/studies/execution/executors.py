@@ -48,9 +48,6 @@ class ProcessExecutor:
     """A pool of own processes, fresh interpreters with one thread each.
 
     Ctrl-C and the end of this process, of whatever kind, end them at once.
-
-    Args:
-        jobs: Number of processes.
     """
 
     attempts = 3
@@ -116,9 +113,6 @@ class ExecutorAdapter:
 @contextlib.contextmanager
 def process_executor(jobs: int) -> Iterator[ProcessExecutor]:
     """A pool of processes, as a context.
-
-    Args:
-        jobs: Number of processes.
 
     Raises:
         InputError: The number is not positive.

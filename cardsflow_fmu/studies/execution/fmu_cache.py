@@ -59,12 +59,7 @@ def _names(experiment: Experiment) -> list[str]:
 
 
 def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
-    """The experiment with the base's values for everything that is a parameter of its FMUs.
-
-    Args:
-        base: Whose values.
-        experiment: Everything else.
-    """
+    """The experiment with the base's values for everything that is a parameter of its FMUs."""
     if experiment.hardware.use:  # an emulated robot has no parameters but its files
         return experiment
     controller, plant, robot = experiment.controller, experiment.plant, experiment.robot
@@ -128,11 +123,7 @@ def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
 
 
 def remove_unpacked(shared: Path) -> None:
-    """Remove unpacked FMUs of all processes, ended or killed.
-
-    Args:
-        shared: Folder with the FMUs of the base.
-    """
+    """Remove unpacked FMUs of all processes, ended or killed."""
     for folder in shared.glob(f"{UNPACKED}*"):
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -80,12 +80,7 @@ def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> S
 
 
 def cost(settings: Optimise, outcome: Outcome) -> float:
-    """The cost: the objective, or more than any objective where a constraint is missed.
-
-    Args:
-        settings: Objective and constraints.
-        outcome: Of a run.
-    """
+    """The cost: the objective, or more than any objective where a constraint is missed."""
     names = [settings.objective, *(c.metric for c in settings.constraints)]
     values = [_finite(outcome.metrics.get(name)) for name in names]
     if not outcome.complete or any(math.isnan(value) for value in values):

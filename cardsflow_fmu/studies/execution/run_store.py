@@ -21,11 +21,7 @@ _LOCK = ".lock"
 
 
 class RunStore:
-    """The runs in a folder.
-
-    Args:
-        folder: The study's output folder.
-    """
+    """The runs in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

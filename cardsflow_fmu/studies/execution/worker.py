@@ -50,10 +50,6 @@ class Job:
 def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
     """Do a run; an error is an outcome.
 
-    Args:
-        job: The common part.
-        settings: Settings of this run.
-
     Raises:
         StudyError: The experiment differs from that of the study.
     """

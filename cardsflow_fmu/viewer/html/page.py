@@ -19,11 +19,7 @@ _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inl
 
 
 def replay_page(acts: Sequence[Act]) -> str:
-    """A page that shows motions side by side, with play, scrub, speed and switches.
-
-    Args:
-        acts: The motions; usually one or two.
-    """
+    """A page that shows motions side by side, with play, scrub, speed and switches."""
     title = escape(" and ".join(act.title for act in acts))
     data = base64.b64encode(encode(acts)).decode()
     script = "\n".join(_part(name) for name in _SCRIPTS)

@@ -115,13 +115,7 @@ def _shower(scenes: Sequence[ViserScene], group: str) -> Callable[[Any], None]:
 
 
 def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
-    """Show motions side by side with play, scrub, speed and switches, until `ended`.
-
-    Args:
-        opened: The server.
-        acts: The motions.
-        ended: Called after every frame.
-    """
+    """Show motions side by side with play, scrub, speed and switches, until `ended`."""
     opened.scene.reset()
     opened.gui.reset()
     stages = [act.stage for act in acts]
@@ -190,14 +184,7 @@ def _legend(opened: Any, stage: Stage) -> None:
 
 
 def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
-    """Show a robot with a slider a joint, muscle lengths and moment arms, until `ended`.
-
-    Args:
-        opened: The server.
-        robot: The robot.
-        meshes: Surfaces of its links.
-        ended: Called after every frame.
-    """
+    """Show a robot with a slider a joint, muscle lengths and moment arms, until `ended`."""
     paths = MusclePaths(robot)
     sliders = []
     opened.gui.add_markdown(f"**{robot.name}**")
@@ -249,14 +236,7 @@ def _row(tag: str, cells: Sequence[str]) -> str:
 
 
 def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None = None) -> Watch:
-    """A drawing of a run in progress, for `run(..., watch=...)`.
-
-    Args:
-        opened: The server.
-        robot: The robot of the run.
-        meshes: Surfaces of its links.
-        world: Objects and ground around it.
-    """
+    """A drawing of a run in progress, for `run(..., watch=...)`."""
     scenes: list[ViserScene] = []
     due = 0.0
 

@@ -25,12 +25,7 @@ LinkMeshes = Mapping[str, tuple[Triangles, ...]]
 
 
 def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
-    """Read the visual meshes; a link with a mesh that is missing or unreadable has none.
-
-    Args:
-        robot: The robot.
-        folder: Folder of its main file.
-    """
+    """Read the visual meshes; a link with a mesh that is missing or unreadable has none."""
     read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder).items()}
     meshes = {}
     for link in robot.links:
@@ -68,12 +63,7 @@ def _placed(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
 
 
 def simplified(triangles: Triangles, most: int = MOST_FACES) -> Triangles:
-    """The surface with at most so many faces: vertices in one cell of a grid become one.
-
-    Args:
-        triangles: The surface.
-        most: Most faces of the result.
-    """
+    """The surface with at most so many faces: vertices in one cell of a grid become one."""
     cells = 256
     while len(triangles.faces) > most and cells >= 2:
         candidate = _clustered(triangles, cells)

@@ -37,12 +37,6 @@ _TRAIL_RADIUS = 0.0045
 def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> list[s.Shape]:
     """The shapes at row k of a result; for many rows, keep a `Stage`.
 
-    Args:
-        robot: The robot of the run.
-        result: Results of the run.
-        k: The row.
-        world: Objects and ground around the robot.
-
     Raises:
         InputError: The result does not hold what is needed, or has no such row.
     """
