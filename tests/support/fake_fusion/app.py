@@ -36,8 +36,6 @@ class Document(Base):
 
     name = property(lambda self: self._design.name)
     isActive = property(lambda self: world().active is self._design)
-    isSaved = property(lambda _: True)
-    isModified = property(lambda _: bool(world().undo_steps))
     products = property(lambda self: new(Products, design=self._design))
     parent = property(lambda _: Application.get())
 
@@ -57,9 +55,6 @@ class Products(Items):
     def _all(self) -> list[Any]:
         return [wrap(self._design)]
 
-    def itemByProductType(self, productType: str) -> Any:
-        return next((p for p in self._all() if p.productType == productType), None)
-
 
 @api("adsk.core")
 @listing
@@ -68,34 +63,10 @@ class Documents(Items):
         return [document_of(d) for d in world().documents]
 
 
-@api("adsk.core")
-class UnitsManager(Base):
-    defaultLengthUnits = property(lambda self: self._design.units)
-    internalUnits = property(lambda _: "cm")
-
-    def convert(self, valueInInputUnits: float, inputUnits: str, outputUnits: str) -> float:
-        return valueInInputUnits * _unit(inputUnits) / _unit(outputUnits)
-
-
 def _unit(name: str) -> float:
     if name not in _UNITS:
         raise RuntimeError(f"3 : invalid argument units {name!r}")
     return _UNITS[name]
-
-
-@api("adsk.fusion")
-class FusionUnitsManager(UnitsManager):
-    design = property(lambda self: wrap(self._design))
-
-
-@api("adsk.core")
-class GeneralPreferences(Base):
-    defaultModelingOrientation = property(lambda _: world().modeling_orientation)
-
-
-@api("adsk.core")
-class Preferences(Base):
-    generalPreferences = property(lambda _: new(GeneralPreferences))
 
 
 @api("adsk.core")
@@ -119,7 +90,6 @@ class Camera(Base):
         self._eye = xyz(value)
 
     isFitView = stored("fit", "bool")
-    isSmoothTransition = stored("smooth", "bool")
 
 
 @api("adsk.core")
@@ -131,9 +101,6 @@ class Viewport(Base):
     @camera.setter
     def camera(self, value: Camera) -> None:
         world().camera = {k: getattr(value, f"_{k}") for k in ("target", "eye", "fit", "smooth")}
-
-    def refresh(self) -> bool:
-        return True
 
     def fit(self) -> bool:
         return True
@@ -164,12 +131,6 @@ class Application(Base):
             return new(Product, data=world().active, path=())
         return wrap(world().active)
 
-    @property
-    def activeDocument(self) -> Any:
-        if world().active is None:
-            raise RuntimeError("3 : no active document")
-        return document_of(world().active)
-
     documents = property(lambda _: new(Documents))
     userInterface = property(lambda _: new(UserInterface))
     activeViewport = property(lambda _: new(Viewport))
@@ -185,9 +146,6 @@ class Application(Base):
         world().custom_events[eventId] = Listeners()
         return event(CustomEvent, eventId, self, world().custom_events[eventId])
 
-    def unregisterCustomEvent(self, eventId: str) -> bool:
-        return world().custom_events.pop(eventId, None) is not None
-
     def fireCustomEvent(self, eventId: str, additionalInfo: str = "") -> bool:
         """The one thing that another thread may do; the event comes with the next doEvents."""
         if eventId not in world().custom_events:
@@ -195,13 +153,8 @@ class Application(Base):
         world().fired.append((eventId, additionalInfo))
         return True
 
-    preferences = property(lambda _: new(Preferences))
     version = property(lambda _: "2.0.21550")
 
     @staticmethod
     def log(message: str, level: int = 2, type: int = 1) -> None:
         world().log.append((message, level, type))
-
-    def executeTextCommand(self, command: str) -> str:
-        world().text_commands.append(command)
-        return ""

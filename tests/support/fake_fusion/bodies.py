@@ -42,7 +42,6 @@ class BRepBody(_Body):
         return self._data.component.bodies
 
     isSolid = property(lambda self: self._data.kind == "solid")
-    isTransient = property(lambda _: False)
     volume = property(lambda self: float(self._data.mass().volume))
     physicalProperties = property(lambda self: self._physical(0))
 
@@ -64,7 +63,6 @@ class MeshBody(_Body):
     def _shelf(self) -> list[Any]:
         return self._data.component.mesh_bodies
 
-    isClosed = property(lambda _: True)
     displayMesh = property(lambda self: _triangle_mesh(self, _SEGMENTS[11]))
 
 
@@ -99,8 +97,6 @@ class MeshManager(Base):
 
 @api("adsk.fusion")
 class TriangleMeshCalculator(Base):
-    parentMeshManager = property(lambda self: self._manager)
-
     @property
     def surfaceTolerance(self) -> float:
         return self._tolerance
@@ -140,18 +136,12 @@ class TriangleMesh(Base):
 
     nodeCount = property(lambda self: len(self._nodes))
     triangleCount = property(lambda self: len(self._triangles))
-    nodeCoordinates = property(lambda self: [point(p) for p in self._nodes])
     nodeCoordinatesAsDouble = property(lambda self: self._nodes.ravel().tolist())
-    nodeCoordinatesAsFloat = property(lambda self: self._nodes.astype(np.float32).ravel().tolist())
     nodeIndices = property(lambda self: self._triangles.ravel().tolist())
 
 
 class _Topology(Placed):
     body = property(lambda self: wrap(self._data.body, self._path))
-
-    @property
-    def tempId(self) -> int:
-        return 1 + [t is self._data for p in self._data.body.topology() for t in p].index(True)
 
 
 class _TopologyItems(Items):
@@ -176,7 +166,6 @@ class BRepEdge(_Topology):
 @wraps((TopologyData, "face"))
 class BRepFace(_Topology):
     geometry = property(lambda self: surface_of(self._data.geometry, self._T))
-    pointOnFace = property(lambda self: point(self._placed(_on_face(self._data.geometry))))
 
     @property
     def centroid(self) -> Any:

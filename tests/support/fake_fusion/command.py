@@ -135,28 +135,9 @@ class Command(Base):
         return isinstance(other, Command) and self._data is other._data
 
     commandInputs = property(lambda self: new(CommandInputs, command=self._data, parent=None))
-    parentCommandDefinition = property(lambda self: self._data.definition.view())
 
     def setDialogInitialSize(self, width: int, height: int) -> bool:
         self._data.fields["size"] = (width, height)
-        return True
-
-    def setDialogMinimumSize(self, width: int, height: int) -> bool:
-        return True
-
-    def setDialogSize(self, width: int, height: int) -> bool:
-        self._data.fields["size"] = (width, height)
-        return True
-
-    def doExecute(self, terminate: bool) -> bool:
-        from .driver import running
-
-        return running(self._data).do_execute(terminate)
-
-    def doExecutePreview(self) -> bool:
-        from .driver import running
-
-        running(self._data).preview()
         return True
 
 
@@ -174,24 +155,6 @@ class DefinitionData:
     def view(self) -> Any:
         """The API's object."""
         return new(CommandDefinition, data=self)
-
-
-@api("adsk.core")
-class ControlDefinition(Base):
-    @property
-    def isEnabled(self) -> bool:
-        return self._data.enabled
-
-    @isEnabled.setter
-    def isEnabled(self, value: bool) -> None:
-        self._data.enabled = value
-
-    name = property(lambda self: self._data.name)
-
-
-@api("adsk.core")
-class ButtonControlDefinition(ControlDefinition):
-    pass
 
 
 @api("adsk.core")
@@ -230,7 +193,6 @@ class CommandDefinition(Base):
 
     resourceFolder = property(lambda self: self._data.folder)
     isNative = property(lambda self: self._data.native)
-    controlDefinition = property(lambda self: new(ButtonControlDefinition, data=self._data))
 
     @property
     def commandCreated(self) -> Any:

@@ -8,25 +8,19 @@ from typing import Any
 
 from .base import api
 from .collections_ import Items, listing
-from .curves import ValueInput
-from .input_lists import ButtonRowCommandInput, DropDownCommandInput, RadioButtonGroupCommandInput
+from .input_lists import DropDownCommandInput
 from .input_selection import SelectionCommandInput
 from .input_table import TableCommandInput
 from .inputs import (
     BoolValueCommandInput,
     FloatSpinnerCommandInput,
     GroupCommandInput,
-    ImageCommandInput,
     InputData,
     IntegerSpinnerCommandInput,
-    SeparatorCommandInput,
     StringValueCommandInput,
     TabCommandInput,
     TextBoxCommandInput,
-    ValueCommandInput,
     below,
-    evaluate,
-    unit_of,
 )
 
 
@@ -108,12 +102,6 @@ class CommandInputs(Items):
             isReadOnly=isReadOnly,
         )
 
-    def addImageCommandInput(self, id: str, name: str, imageFile: str) -> Any:
-        return self._add(ImageCommandInput, id, name, imageFile=imageFile)
-
-    def addSeparatorCommandInput(self, id: str) -> Any:
-        return self._add(SeparatorCommandInput, id, "")
-
     def addIntegerSpinnerCommandInput(
         self, id: str, name: str, min: int, max: int, spinStep: int, initialValue: int
     ) -> Any:
@@ -152,19 +140,6 @@ class CommandInputs(Items):
             value=float(initialValue),
         )
 
-    def addValueInput(self, id: str, name: str, unitType: str, initialValue: ValueInput) -> Any:
-        text = initialValue.stringValue
-        if initialValue.valueType == 1:
-            value: float | None = initialValue.realValue
-            text = repr(value / unit_of(unitType))
-        else:
-            value = evaluate(text, unitType)
-        if value is None:
-            raise RuntimeError("3 : invalid argument initialValue")
-        return self._add(
-            ValueCommandInput, id, name, unitType=unitType, value=value, expression=text
-        )
-
     def addSelectionInput(self, id: str, name: str, commandPrompt: str) -> Any:
         return self._add(
             SelectionCommandInput,
@@ -182,12 +157,6 @@ class CommandInputs(Items):
         return self._add(
             DropDownCommandInput, id, name, style=dropDownStyle, items=[], many=dropDownStyle == 2
         )
-
-    def addButtonRowCommandInput(self, id: str, name: str, isMultiSelectEnabled: bool) -> Any:
-        return self._add(ButtonRowCommandInput, id, name, items=[], many=isMultiSelectEnabled)
-
-    def addRadioButtonGroupCommandInput(self, id: str, name: str) -> Any:
-        return self._add(RadioButtonGroupCommandInput, id, name, items=[], many=False)
 
     def addTableCommandInput(
         self, id: str, name: str, numberOfColumns: int, columnRatio: str

@@ -50,7 +50,6 @@ class Component(WithName, BaseComponent):
     id = property(lambda self: f"{self._data.design.components.index(self._data):032x}")
     parentDesign = property(lambda self: wrap(self._data.design))
     description = property(lambda _: "")
-    partNumber = property(lambda self: self._data.name)
     material = property(lambda self: material(self._data.material))
     occurrences = property(lambda self: new(Occurrences, component=self._data))
 
@@ -58,11 +57,6 @@ class Component(WithName, BaseComponent):
     def allOccurrences(self) -> Any:
         data = self._data
         return _listed(OccurrenceList, lambda: [occurrence(p) for p in paths_below(data)])
-
-    def occurrencesByComponent(self, component: Component) -> Any:
-        mine, other = self._data, component._data
-        found = lambda: [occurrence((o,)) for o in mine.occurrences if o.component is other]  # noqa: E731
-        return _listed(OccurrenceList, found)
 
     def allOccurrencesByComponent(self, component: Component) -> Any:
         mine, other = self._data, component._data
@@ -99,12 +93,6 @@ class Component(WithName, BaseComponent):
         return new(AsBuiltJoints, component=self._data)
 
     @property
-    def jointOrigins(self) -> Any:
-        from .joints import JointOrigins
-
-        return new(JointOrigins, component=self._data)
-
-    @property
     def rigidGroups(self) -> Any:
         from .joints import RigidGroups
 
@@ -133,7 +121,6 @@ class Component(WithName, BaseComponent):
         return self._everywhere("as_built")
 
     allRigidGroups = property(lambda self: self._everywhere("groups"))
-    allJointOrigins = property(lambda self: self._everywhere("joint_origins"))
 
     def _refuse_constraints(self, what: str) -> None:
         """Fusion fails where assembly constraints exist: ACDC4Robot issue 10."""
@@ -152,36 +139,6 @@ class Component(WithName, BaseComponent):
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return physical_properties(self._data.mass(), accuracy, np.eye(4))
-
-    @property
-    def constructionPlanes(self) -> Any:
-        from .points import ConstructionPlanes
-
-        return new(ConstructionPlanes, component=self._data)
-
-    @property
-    def xYConstructionPlane(self) -> Any:
-        from .points import origin_plane
-
-        return origin_plane(self._data, "XY", (0.0, 0.0, 1.0))
-
-    @property
-    def xZConstructionPlane(self) -> Any:
-        from .points import origin_plane
-
-        return origin_plane(self._data, "XZ", (0.0, 1.0, 0.0))
-
-    @property
-    def yZConstructionPlane(self) -> Any:
-        from .points import origin_plane
-
-        return origin_plane(self._data, "YZ", (1.0, 0.0, 0.0))
-
-    @property
-    def originConstructionPoint(self) -> Any:
-        from .points import origin_point
-
-        return origin_point(self._data)
 
 
 @api("adsk.fusion")
@@ -312,8 +269,6 @@ class Occurrences(Items):
     def _all(self) -> list[Any]:
         return [occurrence((o,)) for o in self._component.occurrences]
 
-    asList = property(lambda self: _listed(OccurrenceList, self._all))
-
     def asArray(self) -> list:
         return self._all()
 
@@ -341,8 +296,6 @@ class Product(Seen):
 class Design(Product):
     _component = property(lambda self: self._data.root)
     rootComponent = property(lambda self: wrap(self._data.root))
-    activeComponent = property(lambda self: wrap(self._data.root))
-    activeOccurrence = property(lambda _: None)
     allComponents = property(lambda self: new(Components, design=self._data))
     designType = property(lambda self: self._data.kind)
     designIntent = property(lambda self: self._data.intent)
@@ -353,18 +306,6 @@ class Design(Product):
         from .app import document_of
 
         return document_of(self._data)
-
-    @property
-    def unitsManager(self) -> Any:
-        from .app import FusionUnitsManager
-
-        return new(FusionUnitsManager, design=self._data)
-
-    @property
-    def fusionUnitsManager(self) -> Any:
-        from .app import FusionUnitsManager
-
-        return new(FusionUnitsManager, design=self._data)
 
     def findEntityByToken(self, entityToken: str) -> list:
         found = world().tokens.get(entityToken)

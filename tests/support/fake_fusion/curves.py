@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from .base import Base, api, new
-from .collections_ import Items, listing
 from .maths import apply, frame, point, vector, xyz
 from .shapes import EdgeShape, FaceShape
 
@@ -46,8 +45,6 @@ def surface_of(face: FaceShape, T: np.ndarray) -> Any:
 class Curve3D(Base):
     _type = -1
 
-    curveType = property(lambda self: self._type)
-
 
 @api("adsk.core")
 class Line3D(Curve3D):
@@ -76,37 +73,14 @@ class Arc3D(Curve3D):
 
     _type = 1
 
-    @staticmethod
-    def createByCenter(
-        center: Point3D,  # noqa: F821
-        normal: Vector3D,  # noqa: F821
-        referenceVector: Vector3D,  # noqa: F821
-        radius: float,
-        startAngle: float,
-        endAngle: float,
-    ) -> Arc3D:
-        return new(
-            Arc3D,
-            center=xyz(center),
-            normal=xyz(normal),
-            reference=xyz(referenceVector),
-            radius=float(radius),
-            angles=(float(startAngle), float(endAngle)),
-        )
-
     center = property(lambda self: point(self._center))
     normal = property(lambda self: vector(self._normal))
-    referenceVector = property(lambda self: vector(self._reference))
     radius = property(lambda self: self._radius)
-    startAngle = property(lambda self: self._angles[0])
-    endAngle = property(lambda self: self._angles[1])
 
 
 @api("adsk.core")
 class Surface(Base):
     _type = -1
-
-    surfaceType = property(lambda self: self._type)
 
 
 @api("adsk.core")
@@ -147,8 +121,6 @@ class Torus(Surface):
 
     origin = property(lambda self: point(self._origin))
     axis = property(lambda self: vector(self._axis))
-    majorRadius = property(lambda self: self._major)
-    minorRadius = property(lambda self: self._minor)
 
 
 def bounding_box(points: Any) -> Any:
@@ -167,67 +139,6 @@ class BoundingBox3D(Base):
 
 
 @api("adsk.core")
-@listing
-class ObjectCollection(Items):
-    def _all(self) -> list[Any]:
-        return self._items
-
-    @staticmethod
-    def create() -> ObjectCollection:
-        return new(ObjectCollection, items=[])
-
-    @staticmethod
-    def createWithArray(array: list[Base]) -> ObjectCollection:
-        return new(ObjectCollection, items=list(array))
-
-    def add(self, item: Base) -> bool:
-        self._items.append(item)
-        return True
-
-    def clear(self) -> bool:
-        self._items.clear()
-        return True
-
-    def contains(self, item: Base) -> bool:
-        return item in self._items
-
-    def asArray(self) -> list:
-        return list(self._items)
-
-    def removeByIndex(self, index: int) -> bool:
-        if not 0 <= index < len(self._items):
-            return False
-        del self._items[index]
-        return True
-
-    def removeByItem(self, item: Base) -> bool:
-        if item not in self._items:
-            return False
-        self._items.remove(item)
-        return True
-
-
-@api("adsk.core")
-class ValueInput(Base):
-    @staticmethod
-    def createByReal(realValue: float) -> ValueInput:
-        return new(ValueInput, kind=1, value=float(realValue))
-
-    @staticmethod
-    def createByString(stringValue: str) -> ValueInput:
-        return new(ValueInput, kind=0, value=stringValue)
-
-    @staticmethod
-    def createByBoolean(booleanValue: bool) -> ValueInput:
-        return new(ValueInput, kind=3, value=booleanValue)
-
-    valueType = property(lambda self: self._kind)
-    realValue = property(lambda self: self._value if self._kind == 1 else 0.0)
-    stringValue = property(lambda self: self._value if self._kind == 0 else "")
-    booleanValue = property(lambda self: self._value if self._kind == 3 else False)
-
-
-@api("adsk.core")
 class Color(Base):
     """Four numbers from 0 to 255."""
 
@@ -241,6 +152,3 @@ class Color(Base):
     green = property(lambda self: self._rgba[1])
     blue = property(lambda self: self._rgba[2])
     opacity = property(lambda self: self._rgba[3])
-
-    def getColor(self) -> tuple:
-        return (True, *self._rgba)

@@ -39,8 +39,6 @@ class ProgressDialog(Base):
             raise RuntimeError("3 : the progress dialog is not shown")
         return self._record
 
-    isShowing = property(lambda self: self._record is not None and not self._record.hidden)
-
     @property
     def wasCancelled(self) -> bool:
         after = world().cancel_progress_after
@@ -91,7 +89,6 @@ class ProgressDialog(Base):
 
     isCancelButtonShown = stored("is_cancel_shown", "bool")
     cancelButtonText = stored("cancel_text", "str")
-    isBackgroundTranslucent = stored("is_translucent", "bool")
 
 
 @api("adsk.core")
@@ -127,10 +124,8 @@ class FileDialog(Base):
     initialDirectory = stored("initial", "str")
     initialFilename = stored("initial_name", "str")
     filter = stored("filter", "str")
-    filterIndex = stored("filter_index", "int")
     isMultiSelectEnabled = stored("many", "bool")
     filename = property(lambda self: self._files[0] if self._files else "")
-    filenames = property(lambda self: list(self._files))
 
     def showOpen(self) -> int:
         return self._show()

@@ -259,13 +259,6 @@ class Driver:
         finally:
             self._steps, world().journal = world().journal or [], None
 
-    def do_execute(self, terminate: bool) -> bool:
-        """Execute; and close if so wanted."""
-        self._execute()
-        if terminate:
-            self._close(COMPLETED)
-        return True
-
     def preempt(self) -> None:
         """Another command was started."""
         if self.data.fields["isExecutedWhenPreEmpted"] and self.is_valid():

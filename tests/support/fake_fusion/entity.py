@@ -209,8 +209,6 @@ class Attributes(Items):
         keys = self._owner._data.attributes
         return [new(Attribute, owner=self._owner, key=key) for key in keys]
 
-    groupNames = property(lambda self: sorted({group for group, _ in self._owner._data.attributes}))
-
     def itemByName(self, groupName: str, name: str) -> Attribute | None:
         key = (groupName, name)
         held = key in self._owner._data.attributes

@@ -107,8 +107,6 @@ def event(cls: type, name: str, sender: Any, listeners: Listeners) -> Any:
 class EventArgs(Base):
     """`_event` is what fires."""
 
-    firingEvent = property(lambda self: self._event)
-
 
 @api("adsk.core")
 class CommandCreatedEventArgs(EventArgs):
@@ -159,40 +157,18 @@ class Selection(Base):
 class SelectionEventArgs(EventArgs):
     _isSelectable = True
 
-    activeInput = property(lambda self: self._input)
     selection = property(lambda self: self._selection)
     isSelectable = stored("isSelectable", "bool")
 
 
 @api("adsk.core")
 class KeyboardEventArgs(EventArgs):
-    keyCode = property(lambda self: self._code)
-    modifierMask = property(lambda self: self._modifiers)
-
-
-@api("adsk.core")
-class ApplicationCommandEventArgs(EventArgs):
-    commandId = property(lambda self: self._id)
-    terminationReason = property(lambda self: self._reason)
-
-
-@api("adsk.core")
-class DocumentEventArgs(EventArgs):
-    document = property(lambda self: self._document)
+    pass
 
 
 @api("adsk.core")
 class CustomEventArgs(EventArgs):
     additionalInfo = property(lambda self: self._info)
-
-
-@api("adsk.core")
-class HTMLEventArgs(EventArgs):
-    _returnData = ""
-
-    action = property(lambda self: self._action)
-    data = property(lambda self: self._text)
-    returnData = stored("returnData", "str")
 
 
 def fire(firing: Any, args_class: type, **fields: Any) -> Any:

@@ -9,7 +9,7 @@ from .collections_ import Items, listing
 from .curves import Color
 from .data import GraphicsData
 from .entity import wrap, wraps
-from .maths import Matrix3D, point
+from .maths import Matrix3D
 from .state import world
 
 
@@ -25,9 +25,6 @@ class CustomGraphicsCoordinates(Base):
 
     coordinates = property(lambda self: list(self._xyz))
     coordinateCount = property(lambda self: len(self._xyz) // 3)
-
-    def getCoordinate(self, index: int) -> Any:
-        return point(self._xyz[3 * index : 3 * index + 3])
 
 
 @api("adsk.fusion")
@@ -113,10 +110,6 @@ class CustomGraphicsEntity(Base):
             return wrap(parent)
         return new(CustomGraphicsGroups, component=parent)
 
-    def setOpacity(self, opacity: float, isOverride: bool) -> bool:
-        world().put(self._data.fields, "opacity", float(opacity), "setOpacity")
-        return True
-
     def deleteMe(self) -> bool:
         parent = self._data.parent
         shelf = parent.items if isinstance(parent, GraphicsData) else parent.graphics
@@ -143,9 +136,6 @@ class CustomGraphicsLines(CustomGraphicsEntity):
 @wraps((GraphicsData, "points"))
 class CustomGraphicsPointSet(CustomGraphicsEntity):
     coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
-
-    pointType = property(lambda self: self._data.fields["pointType"])
-    pointImage = property(lambda self: self._data.fields["pointImage"])
 
 
 @api("adsk.fusion")
@@ -176,9 +166,6 @@ class CustomGraphicsGroup(Items, CustomGraphicsEntity):
         world().append(self._data.items, data, f"CustomGraphicsGroup.add {kind}")
         return wrap(data)
 
-    def addGroup(self) -> Any:
-        return self._add("group")
-
     def addLines(
         self,
         coordinates: CustomGraphicsCoordinates,
@@ -195,36 +182,12 @@ class CustomGraphicsGroup(Items, CustomGraphicsEntity):
             lineStripLengths=list(lineStripLengths),
         )
 
-    def addPointSet(
-        self,
-        coordinates: CustomGraphicsCoordinates,
-        indexList: list[int],
-        pointType: int,
-        pointImage: str,
-    ) -> Any:
-        _check_indices(coordinates, indexList)
-        if pointType not in (0, 1):
-            raise RuntimeError("3 : invalid argument pointType")
-        return self._add(
-            "points", coordinates=coordinates, pointType=pointType, pointImage=pointImage
-        )
-
     def addText(self, formattedText: str, font: str, size: float, transform: Matrix3D) -> Any:
         if not formattedText or size <= 0.0:
             raise RuntimeError("3 : invalid argument formattedText or size")
         return self._add(
             "text", formattedText=formattedText, font=font, size=float(size), transform=transform
         )
-
-    def addMesh(
-        self,
-        coordinates: CustomGraphicsCoordinates,
-        coordinateIndexList: list[int],
-        normalVectors: list[float],
-        normalIndexList: list[int],
-    ) -> Any:
-        _check_indices(coordinates, coordinateIndexList)
-        return self._add("mesh", coordinates=coordinates)
 
 
 def _check_indices(coordinates: Any, indices: Any) -> None:

@@ -32,7 +32,6 @@ class ListItem(Base):
 
     icon = property(lambda self: self._item.icon)
     index = property(lambda self: self._data.fields["items"].index(self._item))
-    isSeparator = property(lambda _: False)
 
     @property
     def isSelected(self) -> bool:
@@ -41,8 +40,6 @@ class ListItem(Base):
     @isSelected.setter
     def isSelected(self, value: bool) -> None:
         select_item(self._data, self._item, value)
-
-    parentList = property(lambda self: new(ListItems, data=self._data))
 
     def deleteMe(self) -> bool:
         self._data.fields["items"].remove(self._item)
@@ -100,8 +97,3 @@ class DropDownCommandInput(_List):
 @api("adsk.core")
 class ButtonRowCommandInput(_List):
     isMultiSelectEnabled = field("many", "bool", False, writable=False)
-
-
-@api("adsk.core")
-class RadioButtonGroupCommandInput(_List):
-    pass

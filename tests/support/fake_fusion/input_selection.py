@@ -21,23 +21,9 @@ class SelectionCommandInput(CommandInput):
     commandPrompt = field("prompt", "str", "")
     isUseCurrentSelections = field("isUseCurrentSelections", "bool", True)
 
-    @property
-    def selectionFilters(self) -> list:
-        return list(self._data.fields["filters"])
-
-    @selectionFilters.setter
-    def selectionFilters(self, value: list[str]) -> None:
-        for name in value:
-            _check_filter(name)
-        self._data.fields["filters"] = list(value)
-
     def addSelectionFilter(self, filter: str) -> bool:
         _check_filter(filter)
         self._data.fields["filters"].append(filter)
-        return True
-
-    def clearSelectionFilter(self) -> bool:
-        self._data.fields["filters"].clear()
         return True
 
     def setSelectionLimits(self, minimum: int, maximum: int = 0) -> bool:
@@ -45,9 +31,6 @@ class SelectionCommandInput(CommandInput):
             raise RuntimeError("3 : invalid argument minimum or maximum")
         self._data.fields["limits"] = (minimum, maximum)
         return True
-
-    def getSelectionLimits(self) -> tuple:
-        return (True, *self._data.fields["limits"])
 
     selectionCount = property(lambda self: len(self._data.fields["selections"]))
 

@@ -69,9 +69,6 @@ class TableCommandInput(CommandInput):
         (row, column), span = min(places), len(places) - 1
         return (True, row, column, 0, span)
 
-    def removeInput(self, row: int, column: int) -> bool:
-        return self._cells.pop((row, column), None) is not None
-
     def deleteRow(self, row: int) -> bool:
         if not 0 <= row < self.rowCount:
             raise RuntimeError("3 : invalid argument row")

@@ -79,12 +79,6 @@ class CommandInput(Base):
 
         return new(CommandInputs, command=self._data.command, parent=self._data.parent)
 
-    parentCommand = property(lambda self: self._data.command.view())
-
-    @property
-    def parentCommandInput(self) -> Any:
-        return None if self._data.parent is None else self._data.parent.view()
-
     def deleteMe(self) -> bool:
         self._data.remove()
         return True
@@ -138,16 +132,6 @@ class TextBoxCommandInput(CommandInput):
     numRows = field("numRows", "int", 1)
     formattedText = field("text", "str", "")
     text = field("text", "str", "")
-
-
-@api("adsk.core")
-class ImageCommandInput(CommandInput):
-    imageFile = field("imageFile", "str", "")
-
-
-@api("adsk.core")
-class SeparatorCommandInput(CommandInput):
-    pass
 
 
 class _Spinner(CommandInput):

@@ -34,8 +34,6 @@ class JointLimits(Base):
     def maximumValue(self, value: float) -> None:
         world().set(self._limits, "maximum", float(value), "JointLimits.maximumValue")
 
-    restValue = property(lambda self: self._limits.rest)
-
     @property
     def isMinimumValueEnabled(self) -> bool:
         return self._limits.has_minimum
@@ -51,8 +49,6 @@ class JointLimits(Base):
     @isMaximumValueEnabled.setter
     def isMaximumValueEnabled(self, value: bool) -> None:
         world().set(self._limits, "has_maximum", value, "JointLimits.isMaximumValueEnabled")
-
-    isRestValueEnabled = property(lambda self: self._limits.has_rest)
 
 
 @api("adsk.fusion")

@@ -23,10 +23,6 @@ class JointGeometry(Base):
     primaryAxisVector = property(lambda self: vector(self._T[:3, 2]))
     secondaryAxisVector = property(lambda self: vector(self._T[:3, 0]))
     thirdAxisVector = property(lambda self: vector(self._T[:3, 1]))
-    geometryType = property(lambda _: 3)
-    keyPointType = property(lambda _: 3)
-    entityOne = property(lambda _: None)
-    entityTwo = property(lambda _: None)
 
 
 def _geometry(T_context: np.ndarray, T_component: np.ndarray) -> Any:

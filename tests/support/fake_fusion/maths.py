@@ -109,12 +109,6 @@ class Point3D(_Triple):
     def isEqualTo(self, point: Point3D) -> bool:
         return self.distanceTo(point) <= _TOLERANCE
 
-    def isEqualToByTolerance(self, point: Point3D, tolerance: float) -> bool:
-        return self.distanceTo(point) <= tolerance
-
-    def translateBy(self, vector: Vector3D) -> bool:
-        return self._set(xyz(self) + xyz(vector))
-
     def transformBy(self, matrix: Matrix3D) -> bool:
         return self._set(apply(matrix._m, xyz(self)))
 
@@ -146,21 +140,8 @@ class Vector3D(_Triple):
     def crossProduct(self, vector: Vector3D) -> Vector3D:
         return _vector(np.cross(xyz(self), xyz(vector)))
 
-    def angleTo(self, vector: Vector3D) -> float:
-        cross = np.linalg.norm(np.cross(xyz(self), xyz(vector)))
-        return math.atan2(cross, self.dotProduct(vector))
-
-    def isParallelTo(self, vector: Vector3D) -> bool:
-        return min(self.angleTo(vector), math.pi - self.angleTo(vector)) <= _TOLERANCE
-
-    def isPerpendicularTo(self, vector: Vector3D) -> bool:
-        return abs(self.angleTo(vector) - math.pi / 2) <= _TOLERANCE
-
     def isEqualTo(self, vector: Vector3D) -> bool:
         return float(np.linalg.norm(xyz(vector) - xyz(self))) <= _TOLERANCE
-
-    def asPoint(self) -> Point3D:
-        return point(xyz(self))
 
     def transformBy(self, matrix: Matrix3D) -> bool:
         """Turned and scaled, not moved."""
@@ -223,10 +204,6 @@ class Matrix3D(Base):
     @staticmethod
     def create() -> Matrix3D:
         return matrix(np.eye(4))
-
-    def setToIdentity(self) -> bool:
-        self._m = np.eye(4)
-        return True
 
     def copy(self) -> Matrix3D:
         return matrix(self._m)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .base import Base, api, new
-from .maths import point, vector
+from .maths import point
 from .shapes import Mass
 from .state import world
 
@@ -63,9 +63,3 @@ class PhysicalProperties(Base):
     def getPrincipalMomentsOfInertia(self) -> tuple:
         """About the centre of mass, in [kg·cm²], in no documented order."""
         return (True, *np.linalg.eigvalsh(self._mass.inertia).tolist())
-
-    def getPrincipalAxes(self) -> tuple:
-        _, axes = np.linalg.eigh(self._mass.inertia)
-        if np.linalg.det(axes) < 0.0:
-            axes[:, 2] *= -1.0
-        return (True, *(vector(axes[:, k]) for k in range(3)))

@@ -34,15 +34,12 @@ from .state import world
 
 @api("adsk.fusion")
 class ConstructionPointDefinition(Base):
-    parentConstructionPoint = property(lambda self: self._point)
+    pass
 
 
 @api("adsk.fusion")
 class ConstructionPointPointDefinition(ConstructionPointDefinition):
-    @property
-    def pointEntity(self) -> Any:
-        _, data, path = self._point._data.definition
-        return wrap(data, path)
+    pass
 
 
 @api("adsk.fusion")
@@ -79,8 +76,6 @@ class ConstructionPoint(Placed, WithName, WithBulb, WithVisibility, Deletable):
         cls = ConstructionPointCenterDefinition if by_centre else ConstructionPointPointDefinition
         return new(cls, point=self)
 
-    isParametric = property(lambda self: self._data.definition is not None)
-    isDeletable = property(lambda self: not self._data.component.referenced)
     healthState = property(lambda self: self._data.health)
     errorOrWarningMessage = property(lambda self: self._data.problem)
 
@@ -99,14 +94,6 @@ class ConstructionPlane(Placed, WithName, WithBulb, WithVisibility):
 
 @api("adsk.fusion")
 class ConstructionPointInput(Base):
-    @property
-    def creationOccurrence(self) -> Any:
-        return self._occurrence
-
-    @creationOccurrence.setter
-    def creationOccurrence(self, value: Occurrence | None) -> None:
-        self._occurrence = value
-
     def setByPoint(self, point: Base) -> bool:
         """A vertex, a sketch point or, in direct modelling, a Point3D; add() fails otherwise."""
         if not isinstance(point, (BRepVertex, SketchPoint, Point3D)):
@@ -210,17 +197,3 @@ def _place(component: ComponentData, entity: Any, creation: Any) -> np.ndarray:
 class ConstructionPlanes(Items):
     def _all(self) -> list[Any]:
         return [wrap(p) for p in self._component.planes]
-
-
-def origin_plane(component: ComponentData, name: str, normal: Any) -> Any:
-    """One of the three planes through a component's origin."""
-    found = component.origin_planes.get(name)
-    if found is None:
-        found = PlaneData(name, component=component, origin=np.zeros(3), normal=np.array(normal))
-        component.origin_planes[name] = found
-    return wrap(found)
-
-
-def origin_point(component: ComponentData) -> Any:
-    """The construction point at a component's origin, which the user cannot delete."""
-    return wrap(PointData("Origin", component=component, position=np.zeros(3)))

@@ -10,7 +10,7 @@ from typing import Any
 from .base import Base, api, new
 from .collections_ import Items, listing
 from .command import CommandDefinition, DefinitionData
-from .ui_data import ControlData, PanelData, TabData, check_id, ui
+from .ui_data import ControlData, PanelData, check_id, ui
 
 
 @api("adsk.core")
@@ -154,39 +154,6 @@ class ToolbarPanels(Items):
 
 
 @api("adsk.core")
-class ToolbarTab(Base):
-    def _is_gone(self) -> bool:
-        return self._data not in ui().tabs
-
-    id = property(lambda self: self._data.id)
-    name = property(lambda self: self._data.name)
-    isNative = property(lambda self: self._data.native)
-    toolbarPanels = property(lambda self: new(ToolbarPanels, tab=self._data.id))
-
-    def deleteMe(self) -> bool:
-        if self._data.native:
-            raise RuntimeError("3 : a native tab cannot be deleted")
-        ui().tabs.remove(self._data)
-        return True
-
-
-@api("adsk.core")
-@listing
-class ToolbarTabs(Items):
-    def _all(self) -> list[Any]:
-        return [new(ToolbarTab, data=data) for data in ui().tabs]
-
-    def itemById(self, id: str) -> Any:
-        return next((tab for tab in self._all() if tab.id == id), None)
-
-    def add(self, id: str, name: str) -> Any:
-        check_id(id, [tab.id for tab in ui().tabs])
-        made = TabData(id, name)
-        ui().tabs.append(made)
-        return new(ToolbarTab, data=made)
-
-
-@api("adsk.core")
 class Workspace(Base):
     """The Design workspace."""
 
@@ -200,7 +167,6 @@ class Workspace(Base):
         return True
 
     toolbarPanels = property(lambda _: new(ToolbarPanels, tab=""))
-    toolbarTabs = property(lambda _: new(ToolbarTabs))
 
 
 @api("adsk.core")

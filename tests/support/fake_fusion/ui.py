@@ -12,14 +12,13 @@ from .dialogs import FileDialog, FolderDialog, ProgressDialog
 from .events import (
     ActiveSelectionEvent,
     ApplicationCommandEvent,
-    HTMLEvent,
     Selection,
     UserInterfaceGeneralEvent,
     event,
 )
 from .maths import point
 from .state import world
-from .toolbars import CommandDefinitions, ToolbarPanels, ToolbarTabs, Workspace, Workspaces
+from .toolbars import CommandDefinitions, ToolbarPanels, Workspaces
 from .ui_data import PaletteData, check_id, ui
 
 
@@ -46,10 +45,6 @@ class Palette(Base):
     @isVisible.setter
     def isVisible(self, value: bool) -> None:
         self._data.visible = value
-
-    @property
-    def incomingFromHTML(self) -> Any:
-        return event(HTMLEvent, "incomingFromHTML", self, self._data.incoming)
 
     @property
     def closed(self) -> Any:
@@ -129,9 +124,7 @@ class UserInterface(Base):
 
     commandDefinitions = property(lambda _: new(CommandDefinitions))
     workspaces = property(lambda _: new(Workspaces))
-    activeWorkspace = property(lambda _: new(Workspace))
     allToolbarPanels = property(lambda _: new(ToolbarPanels, tab=""))
-    allToolbarTabs = property(lambda _: new(ToolbarTabs))
     palettes = property(lambda _: new(Palettes))
     activeSelections = property(lambda _: new(Selections))
 
