@@ -33,11 +33,11 @@ def _feasible(arm: DartDynamics, L: np.ndarray, tau: np.ndarray) -> bool:
 def test_wrench_closure_of_the_two_link_arm_in_closed_form(arm: DartDynamics) -> None:
     """Cables 2 and 4 alone act on the elbow, and must do so against each other."""
     closed = workspace(arm, GRID, conditions=["wrench_closure"]).conditions["wrench_closure"]
-    for q, told in zip(GRID.reshape(-1, 2), closed.ravel(), strict=True):
+    for q, found in zip(GRID.reshape(-1, 2), closed.ravel(), strict=True):
         (a1, _), (a2, b2), (a3, _), (a4, b4) = arm.muscle_jacobian(q)
         rest = np.sign(a2 * abs(b4) + a4 * abs(b2))
         antagonists = a1 * a3 < 0 or (a1 * rest < 0 or a3 * rest < 0)
-        assert told == (b2 * b4 < 0 and antagonists)
+        assert found == (b2 * b4 < 0 and antagonists)
     assert 0 < closed.sum() < closed.size
 
 

@@ -22,9 +22,9 @@ def test_capacity_margins_are_distances_from_the_convex_hull(n: int) -> None:
     assert (margins < 0).any()
     assert (margins > 0).any()
     corners = np.array(list(product((LOW, HIGH), repeat=n + 3)))
-    for one, wanted, margin in zip(L, tau, margins, strict=True):
+    for one, desired, margin in zip(L, tau, margins, strict=True):
         hull = ConvexHull(-corners @ one)
-        distance = -(hull.equations[:, :-1] @ wanted + hull.equations[:, -1]).max()
+        distance = -(hull.equations[:, :-1] @ desired + hull.equations[:, -1]).max()
         assert margin == pytest.approx(distance, abs=1e-9)
 
 
@@ -42,8 +42,8 @@ def test_sets_of_torques_are_in_if_all_their_corners_are() -> None:
     W = np.array([[2.0, 0.0, 0.7], [0.0, 1.0, -0.5]])
     margins = capacity_margin(L, tau, LOW, HIGH, half_widths=W)
     inside = []
-    for one, wanted in zip(L, tau, strict=True):
-        corners = (wanted + W @ np.array(s) for s in product((-1.0, 1.0), repeat=3))
+    for one, desired in zip(L, tau, strict=True):
+        corners = (desired + W @ np.array(s) for s in product((-1.0, 1.0), repeat=3))
         inside.append(all(feasible(one, corner) for corner in corners))
     assert np.array_equal(margins >= 0, inside)
     assert 5 < sum(inside) < 35
@@ -52,8 +52,8 @@ def test_sets_of_torques_are_in_if_all_their_corners_are() -> None:
 def test_torque_margins_are_those_of_linear_programmes() -> None:
     L, tau = stacked(63, 15, 3, 5, 2.0)
     down, up = torque_margins(L, tau, LOW, HIGH)
-    for k, (one, wanted) in enumerate(zip(L, tau, strict=True)):
-        if not feasible(one, wanted):
+    for k, (one, desired) in enumerate(zip(L, tau, strict=True)):
+        if not feasible(one, desired):
             assert np.isnan(up[k]).all()
             continue
         for j, (margins, sign) in product(range(3), ((down, -1.0), (up, 1.0))):
@@ -62,7 +62,7 @@ def test_torque_margins_are_those_of_linear_programmes() -> None:
             best = linprog(
                 [0] * 5 + [-1],
                 A_eq=np.c_[-one.T, more],
-                b_eq=wanted,
+                b_eq=desired,
                 bounds=[(LOW, HIGH)] * 5 + [(0, None)],
             )
             assert margins[k, j] == pytest.approx(-best.fun, abs=1e-7)
@@ -72,9 +72,9 @@ def test_torque_margins_are_those_of_linear_programmes() -> None:
 def test_wrench_closure_is_a_positive_null_vector_and_full_rank(n: int, m: int) -> None:
     L = stacked(70 + m, 80, n, m)[0]
     closed = has_wrench_closure(L)
-    for one, told in zip(L, closed, strict=True):
+    for one, found in zip(L, closed, strict=True):
         null = linprog(np.ones(m), A_eq=one.T, b_eq=np.zeros(n), bounds=(1.0, None)).status == 0
-        assert told == (null and np.linalg.matrix_rank(one) == n)
+        assert found == (null and np.linalg.matrix_rank(one) == n)
     assert 0 < closed.sum() < 80
 
 

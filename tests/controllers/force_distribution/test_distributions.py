@@ -62,8 +62,8 @@ def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -
     rounded = least_squares(
         np.round(L, 6), np.round(tau, 6), reference["force_min"], reference["force_max"]
     )
-    told = [p["caspr_id_minquad"]["status"] for p in poses]
-    assert answer.status.tolist() == ["solved" if s == "ok" else s for s in told]
+    statuses = [p["caspr_id_minquad"]["status"] for p in poses]
+    assert answer.status.tolist() == ["solved" if s == "ok" else s for s in statuses]
     for pose, forces, as_caspr in zip(poses, answer.forces, rounded.forces, strict=True):
         caspr = pose["caspr_id_minquad"]
         if caspr["status"] == "ok":
@@ -105,34 +105,36 @@ def test_least_squares_equal_brute_force(n: int) -> None:
 
 def test_linear_programmes_equal_scipys() -> None:
     L, tau = stacked(5, 25, 3, 6, 4.0)
-    for one, wanted in zip(L, tau, strict=True):
+    for one, desired in zip(L, tau, strict=True):
         A, box = -one.T, [(LOW, HIGH)] * 6
-        least = linprog(np.ones(6), A_eq=A, b_eq=wanted, bounds=box)
-        f = linear_programme(one, wanted, LOW, HIGH).forces
-        weighted = linear_programme(one, wanted, LOW, HIGH, costs=[1, 2, 1, 3, 1, 1]).forces
-        peak = minimum_infinity_norm(one, wanted, LOW, HIGH).forces.max()
+        least = linprog(np.ones(6), A_eq=A, b_eq=desired, bounds=box)
+        f = linear_programme(one, desired, LOW, HIGH).forces
+        weighted = linear_programme(one, desired, LOW, HIGH, costs=[1, 2, 1, 3, 1, 1]).forces
+        peak = minimum_infinity_norm(one, desired, LOW, HIGH).forces.max()
         if least.status != 0:
             assert np.isnan(f).all()
             continue
         assert f.sum() == pytest.approx(least.fun, abs=1e-8)
-        costly = linprog([1, 2, 1, 3, 1, 1], A_eq=A, b_eq=wanted, bounds=box).fun
+        costly = linprog([1, 2, 1, 3, 1, 1], A_eq=A, b_eq=desired, bounds=box).fun
         assert weighted @ [1, 2, 1, 3, 1, 1] == pytest.approx(costly, abs=1e-8)
         for factor, possible in ((1 + 1e-7, True), (1 - 1e-6, False)):
-            assert peak <= LOW * (1 + 1e-8) or feasible(one, wanted, LOW, factor * peak) == possible
+            assert (
+                peak <= LOW * (1 + 1e-8) or feasible(one, desired, LOW, factor * peak) == possible
+            )
 
 
 @pytest.mark.parametrize("alpha", [0.0, 1.0, 0.3])
 def test_optimally_safe_forces_keep_the_largest_distance(alpha: float) -> None:
     L, tau = stacked(6, 25, 3, 6, 3.0)
     answer = optimally_safe(L, tau, LOW, HIGH, alpha=alpha)
-    for one, wanted, f in zip(L, tau, answer.forces, strict=True):
+    for one, desired, f in zip(L, tau, answer.forces, strict=True):
         rows = np.vstack([np.c_[-np.eye(6), np.ones(6)], np.c_[np.eye(6), np.full(6, alpha)]])
         best = linprog(
             [0] * 6 + [-1],
             A_ub=rows,
             b_ub=[-LOW] * 6 + [HIGH] * 6,
             A_eq=np.c_[-one.T, np.zeros(3)],
-            b_eq=wanted,
+            b_eq=desired,
             bounds=[(None, None)] * 6 + [(0, None)],
         )
         if best.status != 0:
@@ -162,8 +164,8 @@ def test_the_improved_closed_form_follows_its_recipe_pose_by_pose() -> None:
     answer, plain = improved_closed_form(L, tau, LOW, HIGH), closed_form(L, tau, LOW, HIGH)
     assert answer.solved.sum() > plain.solved.sum()
     assert not (plain.solved & ~answer.solved).any()
-    for one, wanted, f, solved in zip(L, tau, answer.forces, answer.solved, strict=True):
-        expected = _one_after_another(one, wanted)
+    for one, desired, f, solved in zip(L, tau, answer.forces, answer.solved, strict=True):
+        expected = _one_after_another(one, desired)
         assert solved == (expected is not None)
         if expected is not None:
             np.testing.assert_allclose(f, expected, atol=1e-8)

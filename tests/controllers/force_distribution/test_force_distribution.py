@@ -160,12 +160,12 @@ def test_solutions_repeat_bit_for_bit_from_a_saved_state() -> None:
     for tick in ticks[:20]:
         first.solve(*tick)
     state = first.get_state()
-    wanted = [first.solve(*tick) for tick in ticks[20:]]
-    assert {solution.status for solution in wanted} == {"solved", "soft"}
+    expected = [first.solve(*tick) for tick in ticks[20:]]
+    assert {solution.status for solution in expected} == {"solved", "soft"}
     other = ForceDistribution(low, high)
     for distribution in (first, other):
         distribution.set_state(state)
-        for solution, tick in zip(wanted, ticks[20:], strict=True):
+        for solution, tick in zip(expected, ticks[20:], strict=True):
             assert distribution.solve(*tick).forces.tobytes() == solution.forces.tobytes()
     other.reset()
     assert other.get_state().tobytes() == fresh.tobytes()
@@ -181,9 +181,9 @@ def test_daqp_is_asked_where_dual_newton_does_not_converge(monkeypatch: pytest.M
     low, high = np.full(7, 10.0), np.full(7, 100.0)
     distribution = ForceDistribution(low, high, weights=H)
     torques = (-L.T @ f, np.full(3, 1e3))
-    wanted = [distribution.solve(L, tau) for tau in torques]
+    expected = [distribution.solve(L, tau) for tau in torques]
     monkeypatch.setattr(dual_newton.DualNewton, "solve", lambda self: dual_newton.NOT_CONVERGED)
-    for solution, tau in zip(wanted, torques, strict=True):
+    for solution, tau in zip(expected, torques, strict=True):
         other = distribution.solve(L, tau)
         assert other.status == solution.status
         np.testing.assert_allclose(other.forces, solution.forces, atol=1e-4)

@@ -21,8 +21,8 @@ def test_the_forces_give_the_joints_the_commanded_acceleration() -> None:
         assert solution.status == "solved"
         tau = -arm.muscle_jacobian(q).T @ solution.forces
         tau = tau - arm.coriolis(q, qd) - arm.gravity(q) - arm.damping * qd
-        wanted = qdd_d + kd * (qd_d - qd) + kp * (q_d - q)
-        np.testing.assert_allclose(np.linalg.solve(arm.mass_matrix(q), tau), wanted, atol=1e-7)
+        desired = qdd_d + kd * (qd_d - qd) + kp * (q_d - q)
+        np.testing.assert_allclose(np.linalg.solve(arm.mass_matrix(q), tau), desired, atol=1e-7)
         assert solution.coordinate_names == ("shoulder", "elbow")
 
 

@@ -26,22 +26,22 @@ def ticks(arm: DartDynamics, count: int) -> Iterator[tuple[np.ndarray, np.ndarra
 
 
 def terms(arm, q, qd, y_d):
-    """a, B of qdd = a + B f, J, and what is wanted of J qdd."""
+    """a, B of qdd = a + B f, J, and what is desired of J qdd."""
     h = arm.coriolis(q, qd) + arm.gravity(q) + arm.damping * qd
     made = -np.linalg.solve(arm.mass_matrix(q), np.column_stack([h, arm.muscle_jacobian(q).T]))
     J = arm.task_jacobian(q)
-    wanted = KP * (y_d - arm.task_position(q)) - KD * J @ qd - arm.task_bias(q, qd)
-    return made[:, 0], made[:, 1:], J, wanted
+    desired = KP * (y_d - arm.task_position(q)) - KD * J @ qd - arm.task_bias(q, qd)
+    return made[:, 0], made[:, 1:], J, desired
 
 
 def is_possible(arm, q, qd, y_d) -> bool:
     """Whether some forces meet the tasks, by a linear programme."""
-    a, B, J, wanted = terms(arm, q, qd, y_d)
+    a, B, J, desired = terms(arm, q, qd, y_d)
     scale = np.abs(J @ B).max(axis=1)
     answer = linprog(
         np.zeros(4),
         A_eq=J @ B / scale[:, None],
-        b_eq=(wanted - J @ a) / scale,
+        b_eq=(desired - J @ a) / scale,
         bounds=list(zip(arm.f_min, arm.f_max, strict=True)),
     )
     return answer.status == 0
@@ -73,9 +73,9 @@ def test_tasks_give_way_no_more_than_they_must(arm) -> None:
     law = controller(OperationalSpaceController, arm)
     for q, qd, y_d in ticks(arm, 100):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
-        a, B, J, wanted = terms(arm, q, qd, y_d)
-        least = lsq_linear(J @ B, wanted - J @ a, (arm.f_min, arm.f_max), method="bvls")
-        missing = np.linalg.norm(J @ (a + B @ least.x) - wanted)
+        a, B, J, desired = terms(arm, q, qd, y_d)
+        least = lsq_linear(J @ B, desired - J @ a, (arm.f_min, arm.f_max), method="bvls")
+        missing = np.linalg.norm(J @ (a + B @ least.x) - desired)
         bent = 0.01 * np.linalg.norm(solution.qdd)
         assert np.linalg.norm(solution.slack) <= missing + bent + 1e-3
 
@@ -84,10 +84,10 @@ def test_the_first_priority_gives_way_no_more_for_the_sake_of_the_second(arm) ->
     law = controller(OperationalSpaceController, arm, priorities=[1, 2])
     for q, qd, y_d in ticks(arm, 100):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
-        a, B, J, wanted = terms(arm, q, qd, y_d)
+        a, B, J, desired = terms(arm, q, qd, y_d)
         first = (J @ B)[:1]
-        least = lsq_linear(first, (wanted - J @ a)[:1], (arm.f_min, arm.f_max), method="bvls")
-        missing = np.abs(first @ least.x + J[0] @ a - wanted[0]).item()
+        least = lsq_linear(first, (desired - J @ a)[:1], (arm.f_min, arm.f_max), method="bvls")
+        missing = np.abs(first @ least.x + J[0] @ a - desired[0]).item()
         bent = 0.01 * np.linalg.norm(solution.qdd)
         assert np.abs(solution.slack[0]) <= missing + bent + 1e-3
 

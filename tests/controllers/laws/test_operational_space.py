@@ -49,9 +49,9 @@ def test_the_forces_give_the_task_the_commanded_acceleration() -> None:
         assert solution.status == "solved"
         assert solution.bound_violation == 0.0
         J = arm.task_jacobian(q)
-        wanted = ydd_d + kd * (yd_d - J @ qd) + kp * (y_d - arm.task_position(q))
+        desired = ydd_d + kd * (yd_d - J @ qd) + kp * (y_d - arm.task_position(q))
         qdd = acceleration(arm, q, qd, solution.forces, w_e)
-        np.testing.assert_allclose(J @ qdd + arm.task_bias(q, qd), wanted, atol=1e-6)
+        np.testing.assert_allclose(J @ qdd + arm.task_bias(q, qd), desired, atol=1e-6)
         np.testing.assert_allclose(solution.qdd, qdd, atol=1e-6)
         np.testing.assert_allclose(solution.slack, 0.0, atol=1e-6)
         assert solution.coordinate_names == ("tip.x", "tip.z")
@@ -79,14 +79,14 @@ def test_it_minimises_what_eq_4_says(literal: bool) -> None:
         solution = controller.solve(q, qd, y_d, zero, zero)
         J, L, M = arm.task_jacobian(q), arm.muscle_jacobian(q), arm.mass_matrix(q)
         h = arm.coriolis(q, qd) + arm.gravity(q) + arm.damping * qd
-        wanted = -20.0 * J @ qd + 100.0 * (y_d - arm.task_position(q)) - arm.task_bias(q, qd)
+        desired = -20.0 * J @ qd + 100.0 * (y_d - arm.task_position(q)) - arm.task_bias(q, qd)
         qdd_p = np.zeros(2) if literal else 25.0 * (q0 - q) - 10.0 * qd
         f_p = np.zeros(4) if literal else np.full(4, 20.0)
         expected = qpsolvers.solve_qp(
             np.diag(np.concatenate([H_q, H_f])),
             -np.concatenate([H_q * qdd_p, H_f * f_p]),
             A=np.block([[M, L.T], [J, np.zeros((1, 4))]]),
-            b=np.concatenate([-h, wanted]),
+            b=np.concatenate([-h, desired]),
             lb=np.concatenate([np.full(2, -1e9), arm.f_min]),
             ub=np.concatenate([np.full(2, 1e9), arm.f_max]),
             solver="daqp",
@@ -164,9 +164,9 @@ class Conflicting(PointMass):
 @pytest.mark.parametrize("order", [(1, 2, 3), (2, 1, 3)])
 def test_the_first_priority_is_met_and_later_ones_as_far_as_it_leaves_room(order) -> None:
     controller = OperationalSpaceController(Conflicting(), 1.0, 1.0, priorities=order)
-    wanted = np.array([3.0, -4.0, 2.0])
-    solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), wanted)
-    kept = wanted[0] if order[0] == 1 else wanted[1]
+    desired = np.array([3.0, -4.0, 2.0])
+    solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), desired)
+    kept = desired[0] if order[0] == 1 else desired[1]
     assert solution.qdd[0] == pytest.approx(kept, abs=1e-6)
     assert solution.qdd[2] == pytest.approx(2.0, abs=1e-6)
     np.testing.assert_allclose(np.sort(np.abs(solution.slack)), [0.0, 0.0, 7.0], atol=1e-6)
@@ -175,8 +175,8 @@ def test_the_first_priority_is_met_and_later_ones_as_far_as_it_leaves_room(order
 
 def test_equal_priorities_share_what_they_cannot_both_have() -> None:
     controller = OperationalSpaceController(Conflicting(), 1.0, 1.0)
-    wanted = np.array([3.0, -4.0, 2.0])
-    solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), wanted)
+    desired = np.array([3.0, -4.0, 2.0])
+    solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), desired)
     assert solution.qdd[0] == pytest.approx(-0.5, abs=1e-3)
 
 
@@ -345,13 +345,13 @@ def test_with_the_task_as_cost_there_is_always_a_solution() -> None:
     controller = ReactiveQPController(
         mass, 1.0, 1.0, task_weights=100.0, posture=Posture(kd=0.0), force_weights=1e-12
     )
-    wanted = np.array([10.0, 0.0])
-    solution = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, wanted)
+    desired = np.array([10.0, 0.0])
+    solution = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, desired)
     assert solution.qdd[0] == pytest.approx(1000.0 / 101.0, abs=1e-6)
     assert solution.status == "solved"
     mass.f_max = np.full(6, 15.0)
     weak = ReactiveQPController(mass, 1.0, 1.0)
-    solution = weak.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, wanted)
+    solution = weak.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, desired)
     assert solution.status == "solved"
     assert solution.qdd[0] == pytest.approx(7.0, abs=1e-6)
     assert solution.slack[0] == pytest.approx(3.0, abs=1e-6)

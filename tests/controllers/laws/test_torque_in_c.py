@@ -52,13 +52,13 @@ def test_joint_space(seed: int) -> None:
     for _ in range(40):
         q, qd = rng.uniform(-1, 1, (2, 3))
         reference = rng.uniform(-3, 3, (3, 3))
-        wanted = python.solve(q, qd, *reference)
+        expected = python.solve(q, qd, *reference)
         status = c.solve(**joint_terms(robot, q, qd, reference))
-        assert status == (SOLVED if wanted.status == "solved" else SOFT)
-        scale = np.abs(wanted.forces).max()
+        assert status == (SOLVED if expected.status == "solved" else SOFT)
+        scale = np.abs(expected.forces).max()
         near = 1e-9 if status == SOLVED else 1e-7  # softly, the cost of forces is next to nothing
-        np.testing.assert_allclose(c.array("forces"), wanted.forces, rtol=0, atol=near * scale)
-        np.testing.assert_allclose(c.array("slack"), wanted.slack, rtol=0, atol=1e-7 * scale)
+        np.testing.assert_allclose(c.array("forces"), expected.forces, rtol=0, atol=near * scale)
+        np.testing.assert_allclose(c.array("slack"), expected.slack, rtol=0, atol=1e-7 * scale)
         seen.add(status)
     assert SOLVED in seen
 
@@ -74,10 +74,10 @@ def test_where_no_force_fits_the_acceleration_errs_least() -> None:
     for _ in range(60):
         q, qd = rng.uniform(-1, 1, (2, 2))
         reference = rng.uniform(-1, 1, (3, 2))
-        wanted = python.solve(q, qd, *reference)
+        expected = python.solve(q, qd, *reference)
         status = c.solve(**joint_terms(robot, q, qd, reference))
-        assert status == (SOLVED if wanted.status == "solved" else SOFT)
-        np.testing.assert_allclose(c.array("forces"), wanted.forces, rtol=0, atol=1e-6)
+        assert status == (SOLVED if expected.status == "solved" else SOFT)
+        np.testing.assert_allclose(c.array("forces"), expected.forces, rtol=0, atol=1e-6)
         soft += status == SOFT
     assert soft > 10
 
@@ -112,7 +112,7 @@ def compare_operational(
         y, J = robot.task_position(q), robot.task_jacobian(q)
         reference = np.array([y, J @ qd, rng.uniform(-1, 1, k)])
         reference[:2] += rng.uniform(-0.05, 0.05, (2, k))
-        wanted = python.solve(q, qd, *reference)
+        expected = python.solve(q, qd, *reference)
         status = c.solve(
             M=robot.mass_matrix(q),
             h=bias_torque(robot, q, qd),
@@ -125,11 +125,11 @@ def compare_operational(
             q=q,
             qd=qd,
         )
-        assert status == (SOLVED if wanted.status == "solved" else SOFT)
-        scale = np.abs(wanted.forces).max()
+        assert status == (SOLVED if expected.status == "solved" else SOFT)
+        scale = np.abs(expected.forces).max()
         near = 1e-8 if status == SOLVED else 1e-5
-        np.testing.assert_allclose(c.array("forces"), wanted.forces, rtol=0, atol=near * scale)
-        assert bool(c.array("limits_dropped")[0]) == wanted.limits_dropped
+        np.testing.assert_allclose(c.array("forces"), expected.forces, rtol=0, atol=near * scale)
+        assert bool(c.array("limits_dropped")[0]) == expected.limits_dropped
         statuses.append(status)
     return statuses
 

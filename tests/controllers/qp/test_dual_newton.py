@@ -47,8 +47,8 @@ class Solvers:
         return solver.solve(problem)
 
 
-def relative_error(x: FloatArray, wanted: FloatArray) -> float:
-    return float(np.max(np.abs(x - wanted) / (1.0 + np.abs(wanted))))
+def relative_error(x: FloatArray, expected: FloatArray) -> float:
+    return float(np.max(np.abs(x - expected) / (1.0 + np.abs(expected))))
 
 
 @pytest.mark.parametrize("kind", ["feasible", "at_bounds", "rank_deficient"])
@@ -62,13 +62,13 @@ def test_random_problems_with_a_solution_are_solved_to_1e_8(kind: str) -> None:
         assert cold.residuals.bounds == warm.residuals.bounds == 0.0
         fallbacks += cold.fell_back
         steps = max(steps, cold.iterations)
-        wanted = reference(problem, cold)
-        if wanted is None:
+        expected = reference(problem, cold)
+        if expected is None:
             unproven += 1
             assert cold.residuals.equality <= 1e-13
             assert cold.residuals.dual <= 1e-12
             continue
-        errors.append(max(relative_error(cold.x, wanted), relative_error(warm.x, wanted)))
+        errors.append(max(relative_error(cold.x, expected), relative_error(warm.x, expected)))
         assert errors[-1] <= 1e-8, seed
     print(f"{kind}: largest error {max(errors):.2g}, {steps} steps, {fallbacks} by DAQP, ", end="")
     print(f"{unproven} without a reference")
@@ -224,11 +224,11 @@ def test_ticks_repeat_bit_for_bit_from_a_saved_state() -> None:
     first = [solver.solve(problem) for problem in ticks[150:]]
     solver.set_state(state)
     other.set_state(state)
-    for wanted, problem in zip(first, ticks[150:], strict=True):
+    for expected, problem in zip(first, ticks[150:], strict=True):
         for again in (solver.solve(problem), other.solve(problem)):
-            assert again.x.tobytes() == wanted.x.tobytes()
-            assert again.multipliers.tobytes() == wanted.multipliers.tobytes()
-            assert again.iterations == wanted.iterations
+            assert again.x.tobytes() == expected.x.tobytes()
+            assert again.multipliers.tobytes() == expected.multipliers.tobytes()
+            assert again.iterations == expected.iterations
     with pytest.raises(InputError, match="4 finite numbers"):
         solver.set_state(np.zeros(3))
     with pytest.raises(InputError, match="4 finite numbers"):
@@ -255,10 +255,10 @@ def test_other_back_ends_answer_the_same_questions(solver: str) -> None:
             m_eq, n = problem.A.shape
             if weights is not None:
                 problem = dataclasses.replace(problem, row_weights=np.full(m_eq, weights))
-            wanted = solve(problem)
+            expected = solve(problem)
             other = BoxSolver(n, m_eq, solver=solver).solve(problem)
             assert other.status == "solved"
-            assert relative_error(other.x, wanted.x) < 1e-3
+            assert relative_error(other.x, expected.x) < 1e-3
             assert other.fell_back is (other.solver != solver)
     daqp = BoxSolver(2, 1, solver="daqp")
     impossible = BoxProblem(*np.ones((2, 2)), np.ones((1, 2)), np.full(1, 9.0), *np.ones((2, 2)))
@@ -272,13 +272,13 @@ def test_other_back_ends_answer_the_same_questions(solver: str) -> None:
 
 def test_what_does_not_converge_is_asked_of_daqp(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = feasible(3)
-    wanted = solve(problem)
+    expected = solve(problem)
     monkeypatch.setattr(dual_newton.DualNewton, "solve", lambda self: dual_newton.NOT_CONVERGED)
     for weights in (None, np.ones(len(problem.b))):
         solution = solve(dataclasses.replace(problem, row_weights=weights))
         assert (solution.status, solution.fell_back, solution.solver) == ("solved", True, "daqp")
         if weights is None:
-            assert relative_error(solution.x, wanted.x) < 1e-8
+            assert relative_error(solution.x, expected.x) < 1e-8
     monkeypatch.setattr(qp.qpsolvers, "solve_problem", lambda *_, **__: 1 / 0)
     assert solve(problem).status == "not converged"
 

@@ -37,12 +37,12 @@ def test_the_spline_passes_through_its_points(given_points: Trajectory) -> None:
     """Positions; velocities too for a cubic; accelerations too for a quintic."""
     reference = SplineReference(given_points)
     for k, point in enumerate(given_points.points):
-        wanted = [row for row in (point.q, point.qd, point.qdd) if row]
+        given = [row for row in (point.q, point.qd, point.qdd) if row]
         for side in (1e-12, -1e-12):  # both polynomials that meet there
             if (k == 0 and side < 0) or (k == len(given_points.points) - 1 and side > 0):
                 continue
             rows = reference.evaluate(max(0.0, min(point.time + side, reference.duration)))
-            for row, expected in zip(rows, wanted, strict=False):
+            for row, expected in zip(rows, given, strict=False):
                 np.testing.assert_allclose(row, expected, atol=1e-6)
 
 

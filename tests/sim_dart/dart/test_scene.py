@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from support.robots.plants import steps
 from support.robots.worlds import block, pincers, two_link_arm, write_box_mesh
 
 from addin_sdfusion.robot import InputError, Pose, UnknownNameError
@@ -84,8 +85,7 @@ def test_a_scene_that_does_not_fit_is_refused(case: str) -> None:
 def test_bodies_that_are_told_to_may_stand_in_each_other() -> None:
     things = (SceneObject("a", BALL, mass=1.0), SceneObject("b", Box((1.0, 1.0, 1.0))))
     plant = Plant(block(), scene=Scene(objects=things, ignored=(("a", "b"),)))
-    for _ in range(100):
-        plant.step([])
+    steps(plant, 100, [])
     fall = 0.5 * 9.81 * 1e-3**2 * 100 * 101
     assert plant.world.object_poses()[0, 2] == pytest.approx(-fall)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from support.cases import few
+from support.robots.plants import steps
 from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 from support.robots.worlds import (
@@ -166,8 +167,7 @@ def test_an_arm_lies_down_on_the_ground() -> None:
     robot = raised(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2), reported=("link_2", "ground"))
     plant = Plant(robot, scene=scene)
-    for _ in range(6000):
-        plant.step([0.0])
+    steps(plant, 6000, [0.0])
     lowest = 0.7 - 0.3 * np.cos(plant.q[0]) - 0.3 * np.cos(plant.q.sum()) - 0.03
     assert lowest == pytest.approx(0.2, abs=1e-4)
     forces = plant.world.contact_forces()
@@ -340,8 +340,7 @@ def test_a_spinning_links_tip_counts() -> None:
     plant = Plant(robot, scene=replace(ARM, objects=(bar,)))
     plant.reset([0.5, 0.0], [-60.0, 0.0])
     with pytest.raises(SimulationError, match=r"'link_[12]' could pass through 'bar'"):
-        for _ in range(100):
-            plant.step([0.0])
+        steps(plant, 100, [0.0])
 
 
 def test_an_object_that_is_lost_is_named_with_the_time() -> None:
@@ -356,8 +355,7 @@ def test_an_object_that_is_lost_is_named_with_the_time() -> None:
 def test_a_robot_that_diverges_in_a_world_is_named_with_time_and_coordinate() -> None:
     plant = Plant(two_link_arm(), scene=replace(ARM, ground=Ground(-5.0)))
     with pytest.raises(SimulationError, match=r"'arm' diverged at t = .* joint_\d"):
-        for _ in range(100):
-            plant.step([1e300])
+        steps(plant, 100, [1e300])
 
 
 def test_rk4_knows_no_contacts() -> None:

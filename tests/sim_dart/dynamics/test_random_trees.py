@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.cases import few
 from support.oracles.mujoco_model import MujocoRobot
+from support.robots.plants import steps
 from support.robots.random_robots import random_state, random_tree
 
 from sim_dart import CoreDynamics, DartDynamics, Plant, compile_blob
@@ -105,8 +106,7 @@ def test_a_thousand_damped_steps_are_those_of_dart(seed: int) -> None:
     state[:] = q
     core.move(core.handle, q.tobytes())
     for _ in range(20):
-        for _ in range(50):
-            plant.step(0.3 * f)
+        steps(plant, 50, 0.3 * f)
         assert core.step(core.handle, (0.3 * f).tobytes(), None, 1e-3, 50) == 0
         assert np.abs(state - plant.q).max() <= 1e-9
     assert np.abs(state - q).max() > 0.01

@@ -8,17 +8,15 @@ from typing import Any, get_args
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from support.robots.muscle_bench import HILL, Bench
 
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.laws import Curve, MuscleLaws
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 
 KINDS = ("hill_degroote2016", "hill_millard2012", "hill_thelen2003")
 ELASTIC = HILL | {"elastic_tendon": 1.0}

@@ -1,4 +1,4 @@
-"""The tensions in reach, and the commands that give wanted ones."""
+"""The tensions in reach, and the commands that give desired ones."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def test_commands_give_the_wanted_tension(
         ends = [_after(bench, length, speed, u, h) for u in bench_range(bench)]
         assert (low, high) == pytest.approx((min(ends), max(ends)), rel=1e-12, abs=1e-12)
         for part in (0.0, 0.01, 0.3, 0.7, 0.99, 1.0):
-            wanted = low + part * (high - low)
-            command = float(bench.laws.invert([wanted], h)[0])
+            desired = low + part * (high - low)
+            command = float(bench.laws.invert([desired], h)[0])
             assert bench.laws.command_low[0] <= command <= bench.laws.command_high[0]
             found = _after(bench, length, speed, command, h)
-            assert found == pytest.approx(wanted, abs=1e-9 * max(high, 1e-3))
+            assert found == pytest.approx(desired, abs=1e-9 * max(high, 1e-3))
         if low < high:
-            for wanted, end in ((high + 50.0, high), (low - 50.0, low)):
-                command = float(bench.laws.invert([wanted], h)[0])
+            for desired, end in ((high + 50.0, high), (low - 50.0, low)):
+                command = float(bench.laws.invert([desired], h)[0])
                 assert _after(bench, length, speed, command, h) == pytest.approx(end, rel=1e-9)
 
 

@@ -6,17 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from support.robots.muscle_bench import Bench
 
 from addin_sdfusion.robot import CableModel
 from addin_sdfusion.robot.model.tension_laws import PRESETS, law_parameters
+from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 SLACK = {"rest_length": 1e3}
 """So long that the spring never pulls: the motor runs free."""
 

@@ -6,15 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from support.robots.muscle_bench import HILL, SOUND, Bench
 
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS, command_range, states_of
 from addin_sdfusion.robot.model.tension_laws import law_of as _law_of
+from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 
 ELASTIC = HILL | {"elastic_tendon": 1.0}
 CASES = [*SOUND.items(), *((k, ELASTIC) for k in SOUND if k.startswith("hill"))]

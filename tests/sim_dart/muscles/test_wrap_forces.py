@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from support.robots.path_checks import total_pulls
 from support.robots.random_robots import random_robot
 from support.robots.robots import chain, planar_2r
 from support.robots.wrapped import base_pulley, sequences, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import WORLD, Robot, WrapSurface
 from sim_dart import MusclePaths
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import moving_frames
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 TREES = [wrapped_tree(random_robot(seed), seed) for seed in range(12)]
 ROBOTS = [planar_2r(), chain(), *TREES]
 
@@ -76,9 +75,7 @@ def test_action_is_reaction(robot: Robot) -> None:
     paths, m = MusclePaths(robot), len(robot.muscles)
     for _ in range(20):
         pulls = paths.point_forces(rng.uniform(-1.5, 1.5, len(robot.coordinates)), np.ones(m))
-        force, torque = np.zeros((m, 3)), np.zeros((m, 3))
-        np.add.at(force, pulls.muscles, pulls.forces)
-        np.add.at(torque, pulls.muscles, np.cross(pulls.points, pulls.forces))
+        force, torque = total_pulls(pulls, m)
         assert abs(force).max() < 1e-12
         assert abs(torque).max() < 1e-12
 

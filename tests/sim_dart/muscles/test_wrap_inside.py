@@ -7,18 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from support.oracles.mujoco_wraps import MujocoWraps
+from support.robots.path_checks import check_jacobian, total_pulls
 from support.robots.random_robots import random_robot
 from support.robots.wrapped import FAR, carriage, single_wraps, wrapped_tree
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from sim_dart import MusclePaths
+from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 STEP = 1e-6
 
 
@@ -104,14 +103,7 @@ def test_jacobian_is_the_derivative_of_the_lengths() -> None:
     compared = 0
     for _ in range(20):
         q = rng.uniform(-0.5, 0.5, 3)
-        L = paths.evaluate(q).jacobian.copy()
-        for j, e in enumerate(np.eye(3) * STEP):
-            ahead, L_ahead = (values.copy() for values in paths.evaluate(q + e))
-            behind, L_behind = (values.copy() for values in paths.evaluate(q - e))
-            smooth = (abs(L_ahead - L).max(axis=1) < 1e-4) & (abs(L_behind - L).max(axis=1) < 1e-4)
-            slope = (ahead - behind) / (2 * STEP)
-            np.testing.assert_allclose(L[smooth, j], slope[smooth], rtol=0, atol=1e-7)
-            compared += int(smooth.sum())
+        compared += check_jacobian(paths, q, STEP)
     assert compared > 0.99 * 200 * 20 * 3
 
 
@@ -192,17 +184,9 @@ def test_action_is_reaction_and_the_power_is_that_of_the_tensions(seed: int) -> 
     for _ in range(10):
         q = rng.uniform(-1.5, 1.5, n)
         pulls = paths.point_forces(q, np.ones(m))
-        force, torque = np.zeros((m, 3)), np.zeros((m, 3))
-        np.add.at(force, pulls.muscles, pulls.forces)
-        np.add.at(torque, pulls.muscles, np.cross(pulls.points, pulls.forces))
+        force, torque = total_pulls(pulls, m)
         assert max(abs(force).max(), abs(torque).max()) < 1e-12
-        L = paths.evaluate(q).jacobian.copy()
-        for j, e in enumerate(np.eye(n) * STEP):
-            ahead, L_ahead = (values.copy() for values in paths.evaluate(q + e))
-            behind, L_behind = (values.copy() for values in paths.evaluate(q - e))
-            smooth = (abs(L_ahead - L).max(axis=1) < 1e-4) & (abs(L_behind - L).max(axis=1) < 1e-4)
-            slope = (ahead - behind) / (2 * STEP)
-            np.testing.assert_allclose(L[smooth, j], slope[smooth], rtol=0, atol=1e-7)
+        check_jacobian(paths, q, STEP)
 
 
 def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:

@@ -7,15 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from support.robots.wrapped import FAR, base_pulley, carriage, vector
 
 from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint
 from sim_dart import MusclePaths
+from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 R = 0.05
 
 

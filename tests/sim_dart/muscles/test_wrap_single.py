@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.oracles.mujoco_wraps import MujocoWraps
+from support.robots.path_checks import check_jacobian
 from support.robots.wrapped import FAR, carriage, single_wraps
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from addin_sdfusion.robot.model.rotations import rotation
 from sim_dart import MusclePaths
+from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
-
-FloatArray = NDArray[np.float64]
 STEP = 1e-6
 
 
@@ -216,14 +216,7 @@ def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, tuple[floa
     compared = 0
     for _ in range(20):
         q = rng.uniform(-0.5, 0.5, 3)
-        L = paths.evaluate(q).jacobian.copy()
-        for j, e in enumerate(np.eye(3) * STEP):
-            ahead, L_ahead = (values.copy() for values in paths.evaluate(q + e))
-            behind, L_behind = (values.copy() for values in paths.evaluate(q - e))
-            smooth = (abs(L_ahead - L).max(axis=1) < 1e-4) & (abs(L_behind - L).max(axis=1) < 1e-4)
-            slope = (ahead - behind) / (2 * STEP)
-            np.testing.assert_allclose(L[smooth, j], slope[smooth], rtol=0, atol=1e-7)
-            compared += int(smooth.sum())
+        compared += check_jacobian(paths, q, STEP)
     assert compared > 0.995 * 200 * 20 * 3
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.cases import few
+from support.robots.plants import steps
 from support.robots.random_robots import random_robot, random_state, random_tree
 from support.robots.robots import planar_2r
 
@@ -108,16 +109,13 @@ def test_energies_and_momenta(seed: int) -> None:
 def test_a_state_of_the_core_comes_back_bit_by_bit(rule: Any) -> None:
     plant = Plant(planar_2r(), integrator=rule, engine="core", energy=True)
     f = np.array([30.0, 10.0, 20.0, 10.0])
-    for _ in range(30):
-        plant.step(f, loads=[1.0, 0.0, 2.0])
+    steps(plant, 30, f, loads=[1.0, 0.0, 2.0])
     saved = plant.get_state()
-    for _ in range(30):
-        plant.step(f)
+    steps(plant, 30, f)
     first = plant.get_state()
     plant.set_state(saved)
     assert np.array_equal(plant.get_state(), saved)
-    for _ in range(30):
-        plant.step(f)
+    steps(plant, 30, f)
     assert np.array_equal(plant.get_state(), first)
     other = Plant(planar_2r(), integrator=rule, engine="dart", energy=True)
     other.set_state(saved)  # the same numbers in the same order
@@ -138,8 +136,7 @@ def test_a_plant_that_diverges_says_when_and_what(rule: Any) -> None:
     endless = with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf)
     plant = Plant(endless, integrator=rule, engine="core")
     with pytest.raises(SimulationError, match=r"diverged at t = .* s: joint_\d is .*velocity"):
-        for _ in range(100):
-            plant.step(np.full(4, 1e250))
+        steps(plant, 100, np.full(4, 1e250))
     plant.reset()
     plant.step(np.zeros(4))
     assert np.isfinite(plant.q).all()

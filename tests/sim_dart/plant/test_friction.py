@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from support.robots.plants import steps
 from support.robots.random_robots import random_tree
 from support.robots.robots import chain, planar_2r
 
@@ -23,8 +23,8 @@ from addin_sdfusion.robot import (
     revolute,
 )
 from sim_dart import CoreDynamics, Plant
+from sim_dart.core.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 STEP = 1e-3
 LIMITS = ((-0.01, 0.01), (-np.inf, 0.005), (-np.inf, np.inf), (0.0, 0.02))
 MASS = 2.0
@@ -163,15 +163,13 @@ def test_a_sliding_mass_stops_and_stays() -> None:
     loss = STEP * force / MASS
     whole = int(speed / loss)
     speeds = speed - loss * np.arange(1, whole + 1)
-    for _ in range(whole + 10):
-        plant.step([])
+    steps(plant, whole + 10, [])
     assert plant.qd[0] == 0.0
     assert plant.q[0] == pytest.approx(STEP * speeds.sum(), abs=1e-12)
     assert plant.q[0] == pytest.approx(0.5 * MASS * speed**2 / force, rel=0.01)
     rest = plant.q[0]
     for load in (0.999 * force, -0.999 * force):
-        for _ in range(100):
-            plant.step([], [load])
+        steps(plant, 100, [], [load])
         assert plant.q[0] == rest
         assert plant.qd[0] == 0.0
     plant.step([], [force + 1.0])
@@ -182,11 +180,9 @@ def test_it_leans_on_a_stop_and_leaves_it() -> None:
     """At a limit friction holds as well: what pulls it off must be more than friction is."""
     plant = Plant(slider(2.0, upper=0.1, lower=-1.0), STEP)
     plant.reset([0.0], [1.0])
-    for _ in range(300):
-        plant.step([], [5.0])
+    steps(plant, 300, [], [5.0])
     assert plant.q[0] == pytest.approx(0.1, abs=1e-15)
-    for _ in range(10):
-        plant.step([], [-1.99])
+    steps(plant, 10, [], [-1.99])
     assert plant.qd[0] == 0.0
     plant.step([], [-3.0])
     assert plant.qd[0] == pytest.approx(-STEP * 1.0 / MASS, rel=1e-12)
@@ -220,8 +216,7 @@ def test_a_pendulum_with_friction_stops_on_its_way() -> None:
     weight = MASS * 9.81 * length
     plant.reset([1.2])
     begin = plant.energy
-    for _ in range(20000):
-        plant.step([])
+    steps(plant, 20000, [])
     stop = plant.q[0]
     assert plant.qd[0] == 0.0
     assert weight * abs(np.sin(stop)) < friction
@@ -229,8 +224,7 @@ def test_a_pendulum_with_friction_stops_on_its_way() -> None:
         lost = weight * (np.cos(stop) - np.cos(1.2))
         assert lost == pytest.approx(friction * (1.2 - stop), rel=1e-3)
         assert begin.potential - plant.energy.potential == pytest.approx(lost, rel=1e-9)
-    for _ in range(100):
-        plant.step([])
+    steps(plant, 100, [])
     assert plant.q[0] == stop
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from support.oracles.mujoco_model import MujocoRobot
+from support.robots.plants import steps
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
 
@@ -134,8 +135,7 @@ class Case:
         rows = [plant.q]
         for k in range(self.ticks):
             u = self.commands(k * HELD)
-            for _ in range(round(HELD / step)):
-                plant.step(u)
+            steps(plant, round(HELD / step), u)
             rows.append(plant.q)
         return np.array(rows)
 
@@ -267,16 +267,13 @@ def test_coulomb_friction_stops_a_wheel_and_holds_it() -> None:
     robot = flywheel(friction=0.4, actuated=True)
     plant = Plant(robot, 1e-3)
     plant.reset([0.0], [1.0])
-    for _ in range(1000):
-        plant.step([])
+    steps(plant, 1000, [])
     assert plant.q[0] == pytest.approx(1.0 - 0.5 * 0.4 / 0.5, abs=1e-3)
-    for _ in range(500):
-        plant.step([])
+    steps(plant, 500, [])
     assert plant.qd[0] == pytest.approx(0.0, abs=1e-12)
     assert plant.q[0] == pytest.approx(0.5 * 0.5 / 0.4, abs=1e-3)
     resting = plant.q[0]
-    for _ in range(200):
-        plant.step([], [0.39])
+    steps(plant, 200, [], [0.39])
     assert plant.q[0] == pytest.approx(resting, abs=1e-9)
     plant.step([], [0.6])
     assert plant.qd[0] == pytest.approx(1e-3 * 0.2 / 0.5, rel=1e-6)
@@ -297,8 +294,7 @@ def test_substeps_are_shorter_steps(integrator: Any) -> None:
         plant.reset(made.q)
     for _ in range(50):
         coarse.step(u)
-        for _ in range(4):
-            fine.step(u)
+        steps(fine, 4, u)
     np.testing.assert_array_equal(coarse.q, fine.q)
     assert coarse.time == pytest.approx(fine.time, abs=1e-12)
 
@@ -312,8 +308,7 @@ def test_the_books_balance_to_the_integrators_order(integrator: Any, order: int)
         plant = Plant(robot, h, integrator=integrator, energy=True)
         plant.reset([2.0, 0.5], [1.0, -1.0])
         start = total(plant)
-        for _ in range(round(1.6 / h)):
-            plant.step([20.0, 5.0, 10.0, 8.0], loads=[0.5, 0.0, 0.3])
+        steps(plant, round(1.6 / h), [20.0, 5.0, 10.0, 8.0], loads=[0.5, 0.0, 0.3])
         assert plant.energy.damping_work < -0.1
         assert abs(plant.energy.outer_work) > 0.01
         left.append(abs(total(plant) - start))
@@ -367,8 +362,7 @@ def test_muscles_do_not_change_the_momentum_of_a_body_that_floats(
     rng = np.random.default_rng(5)
     plant.reset(rng.uniform(-0.3, 0.3, plant.q.size), rng.uniform(-0.5, 0.5, plant.q.size))
     before = plant.momentum
-    for _ in range(200):
-        plant.step(np.full(4, 2.0))
+    steps(plant, 200, np.full(4, 2.0))
     after = plant.momentum
     assert np.linalg.norm(before.angular) > 0.1
     np.testing.assert_allclose(after.linear, before.linear, rtol=0, atol=kept)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.robots.plants import steps
 from support.robots.random_robots import random_robot
 from support.robots.robots import chain, planar_2r
 
@@ -119,8 +120,7 @@ def test_a_resting_robot_is_not_put_to_sleep() -> None:
     """A force that appears after ten quiet seconds moves the robot at once."""
     robot = replace(planar_2r(), gravity=(0.0, 0.0, 0.0))
     plant = Plant(robot)
-    for _ in range(10_000):
-        plant.step(np.zeros(4))
+    steps(plant, 10_000, np.zeros(4))
     plant.step([0.0, 0.0, 1e-3, 0.0])
     assert plant.qd[0] != 0.0
 
@@ -135,15 +135,12 @@ def test_a_cable_cannot_push() -> None:
 def test_state_goes_back_bit_by_bit() -> None:
     plant = Plant(chain())
     f = np.random.default_rng(0).uniform(1, 5, 60)
-    for _ in range(30):
-        plant.step(f)
+    steps(plant, 30, f)
     saved = plant.get_state()
-    for _ in range(30):
-        plant.step(f)
+    steps(plant, 30, f)
     first = plant.get_state()
     plant.set_state(saved)
-    for _ in range(30):
-        plant.step(f)
+    steps(plant, 30, f)
     assert np.array_equal(plant.get_state(), first)
     assert plant.time == 60 * plant.step_size
 
@@ -181,8 +178,7 @@ def test_a_step_that_is_no_time_is_refused(step: float) -> None:
 def test_an_exploding_state_ends_with_time_and_coordinate() -> None:
     plant = Plant(with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf))
     with pytest.raises(SimulationError, match=r"diverged at t = .* s: joint_\d is"):
-        for _ in range(100):
-            plant.step([1e300, 0.0, 0.0, 0.0])
+        steps(plant, 100, [1e300, 0.0, 0.0, 0.0])
 
 
 def test_an_invalid_robot_is_refused() -> None:

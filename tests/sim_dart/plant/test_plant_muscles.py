@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.plants import steps
 from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
@@ -88,8 +89,7 @@ def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_ro
     ):
         plant = Plant(robot, h, integrator=integrator)  # type: ignore[arg-type]
         p0, u = plant.muscle_states, np.array([1e3, 2e3, 3e3, 1e3])
-        for _ in range(40):
-            plant.step(u)
+        steps(plant, 40, u)
         expected = u + (p0 - u) * np.exp(-40 * h / 0.03)
         np.testing.assert_allclose(plant.muscle_states, expected, rtol=close)
         assert 1e-3 < np.abs(plant.q).max() < np.pi
@@ -100,16 +100,13 @@ def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_ro
 def test_state_goes_back_bit_by_bit(name: str, integrator: Any) -> None:
     plant = Plant(ROBOTS[name](), 2e-4, integrator=integrator, energy=True)
     u = some_commands(plant)
-    for _ in range(20):
-        plant.step(u)
+    steps(plant, 20, u)
     saved, tensions = plant.get_state(), plant.tensions
-    for _ in range(20):
-        plant.step(u)
+    steps(plant, 20, u)
     first, energy = plant.get_state(), plant.energy
     plant.set_state(saved)
     np.testing.assert_array_equal(plant.tensions, tensions)
-    for _ in range(20):
-        plant.step(u)
+    steps(plant, 20, u)
     np.testing.assert_array_equal(plant.get_state(), first)
     assert plant.energy == energy
 
@@ -121,8 +118,7 @@ def test_both_integrators_go_the_same_way(name: str) -> None:
     for integrator, h in (("euler", 1e-4), ("rk4", 1e-4)):
         plant = Plant(ROBOTS[name](), h, integrator=integrator)  # type: ignore[arg-type]
         u = some_commands(plant)
-        for _ in range(1000):
-            plant.step(u)
+        steps(plant, 1000, u)
         ends.append(plant)
     euler, rk4 = ends
     moved = max(np.abs(rk4.q).max(), 1e-3)
@@ -216,11 +212,9 @@ def test_an_explicit_rule_on_a_fast_motor_ends_with_time_robot_and_state() -> No
     robot = ROBOTS["series_elastic_motor"]()
     plant = Plant(robot, 1e-2, integrator="rk4")
     with pytest.raises(SimulationError, match=r"robot .* diverged at t = .* s: .* is "):
-        for _ in range(2000):
-            plant.step(np.full(4, 3.0))
+        steps(plant, 2000, np.full(4, 3.0))
     steady = Plant(robot, 1e-2)
-    for _ in range(100):
-        steady.step(np.full(4, 0.1))
+    steps(steady, 100, np.full(4, 0.1))
     assert np.isfinite(steady.get_state()).all()
 
 
@@ -270,10 +264,10 @@ def test_the_commands_of_a_drive_bring_the_plant_to_the_tensions_in_reach(name: 
         drive.set_state(plant.q, plant.qd, plant.muscle_states)
         low, high = drive.reach(h)
         assert (low <= high).all()
-        wanted = low + rng.uniform(0.2, 0.8, 4) * (high - low)
-        u = drive.commands(wanted, h)
+        desired = low + rng.uniform(0.2, 0.8, 4) * (high - low)
+        u = drive.commands(desired, h)
         plant.step(u)
-        np.testing.assert_allclose(plant.tensions, wanted, rtol=1e-5, atol=1e-3)
+        np.testing.assert_allclose(plant.tensions, desired, rtol=1e-5, atol=1e-3)
 
 
 def test_a_drive_refuses_states_that_do_not_fit() -> None:

@@ -9,9 +9,8 @@ import numpy as np
 import qpsolvers
 from numpy.typing import NDArray
 
+from controllers.arrays import FloatArray
 from controllers.qp.problem import BoxProblem, BoxSolution
-
-FloatArray = NDArray[np.float64]
 
 # As many problems of each kind as the suite has time for; set the variable for a thorough run.
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "200"))

@@ -6,11 +6,11 @@ import ctypes
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from controllers.arrays import FloatArray
 from controllers.qp.dual_newton import library
 
-FloatArray = NDArray[np.float64]
 SOLVED, SOFT, FAILED, WRONG = range(4)
 
 

@@ -8,12 +8,10 @@ from typing import Any
 import mujoco
 import numpy as np
 from lxml import etree
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import Robot
-
-FloatArray = NDArray[np.float64]
+from sim_dart.core.arrays import FloatArray
 
 
 class MujocoWraps:

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import WORLD, Joint, Motion, Pose, Robot
-
-FloatArray = NDArray[np.float64]
+from sim_dart.core.arrays import FloatArray
 
 _JOINT = {
     "rotation": pinocchio.JointModelRevoluteUnaligned,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import (
     WORLD,
@@ -20,11 +20,10 @@ from addin_sdfusion.robot import (
     ViaPoint,
     prismatic,
 )
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.muscles.laws import MuscleLaws
-
-FloatArray = NDArray[np.float64]
 
 HILL = {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1, "tendon_slack_length": 0.2}
 """What has no default; OpenSim's own defaults."""
