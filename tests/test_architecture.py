@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart")
+MOST_FILES = 16
+
+_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+_DEFINITION = re.compile(r"^(?!static)[A-Za-z_][\w \t*]*?\b(\w+)\s*\([^;{}]*\)\s*\{", re.MULTILINE)
+_CALL = re.compile(r"\b(\w+)\s*\(")
 
 
 def test_import_contracts_hold() -> None:
@@ -69,3 +77,60 @@ def test_dependencies_are_bounded() -> None:
     extras = project["optional-dependencies"]
     for requirement in [*project["dependencies"], *extras["test"]]:
         assert re.search(r">=[\d.]+,<[\d.]+$", requirement), requirement
+
+
+def test_no_folder_is_too_full() -> None:
+    """A newcomer takes in about fifteen files at a glance."""
+    files = Counter(
+        file.parent.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for file in (ROOT / package).rglob("*.*")
+        if file.suffix in (".py", ".c", ".h")
+    )
+    assert {folder: n for folder, n in files.items() if n > MOST_FILES} == {}
+    assert len(list((ROOT / "cardsflow_fmu").glob("*.py"))) <= 3
+
+
+def test_c_files_call_and_include_without_circles() -> None:
+    """A source and its header count as one; import-linter holds the same for Python."""
+    graph = _c_graph()
+    assert sum(map(len, graph.values())) > 100  # it did find the includes and calls
+    assert [unit for unit in graph if unit in _reached(graph, unit)] == []
+
+
+def _c_graph() -> dict[str, set[str]]:
+    """What each C unit includes, or calls where one unit alone defines the name."""
+    sources = {
+        file.relative_to(ROOT): _COMMENT.sub(" ", file.read_text())
+        for package in PACKAGES
+        for file in (ROOT / package).rglob("*.[ch]")
+    }
+    owners: dict[str, set[str]] = {}
+    for path, text in sources.items():
+        for name in _DEFINITION.findall(text) if path.suffix == ".c" else ():
+            owners.setdefault(name, set()).add(_unit(path))
+    graph: dict[str, set[str]] = {_unit(path): set() for path in sources}
+    for path, text in sources.items():
+        included = {_unit(Path(os.path.normpath(path.parent / i))) for i in _INCLUDE.findall(text)}
+        called = set(_CALL.findall(text)) if path.suffix == ".c" else set()
+        alone = {unit for name in called for unit in _only(owners.get(name, set()))}
+        graph[_unit(path)] |= (included | alone) - {_unit(path)}
+    return graph
+
+
+def _only(owners: set[str]) -> set[str]:
+    return owners if len(owners) == 1 else set()
+
+
+def _unit(path: Path) -> str:
+    return path.with_suffix("").as_posix()
+
+
+def _reached(graph: dict[str, set[str]], start: str) -> set[str]:
+    found: set[str] = set()
+    waiting = [start]
+    while waiting:
+        new = graph.get(waiting.pop(), set()) - found
+        found |= new
+        waiting += new
+    return found
