@@ -40,23 +40,23 @@ def test_2_rigid_groups_are_links(fusion: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", [11, 12])
-def test_3_nested_and_rotated_occurrences_stand_where_they_stand(
+def test_3_nested_and_rotated_occurrences_keep_their_poses(
     fusion: Any, tmp_path: Path, seed: int
 ) -> None:
-    """Joints and meshes in the wrong place. The fake tells where bodies are."""
+    """Joints and meshes in the wrong place. The fake knows where bodies are."""
     design = designs.nested_rotated(seed)
     made = export(design, tmp_path / "robot")
-    stand = made.standing()
+    placed = made.meshes_in_world()
     root = design.rootComponent
     for occurrence in root.allOccurrences:
         for i in range(occurrence.bRepBodies.count):
             box = occurrence.bRepBodies.item(i).boundingBox
             corners = np.array([box.minPoint.asArray(), box.maxPoint.asArray()]) / 100.0
-            np.testing.assert_allclose(stand[occurrence.component.name].bounds, corners, atol=1e-5)
+            np.testing.assert_allclose(placed[occurrence.component.name].bounds, corners, atol=1e-5)
 
 
 def boxes_of_links(design: Any) -> dict[str, Any]:
-    """Boxes of the visible solids by link, in [m], from what the fake tells of bodies."""
+    """Boxes of the visible solids by link, in [m], from the fake's bodies."""
     links = link_of(read_design(design, meshes=False, masses=False))
     found: dict[str, list[Any]] = {}
     for occurrence in design.rootComponent.allOccurrences:
@@ -88,7 +88,7 @@ def test_5_joint_origins_are_read(fusion: Any, tmp_path: Path) -> None:
     np.testing.assert_allclose(positions(made)["lower_joint"], (0.0, 0.0, 0.1), atol=1e-12)
 
 
-def test_6_inertias_of_several_bodies_of_small_parts_and_of_told_masses(
+def test_6_inertias_of_several_bodies_small_parts_and_overridden_masses(
     fusion: Any, tmp_path: Path
 ) -> None:
     """Summed without parallel axes; rounded to 0; the user's mass ignored."""
@@ -107,8 +107,8 @@ def test_6_inertias_of_several_bodies_of_small_parts_and_of_told_masses(
     mass = 1.2e-3 * 0.024
     assert small.mass == pytest.approx(mass, rel=1e-9)
     assert small.matrix[2][2] == pytest.approx(mass / 12.0 * 13e-6, rel=1e-9)
-    told = export(designs.overridden_mass(2.5), tmp_path / "c").robot.link("upper").inertia
-    assert told.mass == pytest.approx(2.5, rel=1e-9)
+    reported = export(designs.overridden_mass(2.5), tmp_path / "c").robot.link("upper").inertia
+    assert reported.mass == pytest.approx(2.5, rel=1e-9)
 
 
 def test_7_lengths_are_metres_everywhere(fusion: Any, tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_7_lengths_are_metres_everywhere(fusion: Any, tmp_path: Path) -> None:
     (coordinate,) = made.robot.coordinates
     assert (coordinate.lower, coordinate.upper) == (-0.25, 0.4)
     np.testing.assert_allclose(positions(made)["slide"], (0.0, 0.0, 0.5), atol=1e-12)
-    for mesh in made.standing().values():
+    for mesh in made.meshes_in_world().values():
         np.testing.assert_allclose(mesh.extents, 0.2, rtol=1e-6)
 
 
@@ -133,14 +133,14 @@ def test_8_copies_of_a_component_have_meshes_of_their_own(fusion: Any, tmp_path:
     made = export(designs.component_twice(), tmp_path / "robot")
     paths = [mesh.uri for link in made.robot.links for mesh in link.meshes]
     assert len(paths) == len(set(paths)) == 6
-    stand = made.standing()
-    np.testing.assert_allclose(stand["left"].centroid, (-0.04, 0.0, 0.04), atol=1e-7)
-    np.testing.assert_allclose(stand["right"].centroid, (0.04, 0.0, 0.04), atol=1e-7)
+    placed = made.meshes_in_world()
+    np.testing.assert_allclose(placed["left"].centroid, (-0.04, 0.0, 0.04), atol=1e-7)
+    np.testing.assert_allclose(placed["right"].centroid, (0.04, 0.0, 0.04), atol=1e-7)
     (muscle,) = made.robot.muscles
     assert [via.link for via in muscle.via_points] == ["palm", "left"]
 
 
-def test_9_loops_are_told_and_cut_and_constraints_are_read_round(
+def test_9_loops_are_reported_and_cut_and_constraints_are_read_round(
     fusion: Any, tmp_path: Path
 ) -> None:
     """Two parents, silently; reading allJoints raised InternalValidationError."""
@@ -210,12 +210,12 @@ def test_a_complained_of_design_is_exported_or_refused_with_a_reason(
         return
     made = export(design, tmp_path / name)
     boxes = boxes_of_links(design)
-    stand = made.standing()
-    for link in stand.keys() & boxes.keys():
-        np.testing.assert_allclose(stand[link].bounds, boxes[link], atol=1e-4)
+    placed = made.meshes_in_world()
+    for link in placed.keys() & boxes.keys():
+        np.testing.assert_allclose(placed[link].bounds, boxes[link], atol=1e-4)
 
 
-def test_a_turned_copy_stands_turned(fusion: Any, tmp_path: Path) -> None:
+def test_a_turned_copy_stays_turned(fusion: Any, tmp_path: Path) -> None:
     """Beside the ten: a bar that is twice there, once turned by a quarter."""
     build = Builder("bars")
     one = build.place("bar", grounded=True)
@@ -223,5 +223,5 @@ def test_a_turned_copy_stands_turned(fusion: Any, tmp_path: Path) -> None:
     two = build.place(one[-1].component, translation((0, 0, 9)) @ rotation(np.pi / 2, (0, 0, 1)))
     build.joint("pivot", "revolute", two, one, (0.0, 0.0, 4.0), (0.0, 0.0, 1.0))
     made = export(build.done(), tmp_path / "robot", collision="none")
-    extents = sorted(tuple(np.round(m.extents, 6)) for m in made.standing().values())
+    extents = sorted(tuple(np.round(m.extents, 6)) for m in made.meshes_in_world().values())
     assert extents == [(0.01, 0.1, 0.02), (0.1, 0.01, 0.02)]

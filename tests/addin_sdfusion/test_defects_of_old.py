@@ -167,7 +167,7 @@ def test_9_limits_count_where_they_are_enabled(fusion: Any, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("drawn", [designs.unexported_link, designs.case_differences])
-def test_10_points_on_unknown_links_are_told(fusion: Any, tmp_path: Path, drawn: Any) -> None:
+def test_10_points_on_unknown_links_are_reported(fusion: Any, tmp_path: Path, drawn: Any) -> None:
     """'No constructor defined'."""
     design = drawn()
     (tmp_path / "robot").mkdir()
@@ -253,7 +253,7 @@ def test_13_meshes_are_in_metres_whatever_the_units_are(
     build = Builder("cube", units=units)
     build.box((), (20.0, 10.0, 30.0))
     made = export(build.done(), tmp_path / "robot")
-    (mesh,) = made.standing().values()
+    (mesh,) = made.meshes_in_world().values()
     np.testing.assert_allclose(mesh.extents, (0.2, 0.1, 0.3), rtol=1e-6)
     (inertia,) = [link.inertia for link in made.robot.links]
     assert inertia.mass == pytest.approx(47.1, rel=1e-9)
@@ -290,7 +290,7 @@ def test_14_what_libsdformat_rejects_is_not_exported(
     assert not (tmp_path / "robot").exists()
 
 
-def test_14_an_impossible_inertia_is_told(fusion: Any) -> None:
+def test_14_an_impossible_inertia_is_reported(fusion: Any) -> None:
     """Eight models broke the triangle inequality."""
     build = Builder("impossible")
     body = build.place("base", translation((0.0, 0.0, 1.0)), grounded=True)

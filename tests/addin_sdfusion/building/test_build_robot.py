@@ -101,7 +101,7 @@ def test_with_all_coordinates_at_zero_every_frame_is_parallel_to_the_world(drawn
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "rigid"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_coordinate_moves_the_child_about_the_axis_of_the_design(kind: str, seed: int) -> None:
-    """Independent of the writer of robots: matrices about the axes that the snapshot tells."""
+    """Independent of the writer of robots: matrices about the axes of the snapshot."""
     drawn = Draughtsman(seed, 3, [kind], nesting=1).draw()
     _, robot = built(drawn.snapshot)
     q0 = initial(robot)
@@ -189,7 +189,7 @@ def test_a_floating_base_moves_by_six_coordinates() -> None:
     assert robot.joints[1:] == fixed.joints[1:]
 
 
-def test_links_of_occurrences_are_told_without_bodies_and_masses() -> None:
+def test_links_of_occurrences_are_reported_without_bodies_and_masses() -> None:
     for groups in (True, False):
         snapshot = Draughtsman(2, 3, groups=groups).draw().snapshot
         bare = replace(
@@ -204,6 +204,6 @@ def test_links_of_occurrences_are_told_without_bodies_and_masses() -> None:
             )
 
 
-def test_check_tells_the_same_findings() -> None:
+def test_check_gives_the_same_findings() -> None:
     snapshot = Draughtsman(2, 3).draw().snapshot
     assert check_design(snapshot) == list(build_robot(snapshot).findings)

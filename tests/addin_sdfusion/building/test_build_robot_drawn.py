@@ -77,7 +77,7 @@ def test_a_cube_is_a_robot(fusion: Fake) -> None:
     assert [f.code for f in made.findings] == ["no-muscles"]
 
 
-def test_a_body_without_material_is_told_once(fusion: Fake) -> None:
+def test_a_body_without_material_is_reported_once(fusion: Fake) -> None:
     from addin_sdfusion.fusion.design import read_design
 
     made = build_robot(read_design(designs.no_material(), meshes=False))

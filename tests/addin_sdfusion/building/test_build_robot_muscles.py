@@ -47,7 +47,7 @@ def face(name: str, after: int, shape: Any = "cylinder", **more: Any) -> Surface
 
 
 def displaced() -> DesignSnapshot:
-    """The arm, standing with its shoulder at 0.7 rad."""
+    """The arm with its shoulder at 0.7 rad."""
     snapshot = arm()
     shoulder = snapshot.joints[0]
     moved = replace(shoulder, motions=(replace(shoulder.motions[0], value=0.7),))
@@ -79,7 +79,7 @@ def test_a_muscle_has_what_the_table_says() -> None:
     assert a.via_points[0].position == (0.0, 0.2, 0.0)
 
 
-def test_wrap_surfaces_stand_on_their_link_with_z_along_the_axis() -> None:
+def test_wrap_surfaces_are_on_their_link_with_z_along_the_axis() -> None:
     snapshot = replace(displaced(), surfaces=(face("ball", 2, "sphere"), face("shaft", 1)))
     robot = robot_of(snapshot)
     ball, shaft = robot.wrap_surfaces
@@ -125,7 +125,7 @@ def test_task_points_and_markers_are_operational_spaces() -> None:
 
 
 def test_the_axis_of_a_joint_is_moved_back_to_the_zero_pose() -> None:
-    """By hand: upper stands turned by a quarter about z, so the elbow's y was x."""
+    """By hand: upper is turned by a quarter about z, so the elbow's y was x."""
     snapshot = arm()
     shoulder, elbow = snapshot.joints
     quarter = replace(shoulder.motions[0], value=float(np.pi / 2))

@@ -139,7 +139,7 @@ def test_two_roots_without_ground_are_an_error_that_names_both() -> None:
     assert "'a', 'c'" in made.findings[0].message
 
 
-def test_links_that_nothing_connects_are_told() -> None:
+def test_links_that_nothing_connects_are_reported() -> None:
     made = build_robot(design(CHAIN[0], CHAIN[2], grounded="a"))
     assert codes(made) == ["link-not-connected"]
     assert "'c'" in made.findings[0].message
@@ -175,7 +175,7 @@ def test_a_loop_without_ground_has_no_base() -> None:
     assert codes(build_robot(design(*LOOP))) == ["no-base", "closed-loop"]
 
 
-def test_a_joint_to_cut_that_is_not_there_is_told() -> None:
+def test_a_joint_to_cut_that_is_not_there_is_reported() -> None:
     made = build_robot(design(*CHAIN, settings=ExportSettings(cut_joints=("EXPORT_bd",))))
     assert codes(made) == ["unknown-cut-joint"]
 
@@ -216,7 +216,7 @@ def test_what_carries_links_is_in_the_order_of_its_names() -> None:
     assert [name for name, _, _ in tree(made)] == ["world_a", "a group", "ab"]
 
 
-def test_a_joint_that_holds_a_grounded_link_to_the_ground_is_told() -> None:
+def test_a_joint_that_holds_a_grounded_link_to_the_ground_is_reported() -> None:
     made = build_robot(design(*CHAIN, revolute("ground", "a:1", ""), grounded="a"))
     assert codes(made) == ["joint-to-ground"]
     cut = ExportSettings(cut_joints=("ground",))
@@ -301,15 +301,15 @@ def test_repeated_components_are_links_of_their_own() -> None:
     }
 
 
-def test_links_of_one_name_are_told() -> None:
+def test_links_of_one_name_are_reported() -> None:
     occurrences = (part("a:2"), replace(part("b:1"), component="a_2"))
     snapshot = DesignSnapshot("two", occurrences=occurrences, bodies=(body("a:2"), body("b:1")))
     assert "duplicate-link" in codes(build_robot(snapshot))
 
 
 def test_only_the_chosen_components_are_links() -> None:
-    wanted = ExportSettings(links="components", components=("a:1", "b:1"))
-    made = build_robot(design(*CHAIN, settings=wanted))
+    expected = ExportSettings(links="components", components=("a:1", "b:1"))
+    made = build_robot(design(*CHAIN, settings=expected))
     assert [name for name, _, _ in tree(made)] == ["world_a", "ab"]
     assert codes(made) == ["joint-outside-links", "body-in-no-link", "body-in-no-link"]
 

@@ -1,4 +1,4 @@
-"""Every defect of a design is told once, and says what to do."""
+"""Every defect of a design has one finding, which says what to do."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SHOULDER, ELBOW = ARM.joints
 Z = (0.0, 0.0, 1.0)
 
 
-def told(snapshot: DesignSnapshot) -> list[tuple[str, str, str]]:
+def reported(snapshot: DesignSnapshot) -> list[tuple[str, str, str]]:
     return [(f.severity, f.code, f.subject.name) for f in check_design(snapshot)]
 
 
@@ -105,7 +105,7 @@ def wrap(link: str = "upper", after: int = 1, **more: Any) -> DesignSnapshot:
 
 
 def test_a_sound_design_has_no_findings() -> None:
-    assert told(ARM) == []
+    assert reported(ARM) == []
     assert build_robot(ARM).robot is not None
 
 
@@ -383,9 +383,9 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_each_defect_is_told_once(case: str) -> None:
+def test_each_defect_is_reported_once(case: str) -> None:
     snapshot, expected = CASES[case]
-    found = told(snapshot)
+    found = reported(snapshot)
     assert sorted(found) == sorted(expected)
     assert [severity for severity, _, _ in found] == sorted(severity for severity, _, _ in found)
     errors = any(severity == "error" for severity, _, _ in found)
@@ -422,7 +422,7 @@ def test_findings_of_the_reader_are_kept() -> None:
     assert build_robot(replace(ARM, findings=(finding,))).robot is None
 
 
-def test_all_defects_are_told_at_once() -> None:
+def test_all_defects_are_reported_at_once() -> None:
     snapshot = replace(
         ARM,
         joints=(SHOULDER, replace(ELBOW, problem="Lost")),
@@ -430,7 +430,7 @@ def test_all_defects_are_told_at_once() -> None:
         bodies=(*NO_MASS, body("")),
         attributes=muscles("flexor", "extensor"),
     )
-    assert {code for _, code, _ in told(snapshot)} == {
+    assert {code for _, code, _ in reported(snapshot)} == {
         "broken-joint",
         "link-not-connected",
         "unknown-link",

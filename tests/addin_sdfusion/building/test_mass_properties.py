@@ -91,20 +91,20 @@ def test_an_l_of_two_bodies_and_a_pin_is_one_by_the_parallel_axes(sign: int) -> 
     close(inertia, mass, com, J)
 
 
-def test_the_sign_of_a_body_that_does_not_tell_is_that_of_the_others() -> None:
+def test_an_ambiguous_sign_is_that_of_the_other_bodies() -> None:
     centred = turned(box((0.1, 0.3, 0.2)), Rotation.from_rotvec([0.0, 0.0, 0.5]).as_matrix())
-    telling = box((0.1, 0.2, 0.4), (0.3, -0.2, 0.5), 2.0)
+    clear = box((0.1, 0.2, 0.4), (0.3, -0.2, 0.5), 2.0)
     for sign in (1, -1):
         assert sign_of(mass_of([centred], sign)) is None
-        assert sign_of(mass_of([telling], sign)) == sign
-        bodies = [body("arm:1", centred, "A", sign), body("arm:1", telling, "B", sign)]
-        com = 2.0 / 3.0 * telling[1]
-        J = sum(each[2] + shift(each[0], each[1] - com) for each in (centred, telling))
+        assert sign_of(mass_of([clear], sign)) == sign
+        bodies = [body("arm:1", centred, "A", sign), body("arm:1", clear, "B", sign)]
+        com = 2.0 / 3.0 * clear[1]
+        J = sum(each[2] + shift(each[0], each[1] - com) for each in (centred, clear))
         close(only_inertia(one_link(bodies))[0], 3.0, com, J)
     assert common_sign([]) == 1
 
 
-def test_moments_that_fit_neither_sign_are_told() -> None:
+def test_moments_that_fit_neither_sign_are_reported() -> None:
     drawn = body("arm:1", box((0.1, 0.2, 0.4), (0.3, -0.2, 0.5)))
     assert drawn.mass is not None
     wrong = replace(drawn.mass, principal=(0.1, 0.1, 0.1))
@@ -180,7 +180,7 @@ def test_parts_of_a_microgram_keep_their_digits() -> None:
     assert codes(findings) == []
 
 
-def test_hidden_bodies_count_and_are_told() -> None:
+def test_hidden_bodies_count_and_are_reported() -> None:
     drawn = box((0.1, 0.2, 0.3))
     inertia, findings = only_inertia(one_link([body("arm:1", drawn, visible=False)]))
     close(inertia, *drawn)
@@ -188,7 +188,7 @@ def test_hidden_bodies_count_and_are_told() -> None:
 
 
 @pytest.mark.parametrize("kind", ["surface", "mesh"])
-def test_surface_and_mesh_bodies_weigh_nothing_and_are_told(kind: str) -> None:
+def test_surface_and_mesh_bodies_weigh_nothing_and_are_reported(kind: str) -> None:
     drawn = box((0.1, 0.2, 0.3))
     sheet = body("arm:1", name="Sheet", kind=kind, mass=None)
     inertia, findings = only_inertia(one_link([body("arm:1", drawn), sheet]))
@@ -197,7 +197,7 @@ def test_surface_and_mesh_bodies_weigh_nothing_and_are_told(kind: str) -> None:
     assert finding.subject == ("body", "arm:1/Sheet")
 
 
-def test_a_solid_without_material_is_told() -> None:
+def test_a_solid_without_material_is_reported() -> None:
     bare = body("arm:1", name="Bare", mass=None, material="")
     _, findings = only_inertia(one_link([body("arm:1"), bare]))
     assert codes(findings) == ["no-mass"]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import fake_fusion
 import numpy as np
 import pytest
+from support.designs.exported import failing
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
 from fake_fusion.maths import rotation, translation
@@ -17,17 +17,6 @@ from hypothesis import strategies as st
 
 IDS = ("cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport")
 DEFINE, CHECK, EXPORT = IDS
-
-
-@pytest.fixture
-def addin(fusion: Any) -> Iterator[Any]:
-    """The add-in, running in a new Fusion."""
-    with fake_fusion.modules():
-        from addin_sdfusion import addin_sdfusion
-
-        addin_sdfusion.run(None)
-        yield addin_sdfusion
-        addin_sdfusion.stop(None)
 
 
 def state(fusion: Any) -> tuple[Any, ...]:
@@ -64,11 +53,26 @@ def build_arm(**more: Any) -> Any:
     return build
 
 
+def done(command: Any) -> None:
+    """Press OK, without an error."""
+    command.ok()
+    assert command.failed == ""
+
+
 class User:
     """Finds what there is to click."""
 
     def __init__(self, fusion: Any) -> None:
+        self.fusion = fusion
         self.root = fusion.design.rootComponent
+
+    def define(self, *points: Any) -> Any:
+        """The open dialog of Define muscles, with these points picked."""
+        command = self.fusion.run_command(DEFINE)
+        for entity in points:
+            command.pick("pick", entity)
+            assert command["pick"].selectionCount == 0
+        return command
 
     def occurrence(self, name: str) -> Any:
         return next(o for o in self.root.allOccurrences if o.component.name == name)
@@ -78,6 +82,9 @@ class User:
 
     def vertex(self, index: int = 0) -> Any:
         return self.body("torso").vertices.item(index)
+
+    def vertices(self, count: int) -> list[Any]:
+        return [self.vertex(k) for k in range(count)]
 
     def face(self, kind: str) -> Any:
         bodies = self.occurrence("arm").bRepBodies
@@ -172,8 +179,7 @@ def test_without_a_design_there_is_a_message(fusion: Any, addin: Any, name: str)
 
 def test_stop_while_a_dialog_is_open(fusion: Any, addin: Any, user: User) -> None:
     before = fusion.full_fingerprint()
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex())
+    command = user.define(user.vertex())
     addin.stop(None)
     assert not command.is_open
     assert fusion.full_fingerprint() == before
@@ -188,18 +194,14 @@ def test_points_are_picked_one_after_the_other(fusion: Any, user: User) -> None:
     entities = [user.vertex(3), user.circle(), user.sketch_point(), user.face("Sphere"),
                 user.face("Torus")]  # fmt: skip
     places = [position(entity) for entity in entities]
-    command = fusion.run_command(DEFINE)
-    for entity in entities:
-        command.pick("pick", entity)
-        assert command["pick"].selectionCount == 0
+    command = user.define(*entities)
     rows = command.table("points")
     assert rows[0] == ["No.", "Link", "x, y, z [mm]"]
     assert [row[:2] for row in rows[1:]] == [["0", "torso"]] + [
         [str(k), "arm"] for k in range(1, 5)
     ]
     assert len(fusion.world.undo_steps) == 0
-    command.ok()
-    assert command.failed == ""
+    done(command)
     names = [f"VP_motor0_EXPORT_{'arm' if k else 'torso'}_{k}" for k in range(5)]
     points = user.points()
     for name, place in zip(names, places, strict=True):
@@ -212,9 +214,7 @@ def test_points_are_picked_one_after_the_other(fusion: Any, user: User) -> None:
 
 
 def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    for entity in (user.vertex(3), user.circle(), user.own_point()):
-        command.pick("pick", entity)
+    command = user.define(user.vertex(3), user.circle(), user.own_point())
     command.set("muscle_name", "biceps")
     command.set("f_max", 123.0)
     command.set("color", "#00FF00")
@@ -223,7 +223,7 @@ def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
     table = command.table("points")
     command.ok()
     after = fusion.full_fingerprint()
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     assert command.table("points") == table
     assert command["muscle_name"].value == "biceps"
     assert command["f_max"].value == 123.0
@@ -236,25 +236,20 @@ def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
 
 def test_a_point_of_the_user_is_tagged_and_gets_its_name_back(fusion: Any, user: User) -> None:
     place = position(user.own_point())
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    command.pick("pick", user.own_point())
+    command = user.define(user.vertex(0), user.own_point())
     command.ok()
     points = user.points()
     assert "my own point" not in points
     assert points["VP_motor0_EXPORT_arm_1"] == pytest.approx(place)
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.press("delete_muscle")
-    command.ok()
-    assert command.failed == ""
+    done(command)
     assert user.points().keys() == {"my own point"}
 
 
 def test_cancel_and_previews_change_nothing(fusion: Any, user: User) -> None:
     before = fusion.full_fingerprint()
-    command = fusion.run_command(DEFINE)
-    for k in range(3):
-        command.pick("pick", user.vertex(k))
+    command = user.define(*user.vertices(3))
     assert user.root.customGraphicsGroups.count == 1
     group = user.root.customGraphicsGroups.item(0)
     assert group.count == 4  # a line and three numbers
@@ -265,9 +260,7 @@ def test_cancel_and_previews_change_nothing(fusion: Any, user: User) -> None:
 
 
 def test_the_table_is_edited(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    for k in range(4):
-        command.pick("pick", user.vertex(k))
+    command = user.define(*user.vertices(4))
     shown = [row[2] for row in command.table("points")[1:]]
 
     def order() -> list[int]:
@@ -302,12 +295,10 @@ def test_the_table_is_edited(fusion: Any, user: User) -> None:
 
 
 def test_reordering_moves_names_and_numbers(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    for k in range(3):
-        command.pick("pick", user.vertex(k))
+    command = user.define(*user.vertices(3))
     command.ok()
     before = user.points()
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.row("points", 1)
     command.press("down")
     command.ok()
@@ -321,17 +312,16 @@ def test_reordering_moves_names_and_numbers(fusion: Any, user: User) -> None:
 
 
 def test_another_link_by_drop_down(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.set("link", "torso")
     command.pick("pick", user.circle())
     place = position(user.circle())
     assert command.table("points")[1][1] == "torso"
-    command.ok()
-    assert command.failed == ""
+    done(command)
     torso = user.occurrence("torso").component
     assert torso.constructionPoints.itemByName("VP_motor0_EXPORT_torso_0") is not None
     assert user.points()["VP_motor0_EXPORT_torso_0"] == pytest.approx(place, abs=1e-6)
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.set(command.cell("points", 1, 1).id, "arm")
     command.ok()
     assert user.points()["VP_motor0_EXPORT_arm_0"] == pytest.approx(place, abs=1e-6)
@@ -339,8 +329,7 @@ def test_another_link_by_drop_down(fusion: Any, user: User) -> None:
 
 
 def test_several_muscles(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    command = user.define(user.vertex(0))
     command.set("muscle", "+ New muscle")
     command.pick("pick", user.vertex(1))
     assert command.items("muscle") == ["motor0", "motor1", "+ New muscle"]
@@ -355,8 +344,7 @@ def test_several_muscles(fusion: Any, user: User) -> None:
 
 
 def test_why_ok_is_grey(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    command = user.define(user.vertex(0))
     assert command.is_valid()
     command.set("f_min", 200.0)
     assert not command.is_valid()
@@ -372,7 +360,7 @@ def test_why_ok_is_grey(fusion: Any, user: User) -> None:
     assert "not name=number" in command["status"].text
 
 
-def test_a_part_without_a_link_is_told(fusion: Any, addin: Any) -> None:
+def test_a_part_without_a_link_is_reported(fusion: Any, addin: Any) -> None:
     build = build_arm()
     loose = build.place("loose")
     build.box(loose, (1.0, 1.0, 1.0))
@@ -402,16 +390,13 @@ def test_referenced_components_are_named(fusion: Any, addin: Any) -> None:
 
 
 def test_a_muscle_may_be_led_through_a_surface(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    command.pick("pick", user.circle())
+    command = user.define(user.vertex(0), user.circle())
     command.pick("wrap_pick", user.face("Cylinder"))
     command.press("use_add")
     command.set(command.cell("wrap_uses", 1, 3).id, 2)
     command.set(command.cell("wrap_uses", 1, 2).id, "Inside")
     assert command.table("wrap_uses")[-1][2] == "Inside"
-    command.ok()
-    assert command.failed == ""
+    done(command)
     attribute = user.face("Cylinder").attributes.itemByName("CARDSFlow", "wrap")
     (use,) = json.loads(attribute.value)["muscles"]
     assert (use["side"], use["turns"], use["inside"]) == (0, 0, True)
@@ -419,9 +404,7 @@ def test_a_muscle_may_be_led_through_a_surface(fusion: Any, user: User) -> None:
 
 def test_wrap_surfaces_task_points_and_markers(fusion: Any, user: User) -> None:
     mine = fusion.fingerprint()
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    command.pick("pick", user.circle())
+    command = user.define(user.vertex(0), user.circle())
     command.pick("wrap_pick", user.face("Cylinder"))
     command.pick("wrap_pick", user.face("Sphere"))
     assert command.items("wrap") == ["arm_cylinder", "arm_sphere"]
@@ -434,22 +417,20 @@ def test_wrap_surfaces_task_points_and_markers(fusion: Any, user: User) -> None:
     command.pick("other_pick", user.circle())
     command.set(command.cell("others", 1, 1).id, "tip")
     table = [command.table(name) for name in ("wrap_uses", "others")]
-    command.ok()
-    assert command.failed == ""
+    done(command)
     assert {"EE_torso", "VM_arm"} <= user.points().keys()
     attribute = user.face("Sphere").attributes.itemByName("CARDSFlow", "wrap")
     said = json.loads(attribute.value)
     assert said["name"] == "elbow"
     assert said["muscles"] == [{"muscle": "motor0", "after": 0, "side": 1, "turns": 1}]
     assert fusion.fingerprint() == mine
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.set("wrap", "elbow")
     assert [command.table(name) for name in ("wrap_uses", "others")] == table
     command.press("wrap_delete")
     command.row("others", 1)
     command.press("other_delete")
-    command.ok()
-    assert command.failed == ""
+    done(command)
     assert user.face("Sphere").attributes.itemByName("CARDSFlow", "wrap") is None
     assert user.face("Cylinder").attributes.itemByName("CARDSFlow", "wrap") is not None
     assert "EE_torso" not in user.points()
@@ -461,20 +442,20 @@ def test_old_designs_and_duplicates(fusion: Any, addin: Any) -> None:
     for k in (10, 2, 0):
         build.point((arm,), (float(k), 0.0, 0.0), f"VP_motor3_EXPORT_torso_{k}")
     user = User(fusion)
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     assert "10 to 80 N" in command["status"].text
     xs = [row[2] for row in command.table("points")[1:]]
     assert [x.split(",")[0] for x in xs] == ["10.0", "30.0", "110.0"]
     command.ok()
     names = {name for name in user.points() if name.startswith("VP")}
     assert names == {f"VP_motor3_EXPORT_torso_{k}" for k in range(3)}
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.row("points", 1)
     command.press("delete")
     command.ok()
     assert sum(name.startswith("VP") for name in user.points()) == 2
     assert "Unused VP_motor3_EXPORT_torso_0" in user.points()
-    assert len(fusion.run_command(DEFINE).table("points")) == 3
+    assert len(user.define().table("points")) == 3
 
 
 # Mirror and CSV
@@ -499,14 +480,11 @@ def test_a_muscle_is_mirrored(fusion: Any, addin: Any) -> None:
     mirrored_design()
     user = User(fusion)
     mine = fusion.fingerprint()
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    command.pick("pick", user.body("arm_l").vertices.item(1))
+    command = user.define(user.vertex(0), user.body("arm_l").vertices.item(1))
     command.set("muscle_name", "biceps_l")
     command.press("mirror")
     assert "biceps_r" in command.items("muscle")
-    command.ok()
-    assert command.failed == ""
+    done(command)
     points = user.points()
     assert points["VP_motor1_EXPORT_arm_r_1"] == pytest.approx(
         points["VP_motor0_EXPORT_arm_l_1"] * (-1.0, 1.0, 1.0), abs=1e-6
@@ -515,7 +493,7 @@ def test_a_muscle_is_mirrored(fusion: Any, addin: Any) -> None:
     assert arm.constructionPoints.itemByName("VP_motor1_EXPORT_arm_r_1") is not None
     assert fusion.fingerprint() == mine
     before = fusion.full_fingerprint()
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     command.press("mirror")
     assert "is there already" in command["status"].text
     command.set("muscle", "biceps_r")
@@ -537,7 +515,7 @@ def test_all_muscles_of_a_side_at_a_picked_plane(fusion: Any, addin: Any) -> Non
         if abs(f.geometry.normal.x) == 1.0
     )
     x = face.geometry.origin.x
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     for name in ("a_l", "b_l", "c_r"):
         command.set("muscle", "+ New muscle")
         command.set("muscle_name", name)
@@ -560,9 +538,7 @@ def test_all_muscles_of_a_side_at_a_picked_plane(fusion: Any, addin: Any) -> Non
 
 def test_csv_export_and_import(fusion: Any, user: User, tmp_path: Any) -> None:
     file = tmp_path / "muscles.csv"
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    command.pick("pick", user.circle())
+    command = user.define(user.vertex(0), user.circle())
     fusion.world.file_answers.extend([None, str(file)])
     command.press("csv_export")
     assert not file.exists()
@@ -570,7 +546,7 @@ def test_csv_export_and_import(fusion: Any, user: User, tmp_path: Any) -> None:
     text = file.read_text(encoding="utf-8-sig")
     command.ok()
     before = fusion.full_fingerprint()
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     fusion.world.file_answers.extend([str(file), str(tmp_path / "none.csv"), str(tmp_path)])
     command.press("csv_import")
     assert "1 muscles with 2 points" in command["status"].text
@@ -581,7 +557,7 @@ def test_csv_export_and_import(fusion: Any, user: User, tmp_path: Any) -> None:
     command.ok()
     assert fusion.full_fingerprint() == before
     file.write_text(text.replace("torso", "leg"), encoding="utf-8")
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     fusion.world.file_answers.append(str(file))
     command.press("csv_import")
     assert "was not imported" in command["status"].text
@@ -596,10 +572,8 @@ def test_csv_export_and_import(fusion: Any, user: User, tmp_path: Any) -> None:
 def test_a_failing_read_is_a_message(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands import reading
 
-    def fail(*_: Any, **__: Any) -> None:
-        raise RuntimeError("2 : InternalValidationError : joint")
-
-    monkeypatch.setattr(reading, "read_design", fail)
+    error = RuntimeError("2 : InternalValidationError : joint")
+    monkeypatch.setattr(reading, "read_design", failing(error))
     for name in IDS:
         fusion.run_command(name)
     assert len(fusion.messages) == 3
@@ -616,12 +590,8 @@ def test_failing_handlers_are_messages(
 ) -> None:
     from addin_sdfusion.commands.define_muscles.pending import PendingTable
 
-    def fail(*_: Any, **__: Any) -> None:
-        raise ZeroDivisionError("division by zero")
-
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    monkeypatch.setattr(PendingTable, where, fail)
+    command = user.define(user.vertex(0))
+    monkeypatch.setattr(PendingTable, where, failing(ZeroDivisionError("division by zero")))
     command.pick("pick", user.vertex(1))
     command.set("muscle", "+ New muscle")
     command.set("muscle_name", "x")
@@ -637,14 +607,10 @@ def test_a_failing_ok_undoes_everything(fusion: Any, user: User, monkeypatch: An
     from addin_sdfusion.commands.define_muscles import writing
 
     before = fusion.full_fingerprint()
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
-    command.pick("pick", user.vertex(1))
+    command = user.define(user.vertex(0), user.vertex(1))
 
-    def fail(*_: Any, **__: Any) -> None:
-        raise RuntimeError("3 : the attribute is too long")
-
-    monkeypatch.setattr(writing, "muscles_text", fail)
+    error = RuntimeError("3 : the attribute is too long")
+    monkeypatch.setattr(writing, "muscles_text", failing(error))
     command.ok()
     assert "the attribute is too long" in command.failed
     assert "Traceback" not in command.failed
@@ -654,26 +620,19 @@ def test_a_failing_ok_undoes_everything(fusion: Any, user: User, monkeypatch: An
 def test_a_failing_preview_is_only_logged(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.define_muscles import entry
 
-    def fail(*_: Any) -> None:
-        raise RuntimeError("no graphics")
-
-    monkeypatch.setattr(entry, "draw", fail)
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    monkeypatch.setattr(entry, "draw", failing(RuntimeError("no graphics")))
+    command = user.define(user.vertex(0))
     assert fusion.messages == []
     assert any("no graphics" in text for text in fusion.log)
     command.ok()
     assert "VP_motor0_EXPORT_torso_0" in user.points()
 
 
-def test_an_import_that_fails_is_told(fusion: Any, monkeypatch: Any) -> None:
+def test_an_import_that_fails_is_reported(fusion: Any, monkeypatch: Any) -> None:
     with fake_fusion.modules():
         from addin_sdfusion import addin_sdfusion, commands
 
-        def fail(name: str) -> None:
-            raise ImportError(f"no {name}")
-
-        monkeypatch.setattr(commands, "load", fail)
+        monkeypatch.setattr(commands, "load", failing(ImportError("no command")))
         addin_sdfusion.run(None)
     assert len(fusion.messages) == 3
     assert "could not be started" in fusion.messages[0]
@@ -681,31 +640,28 @@ def test_an_import_that_fails_is_told(fusion: Any, monkeypatch: Any) -> None:
 
 def test_another_document_while_a_dialog_is_open(fusion: Any, user: User) -> None:
     first = fusion.design
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    command = user.define(user.vertex(0))
     command.ok()
     designs.single_cube()
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     assert len(command.table("points")) == 1
     command.cancel()
     first.parentDocument.activate()
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     assert len(command.table("points")) == 2
 
 
 def test_without_new_members_of_the_api(fusion: Any, user: User) -> None:
     fusion.without("Design.designIntent", "SelectionCommandInput.isUseCurrentSelections")
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    command = user.define(user.vertex(0))
     command.ok()
     assert "VP_motor0_EXPORT_torso_0" in user.points()
     assert fusion.messages == []
 
 
 def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
-    """Fusion tells every letter: the text must not jump back under the user's hands."""
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    """Fusion reports every letter: the text must not jump back under the user's hands."""
+    command = user.define(user.vertex(0))
     command.set("muscle", "+ New muscle")
     for text in ("m", "mo", "motor0", "motor0b"):
         command.set("muscle_name", text)
@@ -723,21 +679,20 @@ def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
         command.set("wrap_name", text)
     command.ok()
     assert user.attribute("EE_torso")["name"] == "tip"
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     assert command.items("muscle") == ["motor0", "motor0b", "+ New muscle"]
     assert command.items("wrap") == ["arm_sphere", "arm_sphere2"]
 
 
 def test_an_open_tab_takes_the_clicks(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
+    command = user.define()
     for tab, name in (("tab_wraps", "wrap_pick"), ("tab_others", "other_pick")):
         command.tab(tab)
         assert command[name].hasFocus
 
 
 def test_another_document_keeps_ok_grey(fusion: Any, user: User) -> None:
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.vertex(0))
+    command = user.define(user.vertex(0))
     designs.single_cube()
     before = fusion.full_fingerprint()
     assert not command.is_valid()
@@ -749,12 +704,10 @@ def test_points_in_a_direct_design(fusion: Any, addin: Any) -> None:
     build_arm(parametric=False)
     user = User(fusion)
     places = [position(user.circle()), position(user.face("Torus"))]
-    command = fusion.run_command(DEFINE)
-    command.pick("pick", user.circle())
+    command = user.define(user.circle())
     command.set("link", "torso")
     command.pick("pick", user.face("Torus"))
-    command.ok()
-    assert command.failed == ""
+    done(command)
     points = user.points()
     assert points["VP_motor0_EXPORT_arm_0"] == pytest.approx(places[0], abs=1e-6)
     assert points["VP_motor0_EXPORT_torso_1"] == pytest.approx(places[1], abs=1e-6)
@@ -784,7 +737,7 @@ def test_whatever_the_user_does_is_stored_and_undone(steps: list[tuple[str, int]
         user = User(fusion)
         own = user.own_point()
         states = [fusion.full_fingerprint()]
-        command = fusion.run_command(DEFINE)
+        command = user.define()
         for what, number in [*steps, ("ok", 0)]:
             if what == "pick":
                 command.pick("pick", user.vertex(number))
@@ -795,10 +748,9 @@ def test_whatever_the_user_does_is_stored_and_undone(steps: list[tuple[str, int]
                 command.set("muscle", names[number % len(names)])
             elif what == "ok":
                 shown = tables_of(command)
-                command.ok()
-                assert command.failed == ""
+                done(command)
                 states.append(fusion.full_fingerprint())
-                command = fusion.run_command(DEFINE)
+                command = user.define()
                 assert tables_of(command) == shown
             else:
                 rows = len(command.table("points"))

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import fake_fusion
 import pytest
+from support.designs.exported import failing
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
 
 CHECK, EXPORT = "cardsflowCheck", "cardsflowExport"
 
 
-@pytest.fixture
-def addin(fusion: Any) -> Iterator[Any]:
-    """The add-in, running in a new Fusion."""
-    with fake_fusion.modules():
-        from addin_sdfusion import addin_sdfusion
-
-        addin_sdfusion.run(None)
-        yield addin_sdfusion
-        addin_sdfusion.stop(None)
+pytestmark = pytest.mark.usefixtures("addin")
 
 
 def export_to(fusion: Any, folder: Path) -> Any:
@@ -52,7 +43,7 @@ def bad_design() -> Any:
 # Check
 
 
-def test_check_of_a_sound_design(fusion: Any, addin: Any) -> None:
+def test_check_of_a_sound_design(fusion: Any) -> None:
     designs.two_link_arm()
     before = fusion.full_fingerprint()
     command = fusion.run_command(CHECK)
@@ -67,7 +58,7 @@ def test_check_of_a_sound_design(fusion: Any, addin: Any) -> None:
     assert fusion.messages == []
 
 
-def test_check_lists_everything_and_shows_where(fusion: Any, addin: Any) -> None:
+def test_check_lists_everything_and_shows_where(fusion: Any) -> None:
     bad_design()
     before = fusion.full_fingerprint()
     command = fusion.run_command(CHECK)
@@ -90,7 +81,7 @@ def test_check_lists_everything_and_shows_where(fusion: Any, addin: Any) -> None
 
 
 @pytest.mark.parametrize("intent", ["part", "assembly"])
-def test_kinds_of_designs_are_told(fusion: Any, addin: Any, intent: str) -> None:
+def test_kinds_of_designs_are_reported(fusion: Any, intent: str) -> None:
     build = Builder("kind", intent=intent)
     build.box((), (1.0, 1.0, 1.0))
     build.done()
@@ -106,7 +97,7 @@ def test_kinds_of_designs_are_told(fusion: Any, addin: Any, intent: str) -> None
 # Export
 
 
-def test_an_export_and_the_message_after_it(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_an_export_and_the_message_after_it(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     mine = fusion.fingerprint()
     folder = tmp_path / "my robot"
@@ -129,9 +120,7 @@ def test_an_export_and_the_message_after_it(fusion: Any, addin: Any, tmp_path: P
     assert said["collision"] == "none"
 
 
-def test_exporting_twice_in_one_session_doubles_nothing(
-    fusion: Any, addin: Any, tmp_path: Path
-) -> None:
+def test_exporting_twice_in_one_session_doubles_nothing(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"
     contents = []
@@ -144,7 +133,7 @@ def test_exporting_twice_in_one_session_doubles_nothing(
     assert contents[0]
 
 
-def test_choices_are_remembered(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_choices_are_remembered(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     command = export_to(fusion, tmp_path / "robot")
     command.set("up_axis", "y")
@@ -161,7 +150,7 @@ def test_choices_are_remembered(fusion: Any, addin: Any, tmp_path: Path) -> None
     command.cancel()
 
 
-def test_without_a_folder_ok_is_grey(fusion: Any, addin: Any) -> None:
+def test_without_a_folder_ok_is_grey(fusion: Any) -> None:
     designs.two_link_arm()
     command = fusion.run_command(EXPORT)
     assert "Choose the folder" in command["status"].text
@@ -171,7 +160,7 @@ def test_without_a_folder_ok_is_grey(fusion: Any, addin: Any) -> None:
     command.cancel()
 
 
-def test_errors_keep_ok_grey_and_say_what_to_do(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_errors_keep_ok_grey_and_say_what_to_do(fusion: Any, tmp_path: Path) -> None:
     bad_design()
     command = export_to(fusion, tmp_path / "robot")
     assert not command.is_valid()
@@ -182,7 +171,7 @@ def test_errors_keep_ok_grey_and_say_what_to_do(fusion: Any, addin: Any, tmp_pat
     assert not (tmp_path / "robot").exists()
 
 
-def test_warnings_are_asked_once(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_warnings_are_asked_once(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm(attributes=False)  # force limits are not known
     before = fusion.fingerprint()
     command = export_to(fusion, tmp_path / "robot")
@@ -199,7 +188,7 @@ def test_warnings_are_asked_once(fusion: Any, addin: Any, tmp_path: Path) -> Non
     assert fusion.fingerprint() == before
 
 
-def test_cancelling_leaves_the_old_export(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_cancelling_leaves_the_old_export(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"
     export_to(fusion, folder).ok()
@@ -214,7 +203,7 @@ def test_cancelling_leaves_the_old_export(fusion: Any, addin: Any, tmp_path: Pat
     assert fusion.world.progress[-1].hidden
 
 
-def test_a_folder_that_cannot_be_written_is_told(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     (tmp_path / "file").write_text("mine")
     export_to(fusion, tmp_path / "file").ok()
@@ -223,7 +212,7 @@ def test_a_folder_that_cannot_be_written_is_told(fusion: Any, addin: Any, tmp_pa
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_components_as_links(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_components_as_links(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm(groups=False)
     command = export_to(fusion, tmp_path / "robot")
     assert not command["components"].isVisible
@@ -237,16 +226,11 @@ def test_components_as_links(fusion: Any, addin: Any, tmp_path: Path) -> None:
     assert (tmp_path / "robot/model.sdf").is_file()
 
 
-def test_a_failure_of_the_export_is_told(
-    fusion: Any, addin: Any, tmp_path: Path, monkeypatch: Any
-) -> None:
+def test_a_failure_of_the_export_is_reported(fusion: Any, tmp_path: Path, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.export import entry
 
-    def fail(*_: Any, **__: Any) -> None:
-        raise OSError("the disk is full")
-
     designs.two_link_arm()
-    monkeypatch.setattr(entry, "export_robot", fail)
+    monkeypatch.setattr(entry, "export_robot", failing(OSError("the disk is full")))
     command = export_to(fusion, tmp_path / "robot")
     command.ok()
     assert "the disk is full" in command.failed
@@ -255,16 +239,13 @@ def test_a_failure_of_the_export_is_told(
 
 
 def test_what_could_not_be_checked_is_not_exported(
-    fusion: Any, addin: Any, tmp_path: Path, monkeypatch: Any
+    fusion: Any, tmp_path: Path, monkeypatch: Any
 ) -> None:
     from addin_sdfusion.commands.export import entry
 
-    def fail(*_: Any) -> None:
-        raise RuntimeError("no robot")
-
     designs.two_link_arm()
     command = export_to(fusion, tmp_path / "robot")
-    monkeypatch.setattr(entry, "build_robot", fail)
+    monkeypatch.setattr(entry, "build_robot", failing(RuntimeError("no robot")))
     command.set("up_axis", "y")
     assert "no robot" in fusion.messages[-1]
     assert not command.is_valid()
@@ -274,7 +255,7 @@ def test_what_could_not_be_checked_is_not_exported(
     assert not any("Traceback" in text for text in fusion.messages)
 
 
-def test_loops_offer_the_joints_to_cut(fusion: Any, addin: Any, tmp_path: Path) -> None:
+def test_loops_offer_the_joints_to_cut(fusion: Any, tmp_path: Path) -> None:
     build = Builder("loop")
     places = [build.place(name, grounded=name == "a") for name in "abc"]
     for place, name in zip(places, "abc", strict=True):

@@ -1,9 +1,8 @@
-"""What the commands show and store where components are several times there, or hard to tell."""
+"""What the commands show and store where components are several times there, or ambiguous."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.maths import translation
-from support.designs.exported import Export, export, press_export, running
+from support.designs.exported import Export, export, failing, press_export
 
 from addin_sdfusion.robot import Finding, Subject
 from cardsflow_fmu.addin import export_snapshot
@@ -19,11 +18,7 @@ from cardsflow_fmu.addin import export_snapshot
 DEFINE, CHECK, EXPORT = "cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport"
 
 
-@pytest.fixture(autouse=True)
-def addin(fusion: Any) -> Iterator[None]:
-    """The add-in, running in a new Fusion."""
-    with running():
-        yield
+pytestmark = pytest.mark.usefixtures("addin")
 
 
 def shown(fusion: Any, kind: str, name: str) -> list[Any]:
@@ -53,12 +48,12 @@ def test_points_of_copies_with_one_id_are_two(
 ) -> None:
     """Copies of a document share the ids of their components; old ones may have none."""
 
-    def told(_: Any) -> str:
+    def reported(_: Any) -> str:
         if same is None:
             raise RuntimeError("2 : InternalValidationError")
         return same
 
-    monkeypatch.setattr(CLASSES["adsk.fusion"]["Component"], "id", property(told))
+    monkeypatch.setattr(CLASSES["adsk.fusion"]["Component"], "id", property(reported))
     two_copies()
     command = fusion.run_command(DEFINE)
     for occurrence in fusion.design.rootComponent.occurrences:
@@ -106,7 +101,9 @@ def test_the_task_point_of_one_place_is_shown_there(fusion: Any) -> None:
 
 
 @pytest.mark.parametrize("name", ["a::b", "__x__"])
-def test_what_sdf_refuses_is_told_before_the_export(fusion: Any, tmp_path: Path, name: str) -> None:
+def test_what_sdf_refuses_is_reported_before_the_export(
+    fusion: Any, tmp_path: Path, name: str
+) -> None:
     """Check said that nothing was wrong, and then Export refused."""
     build = Builder("reserved")
     paths = designs.chain(build, ("base", name))
@@ -128,9 +125,7 @@ def test_without_a_log_there_is_a_message_all_the_same(
 ) -> None:
     from addin_sdfusion.commands.export import entry
 
-    def fail(*_: Any, **__: Any) -> Any:
-        raise OSError("the disk is full")
-
+    fail = failing(OSError("the disk is full"))
     designs.two_link_arm()
     monkeypatch.setattr(entry, "export_robot", fail)
     monkeypatch.setattr(CLASSES["adsk.core"]["Application"], "log", fail)
@@ -188,22 +183,18 @@ def test_define_muscles_needs_no_masses_and_no_meshes(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Both take Fusion a while."""
-
-    def slow(*_: Any) -> Any:
-        raise AssertionError
-
+    slow = failing(AssertionError())
     designs.two_link_arm()
     for cls in ("BRepBody", "Occurrence", "Component"):
         monkeypatch.setattr(CLASSES["adsk.fusion"][cls], "getPhysicalProperties", slow)
-    for cls in ("TriangleMeshCalculator",):
-        monkeypatch.setattr(CLASSES["adsk.fusion"][cls], "calculate", slow)
+    monkeypatch.setattr(CLASSES["adsk.fusion"]["TriangleMeshCalculator"], "calculate", slow)
     command = fusion.run_command(DEFINE)
     assert len(command.table("points")) > 1
     command.cancel()
     assert fusion.messages == []
 
 
-def test_findings_of_sdf_are_not_told_twice(fusion: Any) -> None:
+def test_findings_of_sdf_are_not_repeated(fusion: Any) -> None:
     from addin_sdfusion.building.build_robot import check_design
     from addin_sdfusion.fusion.design import read_design
 

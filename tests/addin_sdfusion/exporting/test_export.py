@@ -154,11 +154,11 @@ def test_what_is_not_in_the_meshes_is_said(tmp_path):
     )
     given_ = Built(one, (), {"a": Pose()}, {"a": bodies})
     exported = export_built(given_, ALL, tmp_path / "m")
-    told = {f.code: f.message for f in exported.findings if f.subject.kind == "link"}
-    assert "'hidden'" in told["hidden-bodies"]
-    assert "'bare'" in told["bodies-without-mesh"]
-    assert "'broken'" in told["damaged-mesh"]
-    assert "flat-collision" in told
+    reported = {f.code: f.message for f in exported.findings if f.subject.kind == "link"}
+    assert "'hidden'" in reported["hidden-bodies"]
+    assert "'bare'" in reported["bodies-without-mesh"]
+    assert "'broken'" in reported["damaged-mesh"]
+    assert "flat-collision" in reported
     assert [mesh.role for mesh in read_robot(tmp_path / "m").links[0].meshes] == ["visual"]
 
 
@@ -221,14 +221,14 @@ def test_a_format_that_cannot_hold_the_robot_is_left_out(tmp_path):
     assert (tmp_path / "arm/planar_2r.osim").is_file()
 
 
-def test_errors_are_told_all_at_once_and_nothing_is_written(tmp_path):
+def test_errors_are_reported_all_at_once_and_nothing_is_written(tmp_path):
     wrong = Finding("error", "closed-loop", "joint 'a': closes a loop", Subject("joint", "a"))
     robot = replace(planar_2r(), name="world", links=planar_2r().links[:1])
     with pytest.raises(RobotError) as caught:
         export_built(Built(robot, (wrong,)), ALL, tmp_path / "a/b")
-    told = [finding.code for finding in caught.value.findings]
-    assert "closed-loop" in told
-    assert "unknown-child" in told
+    reported = [finding.code for finding in caught.value.findings]
+    assert "closed-loop" in reported
+    assert "unknown-child" in reported
     assert not (tmp_path / "a").exists()
     with pytest.raises(RobotError):
         export_built(Built(None, (wrong,)), ALL, tmp_path / "a")
@@ -264,12 +264,15 @@ def test_many_findings_of_a_kind_about_a_format_are_one(tmp_path):
 
 
 def test_progress_counts_up_to_the_end_and_never_beyond(tmp_path):
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     export_built(
-        built(), ALL, tmp_path / "arm", progress=lambda done, whole, _: told.append((done, whole))
+        built(),
+        ALL,
+        tmp_path / "arm",
+        progress=lambda done, whole, _: reported.append((done, whole)),
     )
-    assert [done for done, _ in told] == list(range(len(told)))
-    assert {whole for _, whole in told} == {len(told)}
+    assert [done for done, _ in reported] == list(range(len(reported)))
+    assert {whole for _, whole in reported} == {len(reported)}
 
 
 def test_cancelled_at_any_time_the_folder_is_as_it_was(tmp_path):

@@ -73,7 +73,7 @@ def test_it_goes_where_there_is_room(lower, upper, initial, there):
     assert points[1].q[0] == pytest.approx(there, abs=1e-15)
 
 
-def test_names_that_the_simulation_cannot_tell_apart_are_told(tmp_path):
+def test_names_that_become_one_variable_are_reported(tmp_path):
     robot = planar_2r()
     joints = tuple(
         replace(j, coordinates=(replace(j.coordinates[0], name=name),))
@@ -107,7 +107,7 @@ def test_an_export_runs_at_once_and_follows(tmp_path, capsys):
 
 @pytest.mark.parametrize("initial", [-0.3, 0.0, 0.3])
 def test_a_run_stays_within_limits(tmp_path, initial):
-    """Also where the design stands at a limit."""
+    """Also where the design is at a limit."""
     robot = with_coordinates(planar_2r(), lower=-0.3, upper=0.3, initial=initial)
     export_built(built(robot), ALL, tmp_path / "arm")
     changes = {"run.duration": 1.0, "run.step": 0.01, "plant.step": 0.01, "controller.period": 0.01}

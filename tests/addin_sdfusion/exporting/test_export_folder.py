@@ -84,7 +84,7 @@ def test_folders_that_become_empty_go(arm):
     assert [path.name for path in arm.iterdir() if path.is_dir()] == []
 
 
-def test_files_of_others_stay(arm):
+def test_all_other_files_stay(arm):
     (arm / "notes.txt").write_text("mine")
     (arm / "meshes/visual/mine.stl").write_text("mine")
     (arm / "results").mkdir()
@@ -145,7 +145,7 @@ def test_the_experiment_that_the_user_changed_stays(arm):
     original = (arm / "experiment.toml").read_text()
     mine = original.replace("kp = 2000.0", "kp = 900.0")
     (arm / "experiment.toml").write_text(mine)
-    for _ in range(2):  # as long as nothing new would be written there is nothing to tell
+    for _ in range(2):  # as long as nothing new would be written no message
         exported = export_built(built(bodies=2), ALL, arm)
         assert (arm / "experiment.toml").read_text() == mine
         assert not (arm / "experiment.new.toml").exists()

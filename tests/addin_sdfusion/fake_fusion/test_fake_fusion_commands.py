@@ -471,14 +471,14 @@ def test_points_are_where_they_were_put(fusion: Fake, seed: int | None) -> None:
     upper, lower = occurrence(design, "upper"), occurrence(design, "lower")
     circle, ball = upper.bRepBodies[0].edges[0], upper.bRepBodies[1].faces[0]
     with fusion.transaction():
-        for entity, wanted in (
+        for entity, expected in (
             (circle, circle.geometry.center),
             (ball, ball.geometry.origin),
             (lower.bRepBodies[0].faces[0], lower.bRepBodies[0].faces[0].geometry.origin),
         ):
             made = add_point(entity, "VP")
             placed = made.createForAssemblyContext(entity.assemblyContext)
-            assert xyz(placed.geometry) == pytest.approx(xyz(wanted))
+            assert xyz(placed.geometry) == pytest.approx(xyz(expected))
 
 
 def test_mixed_contexts_are_refused(fusion: Fake) -> None:

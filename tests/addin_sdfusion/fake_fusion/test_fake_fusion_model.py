@@ -338,8 +338,8 @@ def test_things_to_pick_have_geometry_in_context(fusion: Fake) -> None:
     (box,) = found["base:1"].bRepBodies
     assert (box.vertices.count, box.edges.count, box.faces.count) == (8, 12, 6)
     corners = [xyz(v.geometry) for v in box.vertices]
-    wanted = list(itertools.product((-2.0, 2.0), (-2.0, 2.0), (0.0, 10.0)))
-    assert np.array(sorted(map(tuple, corners))) == pytest.approx(np.array(sorted(wanted)))
+    expected = list(itertools.product((-2.0, 2.0), (-2.0, 2.0), (0.0, 10.0)))
+    assert np.array(sorted(map(tuple, corners))) == pytest.approx(np.array(sorted(expected)))
     for edge in box.edges:
         line = edge.geometry
         assert line.startPoint.distanceTo(line.endPoint) == pytest.approx(edge.length)
@@ -437,7 +437,7 @@ def test_motions_have_their_class(fusion: Fake, kind: str, cls: str, as_built: b
         assert not hasattr(joint, "isLocked")
 
 
-def test_limits_stand_at_zero_until_enabled(fusion: Fake) -> None:
+def test_limits_are_zero_until_enabled(fusion: Fake) -> None:
     root = designs.limits().rootComponent
     found = []
     for joint in root.allJoints:
@@ -499,7 +499,7 @@ def test_joint_origin_has_no_origin(fusion: Fake) -> None:
         assert xyz(two.geometry.primaryAxisVector) == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
 
 
-def test_inferred_joint_tells_nothing(fusion: Fake) -> None:
+def test_inferred_joint_has_no_geometry(fusion: Fake) -> None:
     joint = designs.inferred_joint().rootComponent.joints.itemByName("lower_joint")
     for member in (
         "geometryOrOriginOne",
@@ -557,7 +557,7 @@ def test_rigid_groups_list_proxies(fusion: Fake) -> None:
     assert native.fullPathName == "upper:1"
 
 
-def test_shoulders_stand_alike(fusion: Fake) -> None:
+def test_both_shoulders_have_the_same_pose(fusion: Fake) -> None:
     """The ball joint and the three revolutes bring the arm to the same place."""
     poses = []
     for ball in (True, False):

@@ -47,7 +47,7 @@ def test_every_feature_is_read_and_untouched(fusion: Any, name: str, tmp_path: A
     assert read_snapshot(write_snapshot(snapshot, tmp_path / "s.json")) == snapshot
 
 
-def test_occurrences_tell_where_they_are(fusion: Any) -> None:
+def test_occurrences_have_their_poses(fusion: Any) -> None:
     snapshot = read_design(designs.nested_rotated(), meshes=False)
     parents = {o.path: o.parent for o in snapshot.occurrences}
     assert parents == {
@@ -68,7 +68,7 @@ def test_plus_in_a_name_does_not_make_a_level(fusion: Any) -> None:
     assert parents == {"a+b:1": "", "a+b:1+c:1": "a+b:1"}
 
 
-def test_two_occurrences_with_one_path_are_told(fusion: Any) -> None:
+def test_two_occurrences_with_one_path_are_an_error(fusion: Any) -> None:
     build = Builder()
     build.place("b", above=build.place("a"))
     build.place("a:1+b")
@@ -327,7 +327,7 @@ def test_no_design(fusion: Any, nothing: Any) -> None:
         read_design(nothing)
 
 
-def test_application_stands_for_its_open_design(fusion: Any) -> None:
+def test_application_is_read_as_its_open_design(fusion: Any) -> None:
     with pytest.raises(InputError, match="open a design first"):
         read_design(fusion.app)
     designs.no_groups()
@@ -336,13 +336,13 @@ def test_application_stands_for_its_open_design(fusion: Any) -> None:
 
 def test_progress_and_cancel(fusion: Any) -> None:
     design = designs.l_shape()
-    told: list[tuple[int, int, str]] = []
-    read_design(design, progress=lambda *step: told.append(step))
-    assert all(0 <= done <= whole for done, whole, _ in told)
-    assert [done for done, _, _ in told] == list(range(len(told)))
-    assert len({whole for _, whole, _ in told}) == 1
-    assert len(told) == told[0][1] == 8  # root, three occurrences, four bodies
-    assert "lower:1/foot" in [what for _, _, what in told]
+    steps: list[tuple[int, int, str]] = []
+    read_design(design, progress=lambda *step: steps.append(step))
+    assert all(0 <= done <= whole for done, whole, _ in steps)
+    assert [done for done, _, _ in steps] == list(range(len(steps)))
+    assert len({whole for _, whole, _ in steps}) == 1
+    assert len(steps) == steps[0][1] == 8  # root, three occurrences, four bodies
+    assert "lower:1/foot" in [what for _, _, what in steps]
 
     def cancel(done: int, whole: int, what: str) -> None:
         if done == 3:

@@ -63,15 +63,15 @@ def test_box_equals_its_closed_form(a: float, b: float, c: float, seed: int, sig
     moments = m / 12.0 * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
     I = R @ np.diag(moments) @ R.T + m * (r @ r * np.eye(3) - np.outer(r, r))  # noqa: E741
     flip = 1.0 if sign == "tensor" else -1.0
-    told = [*np.diag(I), flip * I[0, 1], flip * I[1, 2], flip * I[0, 2]]
+    expected = [*np.diag(I), flip * I[0, 1], flip * I[1, 2], flip * I[0, 2]]
     (whole,) = (o for o in snapshot.occurrences if o.component == "box")
     for mass in (one_body(snapshot).mass, whole.mass):
         assert mass is not None
         assert mass.mass == pytest.approx(m, rel=1e-9)
         assert mass.com == pytest.approx(r, abs=1e-12)
-        assert mass.moments == pytest.approx(told, rel=1e-9, abs=1e-9 * max(told))
+        assert mass.moments == pytest.approx(expected, rel=1e-9, abs=1e-9 * max(expected))
         assert sorted(mass.principal) == pytest.approx(
-            sorted(moments), rel=1e-9, abs=1e-12 * max(told)
+            sorted(moments), rel=1e-9, abs=1e-12 * max(expected)
         )
 
 
@@ -165,7 +165,7 @@ def test_calculation_that_fails_is_no_mass(fusion: Any, monkeypatch: pytest.Monk
     assert codes(read_design(build.done(), meshes=False)) == ["not-read"]
 
 
-def test_mass_in_the_frame_of_its_component_is_told(
+def test_mass_in_the_frame_of_its_component_is_an_error(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from fake_fusion.physical import physical_properties
@@ -210,7 +210,7 @@ def test_kinds_materials_and_visibility(fusion: Any) -> None:
 
 @pytest.mark.parametrize("frame", ["context", "component"])
 def test_mesh_and_mass_agree(fusion: Any, frame: Any) -> None:
-    """The volume integral of the mesh is what Fusion tells of the body; in whichever frame."""
+    """The volume integral of the mesh is Fusion's for the body; in whichever frame."""
     fusion.options.mesh_frame = frame
     order = random.Random(3)
     build = Builder()
@@ -233,7 +233,7 @@ def test_mesh_and_mass_agree(fusion: Any, frame: Any) -> None:
         assert mesh.moment_inertia == pytest.approx(I, abs=exact * np.trace(I))
 
 
-def test_mesh_of_a_native_body_that_is_told_in_the_root(
+def test_mesh_of_a_native_body_in_the_root_frame(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     build = Builder()
@@ -257,8 +257,10 @@ def test_mesh_of_a_native_body_that_is_told_in_the_root(
 
 
 def test_inside_out_meshes_are_turned(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    told = API["TriangleMesh"].nodeIndices.fget
-    monkeypatch.setattr(API["TriangleMesh"], "nodeIndices", property(lambda mesh: told(mesh)[::-1]))
+    original = API["TriangleMesh"].nodeIndices.fget
+    monkeypatch.setattr(
+        API["TriangleMesh"], "nodeIndices", property(lambda mesh: original(mesh)[::-1])
+    )
     build = Builder()
     build.sphere(build.place("far", translation((99.0, 0.0, 0.0))), 1.0)
     mesh = one_body(read_design(build.done())).mesh
@@ -298,7 +300,7 @@ def test_mesh_is_calculated_once_a_component(fusion: Any, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("nodes", [[], [0, 1, 9], [0, 1], [0, 1, -1]])
-def test_damaged_meshes_are_told(
+def test_damaged_meshes_are_warnings(
     fusion: Any, nodes: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(API["TriangleMesh"], "nodeIndices", property(lambda _: nodes))

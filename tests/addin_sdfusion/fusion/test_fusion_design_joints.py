@@ -81,7 +81,7 @@ def test_geometry_is_null_unless_read_through_a_proxy(fusion: Any) -> None:
         assert joint.origin_one == pytest.approx(joint.origin_two, abs=1e-12)
 
 
-def told_in_its_component(side: str) -> property:
+def in_its_component(side: str) -> property:
     """A transform in the frame of the component that holds the joint, whatever the proxy."""
 
     def fget(joint: Any) -> Any:
@@ -97,7 +97,7 @@ def test_transforms_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.Monke
         (API["Joint"], "geometryTwoTransform", "two"),
         (API["AsBuiltJoint"], "transform", "two"),
     ):
-        monkeypatch.setattr(cls, member, told_in_its_component(side))
+        monkeypatch.setattr(cls, member, in_its_component(side))
     found = by_name(designs.nested_rotated())
     assert found.keys() == expected.keys()
     for name, joint in found.items():
@@ -107,10 +107,10 @@ def test_transforms_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.Monke
 
 def test_axes_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = by_name(designs.nested_rotated())
-    told = API["JointMotion"]._vector
+    original = API["JointMotion"]._vector
 
     def native(motion: Any, role: str) -> Any:
-        v = told(motion, role)
+        v = original(motion, role)
         R = motion._joint._T[:3, :3]
         return type(v).create(*(R.T @ np.array(v.asArray())).tolist())
 
@@ -120,7 +120,9 @@ def test_axes_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.MonkeyPatch
         assert joint.motions[0].axis == pytest.approx(expected[name].motions[0].axis, abs=1e-12)
 
 
-def test_axis_against_its_geometry_is_told(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_axis_against_its_geometry_is_a_warning(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from fake_fusion.maths import vector
 
     monkeypatch.setattr(API["JointMotion"], "_vector", lambda *_: vector((1.0, 2.0, 3.0)))
@@ -129,7 +131,7 @@ def test_axis_against_its_geometry_is_told(fusion: Any, monkeypatch: pytest.Monk
 
 
 def test_joint_origin_has_its_offset(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """JointOrigin.geometry is what the origin is placed on; older Fusion tells offsets apart."""
+    """JointOrigin.geometry is what the origin is placed on; older Fusion has offsets apart."""
     from fake_fusion.base import new
 
     design = designs.joint_origins()
@@ -153,7 +155,7 @@ def test_joint_origin_outlives_its_geometry(fusion: Any, monkeypatch: pytest.Mon
         assert joint.origin_two == pytest.approx(expected[name].origin_two)
 
 
-def test_sides_that_do_not_meet_are_told(fusion: Any) -> None:
+def test_sides_that_do_not_meet_are_a_warning(fusion: Any) -> None:
     build = Builder()
     paths = designs.chain(build)
     paths[2][-1].T = paths[2][-1].T @ translation((0.0, 0.5, 0.0))
@@ -273,7 +275,7 @@ def test_every_type(fusion: Any, as_built: bool, vectors: Any) -> None:
         else:
             assert joint.origin_two == pytest.approx(at(T_two, (0, 0, 0)), abs=1e-12)
         if as_built and any(m.kind == "translation" for m in joint.motions):
-            assert joint.origin_one is None  # not told
+            assert joint.origin_one is None  # unknown
         elif joint.kind != "rigid":
             assert joint.origin_one == pytest.approx(at(T_one, (0, 0, 0)), abs=1e-12)
 
@@ -302,7 +304,7 @@ def test_ball_axes_are_those_on_two(fusion: Any, vectors: Any, custom: bool, val
 
 
 @pytest.mark.parametrize("vectors", ["fixed", "carried"])
-def test_ball_axes_that_only_its_pose_tells(fusion: Any, vectors: Any) -> None:
+def test_ball_axes_known_from_the_pose_only(fusion: Any, vectors: Any) -> None:
     """A yaw axis of the user's that is not square to the pitch axis."""
     fusion.options.ball_vectors = vectors
     yaw = tuple((np.array((1.0, 0.0, 0.5)) / math.sqrt(1.25)).tolist())
@@ -315,7 +317,7 @@ def test_ball_axes_that_only_its_pose_tells(fusion: Any, vectors: Any) -> None:
         assert motion.axis == pytest.approx(axis, abs=1e-12)
 
 
-def test_ball_axes_that_nothing_tells(fusion: Any) -> None:
+def test_ball_axes_that_cannot_be_known(fusion: Any) -> None:
     R = rotation(0.6, (1.0, 1.0, 0.0))[:3, :3]
     build = Builder()
     axes = [tuple(R @ np.array(axis)) for axis in (Z, X, Y)]
@@ -330,10 +332,10 @@ def test_axis_the_other_way_round(fusion: Any, kind: str, monkeypatch: pytest.Mo
 
     values = [0.3 + 0.1 * k for k in range(len(FREEDOMS[kind]))]
     expected = hinged(Builder(), kind=kind, values=values)
-    told = API["JointMotion"]._vector
+    original = API["JointMotion"]._vector
 
     def reverse(motion: Any, role: str) -> Any:
-        v = told(motion, role)
+        v = original(motion, role)
         v.scaleBy(-1.0)
         return v
 
@@ -376,7 +378,7 @@ def test_transforms_outlive_broken_geometry(fusion: Any) -> None:
     assert joint.origin_one == pytest.approx((0.0, 0.0, 0.2))
 
 
-def test_a_warning_of_fusion_is_no_problem_but_told(fusion: Any) -> None:
+def test_a_warning_of_fusion_is_a_finding_and_no_problem(fusion: Any) -> None:
     build = Builder()
     designs.chain(build)
     build.root.joints[0].health, build.root.joints[0].problem = 1, "out\nof date"

@@ -75,7 +75,7 @@ def test_cylinder_face_in_every_place(seed: int, radius: float, height: float) -
 def test_origin_of_the_cylinder_is_not_its_middle(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Fusion's origin is anywhere on the axis; its edges tell where the face is."""
+    """Fusion's origin is anywhere on the axis; its edges bound the face."""
     from fake_fusion.curves import surface_of
 
     def shifted(face: Any) -> Any:
@@ -137,7 +137,7 @@ def test_sphere_face(fusion: Any) -> None:
     assert surface.centre == pytest.approx(at(path[0].T, (0.0, 1.0, 0.0)))
 
 
-def test_faces_of_other_shapes_are_told(fusion: Any) -> None:
+def test_faces_of_other_shapes_are_reported(fusion: Any) -> None:
     build = Builder()
     build.cylinder((), 1.0, 2.0)
     design = build.done()
@@ -158,7 +158,7 @@ def test_two_faces_of_a_body_are_two_entities(fusion: Any) -> None:
     assert len({s.entity for s in read_design(design).surfaces}) == 2
 
 
-def test_lost_and_split_faces_are_told(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lost_and_split_faces_are_reported(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     build = Builder()
     build.cylinder((), 1.0, 2.0)
     design = build.done()

@@ -26,13 +26,13 @@ FAILURE = "2 : InternalValidationError : Utils::getObjectPath"
 def failing(monkeypatch: pytest.MonkeyPatch, where: str, only: str = "") -> None:
     """Make a member fail, for the entity of that name alone if one is given."""
     name, member = where.split(".")
-    told = getattr(API[name], member)
-    is_property = isinstance(told, property)
+    original = getattr(API[name], member)
+    is_property = isinstance(original, property)
 
     def fail(self: Any, *arguments: Any) -> Any:
         if not only or getattr(getattr(self, "_data", None), "name", "") == only:
             raise RuntimeError(FAILURE)
-        return told.fget(self) if is_property else told(self, *arguments)
+        return original.fget(self) if is_property else original(self, *arguments)
 
     monkeypatch.setattr(API[name], member, property(fail) if is_property else fail)
 
@@ -137,14 +137,14 @@ def test_whatever_fails_the_reading_goes_on(
     for text in messages(snapshot):
         assert "Traceback" not in text
         assert "\n" not in text
-    told = bool(log) and all("Traceback" in text for text in log)
-    quiet = {  # what is told otherwise, or is only there in newer versions
+    logged = bool(log) and all("Traceback" in text for text in log)
+    quiet = {  # what is reported otherwise, or is only there in newer versions
         *("Component.assemblyConstraints", "Joint.geometryOrOriginOne", "Joint.isLocked"),
         *("Joint.geometryOneTransform", "Joint.offset", "Joint.angle", "AsBuiltJoint.geometry"),
         *("AsBuiltJoint.transform", "JointOrigin.geometry", "Design.designIntent"),
         *("ConstructionPoint.healthState", "Joint.healthState", "Joint.errorOrWarningMessage"),
     }
-    assert told == (where not in quiet)
+    assert logged == (where not in quiet)
     assert fusion.full_fingerprint() == before
     monkeypatch.undo()
     assert read_design(design, log=log.append).joints
@@ -187,12 +187,12 @@ def test_a_joint_that_fails_says_so_itself(fusion: Any, monkeypatch: pytest.Monk
 def test_an_item_that_fails_does_not_hide_the_others(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = API["Joints"].item
+    original = API["Joints"].item
 
     def item(joints: Any, index: int) -> Any:
         if index == 0:
             raise RuntimeError(FAILURE)
-        return told(joints, index)
+        return original(joints, index)
 
     def no_iterator(_: Any) -> Any:
         raise RuntimeError(FAILURE)
@@ -237,9 +237,7 @@ def test_points_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.MonkeyPat
         assert found.position == pytest.approx(right.position, abs=1e-12)
 
 
-def test_paths_that_are_told_from_the_sub_assembly(
-    fusion: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_paths_that_begin_at_the_sub_assembly(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """As if the proxies of joints and groups had given native occurrences."""
     design = designs.nested_rotated()
     expected = read_design(design, meshes=False)
@@ -270,7 +268,7 @@ def test_members_that_are_not_in_the_design(fusion: Any, monkeypatch: pytest.Mon
     assert all("ghost:1" not in group.occurrences for group in snapshot.groups)
 
 
-def test_mirrored_occurrence_is_told(fusion: Any) -> None:
+def test_mirrored_occurrence_is_an_error(fusion: Any) -> None:
     build = Builder()
     path = build.place("part")
     path[0].T[0, 0] = -1.0

@@ -408,7 +408,7 @@ def test_an_unknown_mirrored_link_is_a_finding_and_nothing_changes() -> None:
     assert "did you mean 'Arm_r'" in findings[0].message
 
 
-def test_a_muscle_of_the_other_side_is_replaced_if_wanted() -> None:
+def test_a_muscle_of_the_other_side_is_replaced_if_asked_for() -> None:
     links = {"torso", "arm_l", "arm_r"}
     table, _ = mirror_muscle(biceps(), "biceps_l", YZ, links)
     again, findings = mirror_muscle(table, "biceps_l", YZ, links)

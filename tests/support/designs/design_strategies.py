@@ -152,7 +152,7 @@ class Draughtsman:
         seed: Of everything.
         links: How many links are drawn beside the base.
         kinds: The joints to choose from.
-        displaced: Whether the design stands away from its zero pose.
+        displaced: Whether the design is away from its zero pose.
         rotated: Whether the frames of the robot that is written by hand are turned.
         sign: Of the products of inertia.
         per_link: Bodies of each link.

@@ -35,7 +35,7 @@ class Export:
     Attributes:
         folder: Its folder.
         robot: The robot that is read back from there.
-        findings: What the export told.
+        findings: Findings of the export.
     """
 
     folder: Path
@@ -52,7 +52,7 @@ class Export:
         """The text of model.sdf."""
         return (self.folder / "model.sdf").read_text(encoding="utf-8")
 
-    def standing(self, role: str = "visual") -> dict[str, Any]:
+    def meshes_in_world(self, role: str = "visual") -> dict[str, Any]:
         """The links' meshes in the world, in the robot's initial pose."""
         poses = initial_poses(self.robot)
         found = {}
@@ -83,12 +83,12 @@ def export(design: Any, folder: Path, **settings: Any) -> Export:
 
 
 def findings_of(design: Any) -> list[Finding]:
-    """What Check tells of a design."""
+    """Findings of Check on a design."""
     return check_design(read_design(design))
 
 
 def codes_of(design: Any) -> set[str]:
-    """Codes of what Check tells of a design."""
+    """Codes of Check's findings on a design."""
     return {finding.code for finding in findings_of(design)}
 
 
@@ -125,3 +125,12 @@ def press_export(fusion: Any, folder: Path) -> Any:
     command.press("browse")
     command.ok()
     return command
+
+
+def failing(error: Exception) -> Any:
+    """A function that raises, whatever it is called with."""
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise error
+
+    return fail

@@ -59,7 +59,7 @@ Meaning of what the reference leaves open, [inferred] unless marked
 ------------------------------------------------------------------
 * Matrices act on column vectors; `a.transformBy(b)` is a = b·a; Vector3D is turned, not moved.
 * Occurrence.transform2 "in its assembly context" [reference]: an occurrence in the root's context
-  tells its pose in the root; a native one (Component.occurrences) its pose in its component.
+  gives its pose in the root; a native one (Component.occurrences) its pose in its component.
 * Joints: T_one = T_two · motion(values), the freedoms in the order of build.FREEDOMS from `two` to
   `one`. Directions are those on `two` (Options.ball_vectors for the ball joint). The
   geometry of an as-built joint belongs to `two`.
@@ -73,7 +73,7 @@ Meaning of what the reference leaves open, [inferred] unless marked
   the creation occurrence [reference], else "Provided input paths are not valid.".
 * Names of points, joints, groups, bodies are unique in their component, of components in the
   design: " (1)" is appended.
-* An offset and angle of a joint stand between two's frame and the motion; a flip turns one's frame
+* An offset and angle of a joint are between two's frame and the motion; a flip turns one's frame
   over. A face's attribute or a light bulb is the native entity's.
 * A command: commandCreated, activate, then after each of the user's steps inputChanged,
   validateInputs, executePreview [manual]; what the add-in itself sets fires nothing. A button's

@@ -200,7 +200,7 @@ class Builder:
         size: Sequence[float] = (1.0, 1.0, 1.0),
         **more: Any,
     ) -> BodyData:
-        """A box to look at with told mass properties.
+        """A box to look at with given mass properties.
 
         Args:
             where: Its component or a path to it.
@@ -319,7 +319,7 @@ class Builder:
         by_origins: bool = False,
         **more: Any,
     ) -> JointData:
-        """A joint between two occurrences at the pose in which they stand.
+        """A joint between two occurrences at their pose.
 
         Args:
             name: Its name.
@@ -330,7 +330,7 @@ class Builder:
             axis: Its z axis there: the axis of most joints, the pitch axis of a ball joint.
             x: Its x axis there.
             T: Its pose there, instead of the three.
-            values: Where it stands, one a freedom in the order of FREEDOMS.
+            values: Its values, one a freedom in the order of FREEDOMS.
             limits: (lower, upper), None where not enabled, one a freedom.
             inside: Path of the occurrence whose component holds the joint.
             as_built: Whether it is an as-built joint.

@@ -148,7 +148,7 @@ class JointOriginData(Named):
 
 @dataclass
 class Limits:
-    """Limits of one degree of freedom; values stand at 0 unless the user types some."""
+    """Limits of one degree of freedom; values are 0 unless the user types some."""
 
     minimum: float = 0.0
     maximum: float = 0.0
@@ -294,7 +294,7 @@ def transform(path: Path) -> np.ndarray:
 
 
 def motion(freedoms: list[Freedom]) -> np.ndarray:
-    """How `one` stands relative to `two`, in the joint's frame: the freedoms one after another."""
+    """Pose of `one` relative to `two`, in the joint's frame: the freedoms one after another."""
     T = np.eye(4)
     for f in freedoms:
         axis = np.asarray(f.axis, dtype=float)

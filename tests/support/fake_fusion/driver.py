@@ -346,22 +346,22 @@ class Driver:
         if entity._data is not design.root and context is not design.root:
             raise FakeMistake(f"{entity!r}: what the user picks is in the root's context")
         if not passes(entity, data.fields["filters"]):
-            wanted = ", ".join(data.fields["filters"])
-            raise Refused(f"{data.id}: {entity!r} is none of {wanted}")
+            expected = ", ".join(data.fields["filters"])
+            raise Refused(f"{data.id}: {entity!r} is none of {expected}")
         if any(entity == chosen.entity for chosen in data.fields["selections"]):
             raise Refused(f"{data.id}: {entity!r} is selected already")
 
     def _choose(self, data: InputData, value: Any) -> None:
         items = data.fields["items"]
-        wanted = [value] if isinstance(value, str) else list(value)
-        unknown = set(wanted) - {item.name for item in items}
+        expected = [value] if isinstance(value, str) else list(value)
+        unknown = set(expected) - {item.name for item in items}
         if unknown:
             raise Refused(f"{data.id}: no item {unknown} among {[i.name for i in items]}")
         if data.fields["many"]:
             for item in items:
-                item.selected = item.name in wanted
+                item.selected = item.name in expected
             return
-        select_item(data, next(item for item in items if item.name == wanted[0]), True)
+        select_item(data, next(item for item in items if item.name == expected[0]), True)
 
 
 def _shown(view: Any) -> Any:

@@ -69,8 +69,8 @@ class Event(Base):
 def _event(name: str, handler: type) -> type:
     def add(self: Any, handler: Base) -> bool:
         if not isinstance(handler, self._handler):
-            wanted = self._handler.__name__
-            raise TypeError(f"in method {name}.add: {type(handler).__name__} is no {wanted}")
+            expected = self._handler.__name__
+            raise TypeError(f"in method {name}.add: {type(handler).__name__} is no {expected}")
         self._listeners.handlers.append(weakref.ref(handler))
         return True
 

@@ -1,4 +1,4 @@
-"""A text of all that is in a design, to tell whether anything was touched."""
+"""A text of all that is in a design, to see if anything was changed."""
 
 from __future__ import annotations
 

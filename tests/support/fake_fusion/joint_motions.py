@@ -16,7 +16,7 @@ RIGID, REVOLUTE, SLIDER, CYLINDRICAL, PIN_SLOT, PLANAR, BALL, INFERRED = range(8
 
 @api("adsk.fusion")
 class JointLimits(Base):
-    """Values stand at 0 until they are enabled and typed."""
+    """Values are 0 until they are enabled and typed."""
 
     @property
     def minimumValue(self) -> float:

@@ -17,7 +17,7 @@ from .state import world
 
 @api("adsk.fusion")
 class JointGeometry(Base):
-    """Transient: a frame, as far as the joint's context tells."""
+    """Transient: a frame, as far as the joint's context knows."""
 
     origin = property(lambda self: point(self._T[:3, 3]))
     primaryAxisVector = property(lambda self: vector(self._T[:3, 2]))
@@ -26,7 +26,7 @@ class JointGeometry(Base):
 
 
 def _geometry(T_context: np.ndarray, T_component: np.ndarray) -> Any:
-    """A JointGeometry whose component stands at T_component in the context.
+    """A JointGeometry whose component is at T_component in the context.
 
     Args:
         T_context: The frame in the context.

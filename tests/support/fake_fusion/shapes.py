@@ -299,7 +299,7 @@ class Torus(Shape):
 
 @dataclass(frozen=True)
 class Explicit(Box):
-    """A box to look at whose mass properties are told: about the frame's origin, exact.
+    """A box to look at whose mass properties are given: about the frame's origin, exact.
 
     Attributes:
         kilograms: Its mass.

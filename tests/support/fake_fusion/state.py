@@ -22,7 +22,7 @@ class Options:
         geometry_origin: Frame of JointGeometry.origin and its vectors: `context`, that of the
             joint's proxy, or `component`, that of the component which the geometry belongs to.
         ball_vectors: Directions of a ball joint: `fixed`, those at its zero pose, carried by
-            occurrenceTwo alone; or `carried`, those about which it turns where it stands.
+            occurrenceTwo alone; or `carried`, those about which it turns at its pose.
         mesh_frame: Frame of the mesh of a body's proxy: `context` or `component`.
         row_selection_fires: Whether a click on a row of a table fires inputChanged.
         all_joints_fail: allJoints and allAsBuiltJoints of a design with assembly constraints raise

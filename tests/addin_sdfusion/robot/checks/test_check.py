@@ -223,7 +223,7 @@ def test_the_robot_that_the_tables_change_is_sound():
 
 
 @pytest.mark.parametrize("code", ERRORS)
-def test_each_defect_is_told_as_an_error(code):
+def test_each_defect_is_reported_as_an_error(code):
     assert code in codes(ERRORS[code], "error")
 
 
@@ -245,7 +245,7 @@ def test_task_axes_are_lengths_or_angles_each_once(axes):
     assert codes(with_frame(axes=axes), "error") == {"bad-task-axes"}
 
 
-def test_everything_wrong_is_told_at_once_errors_first():
+def test_everything_wrong_is_reported_at_once_errors_first():
     robot = replace(with_hand(mass=-1.0, ixy=1.0), cable_set="c", task_set="d")
     findings = check(robot)
     assert [finding.is_error for finding in findings] == sorted(
@@ -261,7 +261,7 @@ def test_muscles_of_every_cable_set_are_checked_and_named_with_their_set():
     assert finding.subject == ("muscle", "b/biceps")
 
 
-def test_what_is_not_simulated_is_told_of_the_active_muscles_only():
+def test_unsimulated_cables_are_reported_for_active_muscles_only():
     odd = cable(model=CableModel("vsd_flexure"), pulley=SCREW)
     robot = replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], CableSet("b", (odd,))))
     assert check(robot) == []

@@ -47,12 +47,12 @@ def _errors(kind, parameters):
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_sound_laws_are_told_nothing_of(kind):
+def test_sound_laws_have_no_findings(kind):
     assert not [f for f in check(_passive(slider((kind, SOUND[kind])))) if f.subject[1] == "m0"]
 
 
 @pytest.mark.parametrize(("kind", "parameter"), NAMED)
-def test_every_number_out_of_its_bounds_is_told_with_the_muscles_name(kind, parameter):
+def test_every_number_out_of_its_bounds_is_reported_with_the_muscles_name(kind, parameter):
     wrong = [parameter.low - 1.0] if parameter.low > -math.inf else []
     wrong += [parameter.low] if parameter.open_low else []
     wrong += [parameter.high + 1.0] if parameter.high < math.inf else []
@@ -71,14 +71,14 @@ def test_what_has_no_default_must_be_given(kind, parameter):
     assert codes == ([("missing-law-parameter", True)] if parameter.default is None else [])
 
 
-def test_unknown_names_are_told_with_the_nearest():
+def test_unknown_names_are_reported_with_the_nearest():
     (found,) = _errors("elastic_cable", SOUND["elastic_cable"] | {"dampnig": 3.0})
     assert found.code == "unknown-law-parameter"
     assert "no parameter 'dampnig'" in found.message
     assert "damping" in found.message
 
 
-def test_a_name_that_is_given_twice_is_told():
+def test_a_name_that_is_given_twice_is_reported():
     robot = slider(("elastic_cable", {}))
     model = CableModel("elastic_cable", (("stiffness", 1.0), ("stiffness", 2.0)))
     robot = robot.with_muscles([replace(robot.muscles[0], model=model)])
@@ -103,7 +103,7 @@ TOGETHER = [
 
 
 @pytest.mark.parametrize(("kind", "parameters", "what"), TOGETHER)
-def test_numbers_that_do_not_go_together_are_told(kind, parameters, what):
+def test_numbers_that_do_not_go_together_are_reported(kind, parameters, what):
     (found,) = _errors(kind, SOUND[kind] | parameters)
     assert (found.code, found.subject.name) == ("bad-law-parameter", "m0")
     assert what in found.message
@@ -133,7 +133,7 @@ def test_what_the_check_lets_pass_the_core_takes(kind):
     assert passed > 50
 
 
-def test_broken_laws_of_any_cable_set_are_told_and_none_is_simulated():
+def test_broken_laws_of_any_cable_set_are_reported_and_none_is_simulated():
     robot = slider(("elastic_cable", {"stiffness": -5.0}))
     other = CableSet("other", robot.muscles)
     sound = slider(("ideal", {}))
@@ -163,8 +163,8 @@ def test_the_designs_table_gives_every_law_back(kind):
 
 def test_caspr_gets_ideal_cables_and_says_so(tmp_path):
     robot = slider(("hill_thelen2003", HILL), ("ideal", {}))
-    told = {f.subject.name: f.code for f in caspr_losses(robot) if f.subject.kind == "muscle"}
-    assert told == {"m0": "caspr-tension-law"}
+    reported = {f.subject.name: f.code for f in caspr_losses(robot) if f.subject.kind == "muscle"}
+    assert reported == {"m0": "caspr-tension-law"}
     write_caspr(robot, tmp_path)
     back = read_robot(tmp_path / "slider_bodies.xml")
     assert [muscle.model.kind for muscle in back.muscles] == ["ideal", "ideal"]

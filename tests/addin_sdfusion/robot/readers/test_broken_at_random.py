@@ -96,18 +96,18 @@ def cut(rng: random.Random, file: Path) -> None:
 
 def survive(path: Path) -> None:
     """Reads a robot; only the errors of this package may come out, in one line."""
-    told = []
+    reported = []
     try:
         reading = read(path)
-        told = [str(finding) for finding in reading.findings]
+        reported = [str(finding) for finding in reading.findings]
         assert reading.robot is not None or any(finding.is_error for finding in reading.findings)
         if reading.robot is not None and not any(f.is_error for f in reading.findings):
-            told += [str(finding) for finding in caspr_losses(reading.robot)]
+            reported += [str(finding) for finding in caspr_losses(reading.robot)]
     except CardsflowError as error:
-        told.append(str(error))
+        reported.append(str(error))
     for file in path.glob("*_trajectories.xml"):
-        told += survive_trajectories(file)
-    assert all("\n" not in line and len(line) < 4000 for line in told)
+        reported += survive_trajectories(file)
+    assert all("\n" not in line and len(line) < 4000 for line in reported)
 
 
 def survive_trajectories(file: Path) -> Iterator[str]:

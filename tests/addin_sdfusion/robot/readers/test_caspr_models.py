@@ -1,4 +1,4 @@
-"""The CASPR models as published: what is told about them, and that they survive being written."""
+"""The CASPR models as published: their findings, and that they survive being written."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def stored(file):
 
 
 @pytest.mark.parametrize(("model", "cable_set"), FINDINGS)
-def test_a_model_is_told_what_is_known_of_it(shared, model, cable_set):
+def test_a_model_has_its_known_findings(shared, model, cable_set):
     reading = read(folder(shared, model), cable_set)
     assert reading.robot.cable_set == cable_set
     assert Counter(f.code for f in reading.findings) == FINDINGS[model, cable_set]
@@ -93,6 +93,6 @@ def test_a_model_is_the_same_after_writing_and_reading(shared, model, cable_set,
 def test_only_one_trajectory_fits_no_operational_space(shared, model):
     robot = read_robot(folder(shared, model))
     trajectories = stored(folder(shared, model) / f"{model}_trajectories.xml")
-    told = [(f.code, f.subject.name) for f in caspr_losses(robot, trajectories)]
+    reported = [(f.code, f.subject.name) for f in caspr_losses(robot, trajectories)]
     odd = [("caspr-trajectory-size", "simple_motion")]
-    assert told == (odd if model == "Example_2R_planar_XZ" else [])
+    assert reported == (odd if model == "Example_2R_planar_XZ" else [])

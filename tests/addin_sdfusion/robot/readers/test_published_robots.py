@@ -13,7 +13,7 @@ PUBLISHED = [f"caspr/{name}" for name in CASPR] + [f"cardsflow/{name}" for name 
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_every_published_robot_is_read_or_its_defects_are_told(shared, name):
+def test_every_published_robot_is_read_or_its_defects_are_reported(shared, name):
     try:
         reading = read(shared / "robots" / name)
     except CardsflowError as error:

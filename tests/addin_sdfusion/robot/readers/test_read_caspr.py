@@ -26,7 +26,7 @@ def points(muscle):
     return [(point.link, pytest.approx(point.position)) for point in muscle.via_points]
 
 
-def test_two_links_turn_about_y_and_stand_on_each_other(planar):
+def test_two_links_turn_about_y_in_a_chain(planar):
     robot = read_robot(planar)
     assert robot.name == "Example_2R_planar_XZ"
     assert [link.name for link in robot.links] == ["R_Y 1", "R_Y 2"]
@@ -249,10 +249,10 @@ def test_orientations_and_poses_become_task_frames(tmp_path, tag, letters, frame
         ("pose_euler_xyz", "ax", "warning", "task-order"),
     ],
 )
-def test_odd_axes_are_told_with_their_line(tmp_path, tag, letters, severity, code):
+def test_odd_axes_are_reported_with_their_line(tmp_path, tag, letters, severity, code):
     reading = read(with_items(tmp_path, "\n" + item(tag, letters)))
-    told = [(f.severity, f.code, f.line) for f in reading.findings if "task" in f.code]
-    assert told == [(severity, code, 6)]
+    reported = [(f.severity, f.code, f.line) for f in reading.findings if "task" in f.code]
+    assert reported == [(severity, code, 6)]
     assert all(len(str(f)) < 400 for f in reading.findings)
 
 
@@ -362,7 +362,9 @@ def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
         ("cable_vsd_flexure_linear", FLEXURE.replace("9</", "</"), "", "error", "bad-vector"),
     ],
 )
-def test_a_cable_that_says_something_else_is_told(tmp_path, tag, properties, first, severity, code):
+def test_a_cable_that_says_something_else_is_reported(
+    tmp_path, tag, properties, first, severity, code
+):
     reading = with_first_cable(tmp_path, tag, properties, first)
     found = [f for f in reading.findings if f.code == code]
     assert [f.severity for f in found] == [severity]

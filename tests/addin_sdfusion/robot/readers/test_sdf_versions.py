@@ -116,7 +116,7 @@ def test_poses_go_from_frame_to_frame(tmp_path, pose, frames):
     close(arm_pose(robot), (C, S, 1), (0, 0, 0.5))
 
 
-def test_a_frame_may_stand_inside_its_link(tmp_path):
+def test_a_frame_may_be_inside_its_link(tmp_path):
     inside = '<frame name="f"><pose>1 0 0 0 0 0</pose></frame>'
     base = link("base", "<pose>0 0 1 0 0 0.5</pose>", inside)
     robot = robot_with(tmp_path, base, link("arm", '<pose frame="f"/>'), hinge(), version="1.5")
@@ -203,11 +203,12 @@ def test_meshes_are_kept_whether_or_not_their_files_are_there(tmp_path):
     first, _, last = reading.require().links[0].meshes
     assert (first.role, first.uri, first.scale) == ("visual", uris[0], (1e-3, 1e-3, 1e-3))
     assert (last.role, last.name, last.pose) == ("collision", "c", Pose((1, 2, 3)))
-    told = {finding.code: finding.message for finding in reading.findings}
+    reported = {finding.code: finding.message for finding in reading.findings}
     assert (
-        "1 of 3 mesh files are not found, such as 'model://x/there.stl'" in told["missing-meshes"]
+        "1 of 3 mesh files are not found, such as 'model://x/there.stl'"
+        in reported["missing-meshes"]
     )
-    assert "'box' is left out" in told["geometry-left-out"]
+    assert "'box' is left out" in reported["geometry-left-out"]
 
 
 NOT_KEPT = {
@@ -225,7 +226,7 @@ def test_springs_and_friction_of_a_joint_are_read(tmp_path):
 
 
 @pytest.mark.parametrize("word", NOT_KEPT)
-def test_what_a_joint_has_and_no_simulation_does_is_told(tmp_path, word):
+def test_what_a_joint_has_and_no_simulation_does_is_reported(tmp_path, word):
     folder = write(tmp_path, link("base"), link("arm"), hinge(NOT_KEPT[word]))
     (message,) = [f.message for f in read(folder).findings if f.code == "joint-not-simulated"]
     assert word in message
@@ -286,7 +287,7 @@ NEW = '<plugin filename="libcardsflow_gazebo_plugin.so" name="cardsflow_gazebo_p
 
 @pytest.mark.parametrize("plugin", [OLD, NEW])
 @pytest.mark.parametrize("name", ["motor12", "shoulder_left_motor0", "M. biceps"])
-def test_muscles_stand_in_either_plugin_and_have_any_name(tmp_path, plugin, name):
+def test_muscles_are_read_from_either_plugin_under_any_name(tmp_path, plugin, name):
     robot = robot_with(tmp_path, *TWO, plugin.format(muscle(START, END, name=name)))
     assert [m.name for m in robot.muscles] == [name]
 
@@ -323,9 +324,9 @@ def test_motors_and_springs_of_muscles_are_series_elastic_motors(tmp_path):
         "spindle_radius": 0.005,
         "stiffness": 30000.0,
     }
-    told = {finding.code: finding.message for finding in reading.findings}
-    assert "replace the default back_emf_constant, torque_constant" in told["actuator-read"]
-    assert "<length> of its <SEE> is left out" in told["actuator-part-left-out"]
+    reported = {finding.code: finding.message for finding in reading.findings}
+    assert "replace the default back_emf_constant, torque_constant" in reported["actuator-read"]
+    assert "<length> of its <SEE> is left out" in reported["actuator-part-left-out"]
 
 
 def test_a_cable_model_goes_before_the_motor_of_the_original_format(tmp_path):
@@ -427,7 +428,7 @@ MARKER = '<marker link="arm">4 5 6</marker>'
 
 
 @pytest.mark.parametrize("beside", [True, False])
-def test_end_effectors_and_markers_stand_in_either_place(tmp_path, beside):
+def test_end_effectors_and_markers_are_read_from_either_place(tmp_path, beside):
     both = EFFECTOR + MARKER
     parts = TWO if beside else (*TWO, NEW.format(both))
     robot = robot_with(tmp_path, *parts, beside=both if beside else None)

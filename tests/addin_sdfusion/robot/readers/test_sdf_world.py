@@ -75,7 +75,7 @@ def test_a_level_plane_is_the_ground(tmp_path: Path) -> None:
     assert read.objects == ()
 
 
-def test_several_shapes_are_told_apart(tmp_path: Path) -> None:
+def test_several_shapes_get_different_names(tmp_path: Path) -> None:
     two = model(SHAPES["box"][0]).replace(
         "</link>",
         f"<collision name='d'><geometry>{SHAPES['sphere'][0]}</geometry></collision></link>",
@@ -111,7 +111,7 @@ LEFT_OUT = {
 
 
 @pytest.mark.parametrize("case", LEFT_OUT)
-def test_what_is_not_read_is_told_with_its_line(case: str, tmp_path: Path) -> None:
+def test_what_is_not_read_is_reported_with_its_line(case: str, tmp_path: Path) -> None:
     text, code = LEFT_OUT[case]
     read = world(tmp_path, text)
     found = {finding.code: finding for finding in read.findings}

@@ -37,7 +37,7 @@ def pair(seed: int, pose: Pose = MOVED) -> tuple[Robot, Robot, Robot]:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_muscles_pull_as_they_did_alone(seed: int) -> None:
-    """Lengths and Jacobians are those of the robots alone, wherever these stand."""
+    """Lengths and Jacobians are those of the robots alone, at any pose."""
     one, other, both = pair(seed)
     q = np.random.default_rng(seed).uniform(-1, 1, len(both.coordinates))
     n, m = len(one.coordinates), len(one.muscles)
@@ -82,7 +82,7 @@ def test_task_points_stand_where_the_robots_stand(seed: int) -> None:
     np.testing.assert_allclose(whole[:3], apply(MOVED, (x, y, z)), atol=1e-13)
 
 
-def test_names_tell_whose_part_is_whose() -> None:
+def test_names_begin_with_the_robots() -> None:
     arm = planar_2r()
     both = combine("pair", [Member("left", arm), Member("right", arm, Pose((3.0, 0.0, 0.0)))])
     assert [c.name for c in both.coordinates] == [
@@ -136,7 +136,7 @@ def test_robots_without_muscles_and_tasks_combine_too() -> None:
     assert len(mixed.muscles) == 4
 
 
-def test_what_cannot_be_told_apart_is_refused() -> None:
+def test_parts_of_one_name_are_refused() -> None:
     arm = planar_2r()
     with pytest.raises(InputError, match="two robots would be called 'a'"):
         combine("b", [Member("a", arm), Member("a", arm)])

@@ -46,11 +46,11 @@ def test_published_inertias_are_found_and_repaired(shared, name):
     assert bool(named(found, "inertia-xz-yz-swapped")) == (name in SWAPPED)
     again = read(folder, repair=True)
     assert not named(again.findings, "inertia-about-origin")
-    told = named(again.findings, "repaired-inertia")
-    assert (len(told), len(named(again.findings, "inertia-not-repaired"))) == (repaired, left)
-    assert all(finding.file.name == "model.sdf" and finding.line for finding in told)
+    reported = named(again.findings, "repaired-inertia")
+    assert (len(reported), len(named(again.findings, "inertia-not-repaired"))) == (repaired, left)
+    assert all(finding.file.name == "model.sdf" and finding.line for finding in reported)
     if again.robot is not None:
-        bodies = {finding.subject.name for finding in told}
+        bodies = {finding.subject.name for finding in reported}
         for link in again.robot.links:
             if link.name in bodies:
                 assert positive_semidefinite(density_matrix(link.inertia.matrix))
@@ -108,7 +108,7 @@ def test_a_file_about_the_origin_is_repaired_link_by_link(parts):
     links = [Link(f"l{k}", about_origin(i, r, False)) for k, (i, r) in enumerate(parts)]
     robot = Robot("r", tuple(links), ())
     diagnosis = diagnose(links, [Pose(r) for _, r in parts])
-    if any(gyration(i) > 2.0 for i, _ in parts):  # too large for its distance to tell anything
+    if any(gyration(i) > 2.0 for i, _ in parts):  # too large for its distance to be evidence
         return
     assert diagnosis is not None
     repaired, findings = repair(robot, diagnosis)

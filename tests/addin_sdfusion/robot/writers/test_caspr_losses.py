@@ -92,7 +92,7 @@ WARNINGS = {
 }
 
 
-def told(robot, trajectories=()):
+def reported(robot, trajectories=()):
     return [(f.severity, f.code) for f in caspr_losses(robot, trajectories)]
 
 
@@ -102,7 +102,7 @@ def test_nothing_of_the_example_is_lost():
 
 @pytest.mark.parametrize("code", ERRORS)
 def test_what_caspr_cannot_hold_is_an_error_and_not_written(code, tmp_path):
-    assert ("error", code) in told(ERRORS[code])
+    assert ("error", code) in reported(ERRORS[code])
     with pytest.raises(RobotError, match=r"(?i)caspr"):
         write_caspr(ERRORS[code], tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -110,14 +110,14 @@ def test_what_caspr_cannot_hold_is_an_error_and_not_written(code, tmp_path):
 
 @pytest.mark.parametrize("code", WARNINGS)
 def test_what_is_left_out_is_a_warning_and_the_rest_is_written(code, tmp_path):
-    assert told(WARNINGS[code]) == [("warning", code)]
+    assert reported(WARNINGS[code]) == [("warning", code)]
     write_caspr(WARNINGS[code], tmp_path)
     assert read_robot(tmp_path).name == ROBOT.name
 
 
 def test_a_wrap_is_lost_with_its_surface_and_the_cable_runs_straight(tmp_path):
     robot = replace(with_muscle(wraps=(Wrap("ball", 0),)), wrap_surfaces=(BALL,))
-    assert told(robot) == [("warning", "caspr-wrap")] * 2
+    assert reported(robot) == [("warning", "caspr-wrap")] * 2
     write_caspr(robot, tmp_path)
     assert read_robot(tmp_path) == ROBOT
 
@@ -154,7 +154,7 @@ def trajectory(name="t", size=2, spline="linear", space="joint", times=(0.0, 1.0
     ],
 )
 def test_trajectories_are_looked_at_too(trajectories, expected):
-    assert told(ROBOT, trajectories) == expected
+    assert reported(ROBOT, trajectories) == expected
 
 
 def test_names_that_are_paths_are_refused(tmp_path):

@@ -92,9 +92,9 @@ def test_mujoco_reads_a_long_chain_with_equal_dynamics_and_paths(tmp_path):
 
 def test_mujoco_reads_the_papers_arm_in_spite_of_its_zero_moments(tmp_path):
     assert_equal_terms(planar_2r(), tmp_path)
-    told = [f for f in mjcf_losses(planar_2r()) if f.code == "inertia-increased"]
-    assert [f.subject.name for f in told] == ["link_1", "link_2"]
-    assert re.search(r"\de-14 kg·m² added to each$", told[0].message)
+    reported = [f for f in mjcf_losses(planar_2r()) if f.code == "inertia-increased"]
+    assert [f.subject.name for f in reported] == ["link_1", "link_2"]
+    assert re.search(r"\de-14 kg·m² added to each$", reported[0].message)
 
 
 @pytest.mark.parametrize("name", FIXTURES)

@@ -266,15 +266,15 @@ def test_task_frames_are_markers(tmp_path):
     np.testing.assert_allclose(hand, y[:3], atol=1e-12)
 
 
-def test_names_that_opensim_refuses_are_changed_and_told(tmp_path):
+def test_names_that_opensim_refuses_are_changed_and_reported(tmp_path):
     robot = arm()
     links = [replace(robot.links[0], name=name) for name in ("a b", "a_b", "ground", "..")]
     joints = [Joint(f"f{k}", "a b", link.name) for k, link in enumerate(links[1:])]
     first = replace(robot.joints[0], child="a b")
     robot = replace(robot, links=tuple(links), joints=(first, *joints))
     assert_equal_terms(robot, tmp_path)
-    told = [f.message for f in osim_losses(robot) if f.code == "renamed"]
-    assert told == [
+    reported = [f.message for f in osim_losses(robot) if f.code == "renamed"]
+    assert reported == [
         "link 'ground': OpenSim refuses the name; written as 'ground_'",
         "link 'a b': OpenSim refuses the name; written as 'a_b_'",
         "link '..': OpenSim refuses the name; written as '_'",

@@ -73,11 +73,11 @@ def test_what_opensim_changes_is_said():
         ("mckibben", {"thread_length": 0.3, "turns": 2.0}),
     )
     assert not [finding for finding in check(robot) if finding.is_error]
-    told = {f.subject.name: f for f in osim_losses(robot) if f.subject.kind == "muscle"}
-    assert "elastic_tendon 1" in told["m0"].message
-    assert "minimum_activation 0.01" in told["m0"].message
-    assert "active_minimum 0" in told["m1"].message
-    assert told["m2"].code == "cable-model-left-out"
+    reported = {f.subject.name: f for f in osim_losses(robot) if f.subject.kind == "muscle"}
+    assert "elastic_tendon 1" in reported["m0"].message
+    assert "minimum_activation 0.01" in reported["m0"].message
+    assert "active_minimum 0" in reported["m1"].message
+    assert reported["m2"].code == "cable-model-left-out"
 
 
 def test_a_written_robot_is_simulated(tmp_path):

@@ -102,7 +102,7 @@ def test_a_robot_goes_from_caspr_to_sdf_unchanged(robot, tmp_path):
     assert read_robot(tmp_path) == robot
 
 
-def test_writing_leaves_nothing_but_the_files_it_tells(robot, tmp_path):
+def test_writing_leaves_only_the_files_it_returns(robot, tmp_path):
     folder = tmp_path / "new" / "folder"
     assert sorted(write_sdf(robot, folder)) == sorted(folder.iterdir())
 

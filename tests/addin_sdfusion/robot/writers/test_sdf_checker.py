@@ -46,9 +46,9 @@ def test_models_of_caspr_are_valid_as_sdf(shared, tmp_path, name):
     assert "Valid." in verdict(tmp_path), verdict(tmp_path)
 
 
-def test_an_inertia_that_the_checker_refuses_is_told_before(shared, tmp_path):
+def test_an_inertia_that_the_checker_refuses_is_reported_before(shared, tmp_path):
     robot = read_robot(shared / "robots/cardsflow/msj_platform")
     write_sdf(robot, tmp_path)
-    told = [finding.subject.name for finding in sdf_losses(robot)]
-    assert told == ["top"]
+    reported = [finding.subject.name for finding in sdf_losses(robot)]
+    assert reported == ["top"]
     assert "A link named top has invalid inertia" in verdict(tmp_path)

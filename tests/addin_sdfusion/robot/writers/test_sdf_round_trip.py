@@ -167,7 +167,7 @@ def codes(robot):
     return {finding.code for finding in sdf_losses(robot)}
 
 
-def test_losses_are_told_before_anything_is_written(tmp_path):
+def test_losses_are_reported_before_anything_is_written(tmp_path):
     assert codes(planar()) == set()
     assert codes(planar(name="link_1")) == {"sdf-name-clash"}
     assert codes(planar(name="a::b")) == codes(planar(name="__a__")) == {"sdf-reserved-name"}

@@ -51,7 +51,7 @@ def two_link_arm(
             design the muscle table; else only old names (`VP_motor0_EXPORT_link_1_1` ...).
         as_built: Whether the joints are as-built.
         by_origins: Whether joint origins define the joints.
-        q: The pose in which it stands, in [rad].
+        q: Its pose, in [rad].
         robot: Another robot of revolute joints than the example.
     """
     robot = robot or read_robot(PLANAR_2R)

@@ -107,7 +107,7 @@ def suppressed_and_broken() -> Any:
 
 
 def locked_joint() -> Any:
-    """`lower_joint` is locked where it stands."""
+    """`lower_joint` is locked at its value."""
     build = Builder("locked")
     chain(build)
     build.root.joints[1].locked = True

@@ -31,12 +31,12 @@ def shoulder_with_gimbal(
     """A torso and an arm with three rotations between, at a displaced pose, limits on all three.
 
     The rotations are pitch, yaw, roll about z, x, y of the joint's frame, in this order from torso
-    to arm; the joint stands at (5, 0, 30) cm in the torso's frame, its axes turned about x.
+    to arm; the joint is at (5, 0, 30) cm in the torso's frame, its axes turned about x.
 
     Args:
         ball: Whether a ball joint `shoulder`; else revolute joints `shoulder_pitch`, `_yaw`,
             `_roll` through links `gimbal_1`, `gimbal_2` in a nested, rotated assembly.
-        values: Where the three rotations stand, in [rad].
+        values: Values of the three rotations, in [rad].
         seed: Of the pose of the torso and of the components; None leaves them as they are.
         groups: Whether the links are rigid groups.
     """
@@ -100,7 +100,7 @@ def every_joint_type(*, as_built: bool = False, seed: int = 3, displaced: bool =
     Args:
         as_built: Whether the joints are as-built.
         seed: Of the places and values.
-        displaced: Whether the joints stand away from zero.
+        displaced: Whether the joints are away from zero.
     """
     build = Builder("every joint")
     order = random.Random(seed)

@@ -1,0 +1,16 @@
+"""The add-in, running in a new Fusion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from support.designs.exported import addin_sdfusion, running
+
+
+@pytest.fixture
+def addin(fusion: Any) -> Iterator[Any]:
+    """The add-in, started before and stopped after the test."""
+    with running():
+        yield addin_sdfusion
