@@ -8,12 +8,12 @@ from typing import Any
 import fake_fusion
 import numpy as np
 import pytest
-from support.designs.exported import failing
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
 from fake_fusion.maths import rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
+from support.designs.exported import failing
 
 IDS = ("cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport")
 DEFINE, CHECK, EXPORT = IDS

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.designs.exported import failing
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
+from support.designs.exported import failing
 
 CHECK, EXPORT = "cardsflowCheck", "cardsflowExport"
 
