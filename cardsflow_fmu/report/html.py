@@ -8,10 +8,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from cardsflow_fmu.utils.overwrite import GENERATOR
-
-# Only what is in the page itself may be loaded.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+from cardsflow_fmu.utils.html_page import html_page
 
 
 class Markup(str):
@@ -26,20 +23,7 @@ def page(title: str, *parts: str) -> str:
         parts: HTML.
     """
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
-    return "\n".join(
-        (
-            "<!DOCTYPE html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            GENERATOR,
-            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
-            '<meta name="viewport" content="width=device-width">',
-            f'<link rel="icon" href="data:,"><title>{escape(title)}</title>',
-            f"<style>{style}</style></head><body>",
-            *parts,
-            "</body></html>",
-            "",
-        )
-    )
+    return html_page(title, style, *parts)
 
 
 def section(title: str, *parts: str) -> str:

@@ -177,10 +177,10 @@ def serve(
     """Serve a device until `stop`, then leave it in its safe state.
 
     Args:
-        device: The device.
-        uri: udp://HOST:PORT to listen at; port 0 takes a free one; without host on loopback only.
-        stop: Called at least every 50 ms; a true result ends serving.
-        line: Line between socket and device, such as `faults.FaultyLine`; none when None.
+        device: As for `DeviceServer`.
+        uri: As for `DeviceServer`.
+        stop: As for `DeviceServer.run`.
+        line: As for `DeviceServer`.
         duration: Longest time, in [s].
         ready: Called with the address, with the port that was taken, once it listens.
 

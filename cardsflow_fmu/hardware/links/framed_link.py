@@ -58,12 +58,7 @@ class FramedLink(ABC):
         InputError: The key is too short.
 
     Attributes:
-        uri: The address.
-        clock: Clock of both ends.
-        run_id: Number of the run; 0 before `open`.
-        agreed: Parameters of the run; None before `open`.
-        start_state: The device's state when it agreed, shape (states,), in SI units.
-        counters: Number of frames sent, received, and dropped by reason.
+        uri: The address. The others are those of `HardwareLink`.
     """
 
     def __init__(
