@@ -67,7 +67,7 @@ WRONG: dict[str, Callable[[], object]] = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_it_is_an_input_error_that_names_it(what: str) -> None:
+def test_wrong_input_is_an_input_error_that_names_it(what: str) -> None:
     with pytest.raises(InputError, match=what):
         WRONG[what]()
 

@@ -109,7 +109,7 @@ def test_margins_are_those_of_python_control() -> None:
         assert found.modulus_margin == pytest.approx(modulus, rel=1e-6)
 
 
-def test_margins_do_not_know_the_unit_of_time() -> None:
+def test_margins_do_not_depend_on_the_unit_of_time() -> None:
     """Only Kp T² and Kd T count, down to periods where all roots are next to 1."""
     slow = gains.margins(2000, 90, 1e-3, 1)
     fast = gains.margins(2000e12, 90e6, 1e-9, 1)

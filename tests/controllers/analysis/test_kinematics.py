@@ -33,7 +33,7 @@ def left_arm(shared: Path) -> DartDynamics:
     return DartDynamics(read_robot(shared / "robots/caspr/RoboyLeftArm", "DEFAULT"))
 
 
-def test_lengths_of_the_two_link_arm_tell_its_configuration(arm: DartDynamics) -> None:
+def test_lengths_determine_the_configuration_of_the_two_link_arm(arm: DartDynamics) -> None:
     rng = np.random.default_rng(0)
     for q in rng.uniform(-0.8, 0.8, (20, 2)):
         found = forward_kinematics(arm, arm.muscle_lengths(q), q + rng.uniform(-0.2, 0.2, 2))
@@ -42,7 +42,7 @@ def test_lengths_of_the_two_link_arm_tell_its_configuration(arm: DartDynamics) -
         assert found.determined
 
 
-def test_lengths_of_the_left_arm_tell_its_configuration(left_arm: DartDynamics) -> None:
+def test_lengths_determine_the_configuration_of_the_left_arm(left_arm: DartDynamics) -> None:
     rng = np.random.default_rng(1)
     low, high = np.array([1.2, -0.8, -0.5, -1.4]), np.array([1.7, 0.8, 0.5, 0.0])
     for q in rng.uniform(low, high, (20, 4)):
@@ -54,7 +54,7 @@ def test_lengths_of_the_left_arm_tell_its_configuration(left_arm: DartDynamics) 
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_lengths_of_random_trees_tell_their_configuration(seed: int) -> None:
+def test_lengths_determine_the_configuration_of_random_trees(seed: int) -> None:
     robot = DartDynamics(random_robot(seed, joints=4, muscles=10))
     rng = np.random.default_rng(seed)
     for q in rng.uniform(-1, 1, (4, 4)):
@@ -131,7 +131,7 @@ def test_angles_take_the_short_way_round() -> None:
     np.testing.assert_allclose(arm.task_position(found.q), y, atol=1e-8)
 
 
-def test_out_of_reach_is_said_with_the_distance(arm: DartDynamics) -> None:
+def test_an_unreachable_position_is_refused_with_its_distance(arm: DartDynamics) -> None:
     """Two links of 1 m reach 2 m: 0.5 m are missing."""
     with pytest.raises(InputError, match=r"tip\.x 0, tip\.z 2\.5: .* distance 0\.5 m") as caught:
         inverse_kinematics(arm, [0.0, 2.5], [0.1, 0.1], starts=2)

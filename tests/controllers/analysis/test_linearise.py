@@ -70,7 +70,7 @@ def test_poles_of_the_linear_loop_are_those_of_the_sampled_loop(period: float, d
 
 
 @pytest.mark.parametrize("delay", [0, 1])
-def test_dart_s_loop_comes_to_the_linear_one_with_its_step(delay: int) -> None:
+def test_darts_loop_converges_to_the_linear_one_with_its_step(delay: int) -> None:
     case = Case()
     predicted = case.predicted(0.01, delay).spectral_radius
     rough, fine = (

@@ -41,7 +41,7 @@ def test_stiffness_is_the_derivative_of_the_torque(seed: int, k: float) -> None:
 
 
 @pytest.mark.parametrize("step", [3e-4, 3e-3])
-def test_the_step_hardly_matters(step: float) -> None:
+def test_the_stiffness_hardly_depends_on_the_step(step: float) -> None:
     robot = DartDynamics(planar_2r())
     found = stiffness(robot, [0.3, -0.4], [50.0] * 4, step=step).geometric
     expected = stiffness(robot, [0.3, -0.4], [50.0] * 4).geometric

@@ -74,7 +74,9 @@ def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", [1.0, 8.0])
-def test_a_solution_is_one_and_infeasible_is_infeasible(method: str, size: float) -> None:
+def test_solved_poses_have_solutions_and_infeasible_ones_have_none(
+    method: str, size: float
+) -> None:
     L, tau = stacked(3, 60, 3, 5, size)
     answer = distribute(L, tau, LOW, HIGH, method)
     assert answer.forces.shape == (60, 5)
@@ -248,7 +250,7 @@ def test_muscles_may_be_unlimited(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", sorted({*METHODS} - {*COMPLETE[:3]}))
-def test_methods_that_need_upper_bounds_say_so(method: str) -> None:
+def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) -> None:
     L, tau = stacked(14, 1, 2, 4)
     with pytest.raises(InputError, match="muscle 2 has no upper bound"):
         distribute(L, tau, LOW, [HIGH, np.inf, HIGH, HIGH], method)

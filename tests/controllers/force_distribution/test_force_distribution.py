@@ -138,7 +138,7 @@ def test_every_back_end_gives_the_same_forces(solver: str) -> None:
         lambda problem, solver: np.full(problem.lb.size, 1e6),
     ],
 )
-def test_a_back_end_is_not_believed(monkeypatch: pytest.MonkeyPatch, lie: object) -> None:
+def test_answers_of_a_back_end_are_checked(monkeypatch: pytest.MonkeyPatch, lie: object) -> None:
     """Whatever OSQP answers, the forces are right: it is checked, and DAQP asked instead."""
     honest = qp.solve
     monkeypatch.setattr(qp, "solve", lambda p, s: lie(p, s) if s == "osqp" else honest(p, s))
@@ -176,7 +176,7 @@ def test_solutions_repeat_bit_for_bit_from_a_saved_state() -> None:
             first.set_state(wrong)
 
 
-def test_daqp_is_asked_where_dual_newton_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_daqp_solves_where_dual_newton_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     L, f, H = random_problem(1, 3, 7)
     low, high = np.full(7, 10.0), np.full(7, 100.0)
     distribution = ForceDistribution(low, high, weights=H)

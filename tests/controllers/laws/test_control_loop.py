@@ -157,7 +157,7 @@ def test_wrong_settings_are_refused(settings, message) -> None:
         ControlLoop(law, NAMES, **arguments)
 
 
-def test_the_observer_believes_what_the_muscles_have_really_pulled_with() -> None:
+def test_the_observer_uses_the_measured_tensions() -> None:
     """Muscles that pull with 90 % of what they are asked for are no load from outside."""
     found = []
     for knows in (True, False):

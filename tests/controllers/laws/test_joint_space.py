@@ -40,7 +40,7 @@ def test_the_problem_is_eq_3() -> None:
     np.testing.assert_array_equal(problem.ub, np.full(4, 100.0))
 
 
-def test_a_reachless_demand_is_solved_softly_with_the_joint_named() -> None:
+def test_an_infeasible_torque_is_solved_softly_and_names_the_joint() -> None:
     controller = JointSpaceController(DartDynamics(planar_2r()), 2000.0, 90.0)
     zero = np.zeros(2)
     solution = controller.solve(zero, zero, np.array([1.0, 0.0]), zero, zero)

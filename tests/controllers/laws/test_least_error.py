@@ -124,7 +124,7 @@ def program(arm, q, *, keeps=False, limits=None) -> least_error.LeastError:
     )
 
 
-def test_what_must_be_kept_is_kept_or_there_is_no_answer(arm) -> None:
+def test_hard_tasks_and_limits_are_kept_or_there_is_no_answer(arm) -> None:
     q = np.array([-0.2, 0.4])
     met = least_error.solve(program(arm, q, keeps=True))
     assert met is not None

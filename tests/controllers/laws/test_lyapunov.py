@@ -11,7 +11,7 @@ from sim_dart import DartDynamics, Plant
 ZERO = np.zeros(2)
 
 
-def test_forces_hold_the_weight_and_make_a_spring_and_a_damper() -> None:
+def test_forces_equal_weight_spring_and_damper() -> None:
     """As CASPR's: its inverse dynamics at rest, with Kp e + Kd e' as the external load."""
     dynamics = DartDynamics(planar_2r())
     kp, kd = np.array([15.0, 10.0]), np.array([2.0, 1.0])

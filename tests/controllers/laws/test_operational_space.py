@@ -58,7 +58,7 @@ def test_the_forces_give_the_task_the_commanded_acceleration() -> None:
 
 
 @pytest.mark.parametrize("literal", [True, False])
-def test_it_minimises_what_eq_4_says(literal: bool) -> None:
+def test_the_solution_minimises_the_cost_of_eq_4(literal: bool) -> None:
     """Against the same program written out and solved by another method."""
     arm, q0 = redundant_arm(), np.array([0.2, 0.4])
     posture = None if literal else Posture(kd=10.0, kp=25.0, q0=q0)
@@ -114,7 +114,7 @@ def test_the_literal_form_leaves_the_rest_of_the_robot_alone() -> None:
     np.testing.assert_allclose(solution.qdd, 0.0, atol=1e-6)
 
 
-def test_a_task_that_asks_too_much_gives_way_by_name() -> None:
+def test_an_infeasible_task_is_soft_and_named() -> None:
     """Along x 100 m/s² of 2 kg need 200 N of 50 N: 24.5 m/s² remain; y is met."""
     mass = PointMass()
     mass.f_max = np.full(6, 50.0)
@@ -129,7 +129,7 @@ def test_a_task_that_asks_too_much_gives_way_by_name() -> None:
     np.testing.assert_allclose(qdd, solution.qdd, atol=1e-6)
 
 
-def test_a_weighted_task_gives_way_as_much_as_its_weight_says() -> None:
+def test_the_error_of_a_weighted_task_follows_from_its_weight() -> None:
     """Of 1/2 a² + W/2 (10 - a)² the least is at a = 10 W / (1 + W)."""
     controller = OperationalSpaceController(
         PointMass(),
@@ -197,7 +197,7 @@ def test_joint_limits_are_approached_and_not_crossed() -> None:
     assert not solution.limits_dropped
 
 
-def test_where_forces_cannot_keep_a_limit_it_is_said() -> None:
+def test_a_limit_that_forces_cannot_keep_is_reported() -> None:
     mass = PointMass()
     mass.q_max, mass.f_max = np.array([0.2, np.inf, np.inf]), np.full(6, 50.0)
     controller = OperationalSpaceController(mass, 400.0, 40.0)
@@ -315,7 +315,7 @@ def test_a_robot_without_tasks_is_refused() -> None:
         OperationalSpaceController(mass, 1.0, 1.0)
 
 
-def test_what_is_not_finite_is_refused() -> None:
+def test_values_that_are_not_finite_are_refused() -> None:
     controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
     with pytest.raises(SimulationError, match="not finite"):
         controller.solve(np.zeros(3), np.zeros(3), np.array([np.nan, 0.0]), ZERO, ZERO)

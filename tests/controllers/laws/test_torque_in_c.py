@@ -42,7 +42,7 @@ def joint_terms(
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_joint_space(seed: int) -> None:
+def test_joint_space_in_c_equals_python(seed: int) -> None:
     robot = DartDynamics(strong(seed))
     python, c = JointSpaceController(robot, KP, KD), TorqueInC(robot.n, robot.m)
     c.write(kp=np.full(3, KP), kd=np.full(3, KD), H_f=np.ones(robot.m))
@@ -136,7 +136,7 @@ def compare_operational(
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("weight", [np.inf, 10.0])
-def test_operational_space(seed: int, weight: float) -> None:
+def test_operational_space_in_c_equals_python(seed: int, weight: float) -> None:
     compare_operational(hand_only(seed), np.random.default_rng(seed), weight)
 
 

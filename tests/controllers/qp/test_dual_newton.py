@@ -248,7 +248,7 @@ def test_a_warm_start_saves_steps_and_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("solver", ["osqp", "daqp"])
-def test_other_back_ends_answer_the_same_questions(solver: str) -> None:
+def test_other_back_ends_solve_the_same_problems(solver: str) -> None:
     for seed in range(10):
         for weights in (None, 1.0):
             problem = feasible(seed)
@@ -270,7 +270,7 @@ def test_other_back_ends_answer_the_same_questions(solver: str) -> None:
     )
 
 
-def test_what_does_not_converge_is_asked_of_daqp(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_daqp_follows_where_dual_newton_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = feasible(3)
     expected = solve(problem)
     monkeypatch.setattr(dual_newton.DualNewton, "solve", lambda self: dual_newton.NOT_CONVERGED)

@@ -62,7 +62,7 @@ def test_the_curve_is_closed_and_every_petal_is_drawn_once(petals: int) -> None:
 
 
 @given(st.floats(-10.0, 0.0), st.integers(1, 7))
-def test_it_rests_before_and_after(early: float, petals: int) -> None:
+def test_the_flower_rests_before_and_after(early: float, petals: int) -> None:
     for t in (early, 30.0 - early):
         y, yd, ydd = flower(petals).evaluate(t)
         np.testing.assert_allclose(y, CENTRE + 0.15 * X, atol=1e-12)
@@ -70,7 +70,7 @@ def test_it_rests_before_and_after(early: float, petals: int) -> None:
         assert not ydd.any()
 
 
-def test_it_starts_and_stops_smoothly() -> None:
+def test_the_flower_starts_and_stops_smoothly() -> None:
     for t in (1e-6, 30.0 - 1e-6):
         _, yd, ydd = flower().evaluate(t)
         assert np.abs(yd).max() < 1e-9

@@ -89,7 +89,7 @@ def test_multiples_of_a_quarter_turn_keep_their_digits(functions: ctypes.CDLL) -
         assert (np.abs(got - true(exact)) <= 1e-16 * np.abs(got) + 1e-19).all()
 
 
-def test_the_arc_tangent_knows_all_quadrants(functions: ctypes.CDLL) -> None:
+def test_the_arc_tangent_is_right_in_all_quadrants(functions: ctypes.CDLL) -> None:
     rng = np.random.default_rng(2)
     y, x = rng.normal(size=(2, 8000)) * 10.0 ** rng.uniform(-8, 8, (2, 8000))
     own = function(functions, "arc_tangent", 2)
@@ -100,7 +100,7 @@ def test_the_arc_tangent_knows_all_quadrants(functions: ctypes.CDLL) -> None:
     assert own(math.inf, 1e300) == math.pi / 2
 
 
-def test_what_is_beyond_numbers(functions: ctypes.CDLL) -> None:
+def test_numbers_that_overflow_are_refused(functions: ctypes.CDLL) -> None:
     for name in ("sine", "cosine"):
         own = function(functions, name)
         assert math.isnan(own(math.inf))

@@ -101,7 +101,7 @@ def test_the_pyramid_is_too_strong_between_the_axes_by_the_root_of_two(tmp_path:
     assert slowed == pytest.approx(np.sqrt(2.0) * coulomb, rel=1e-3)
 
 
-def test_a_sliding_body_stops_where_coulomb_says_and_stays() -> None:
+def test_a_sliding_body_stops_at_the_distance_of_coulombs_law_and_stays() -> None:
     mu, speed = 0.5, 1.5
     body = SceneObject("body", Box((0.2, 0.2, 0.1)), Pose((0.0, 0.0, 0.05)), MASS, (speed, 0, 0))
     plant = world_of(Scene(Ground(), (body,), friction=mu))

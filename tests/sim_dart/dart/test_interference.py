@@ -137,12 +137,12 @@ def test_depth_in_a_hull_is_that_behind_the_nearest_face(
     assert near.distance == pytest.approx(expected, abs=1e-7)
 
 
-def test_own_links_do_not_count() -> None:
+def test_links_of_a_muscles_own_via_points_are_left_out() -> None:
     check = Interference(two_link_arm(), Scene(links="capsules", capsule_radius=0.5))
     assert [near.other for near in check.nearest([np.zeros(2)])] == ["link_1"]
 
 
-def test_every_pair_of_a_random_robot_is_there_once() -> None:
+def test_every_pair_of_a_random_robot_is_reported_once() -> None:
     robot = random_robot(3)
     postures = np.random.default_rng(0).uniform(-1, 1, (5, len(robot.coordinates)))
     found = Interference(robot, Scene(links="none")).nearest(postures)

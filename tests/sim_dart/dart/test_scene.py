@@ -52,7 +52,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_nonsense_is_refused_where_it_is_made(case: str) -> None:
+def test_wrong_values_are_refused_by_the_constructors(case: str) -> None:
     make, message = BAD[case]
     with pytest.raises(InputError, match=message):
         make()
@@ -82,7 +82,7 @@ def test_a_scene_that_does_not_fit_is_refused(case: str) -> None:
         Plant(pincers()[0], scene=scene)
 
 
-def test_bodies_that_are_told_to_may_stand_in_each_other() -> None:
+def test_ignored_pairs_may_overlap() -> None:
     things = (SceneObject("a", BALL, mass=1.0), SceneObject("b", Box((1.0, 1.0, 1.0))))
     plant = Plant(block(), scene=Scene(objects=things, ignored=(("a", "b"),)))
     steps(plant, 100, [])
@@ -130,7 +130,7 @@ def test_a_meshs_mass_properties_are_those_of_its_hull(tmp_path: Path) -> None:
     assert solid.thinnest == pytest.approx(0.05)
 
 
-def test_a_mesh_is_there_for_dart_as_its_hull(tmp_path: Path) -> None:
+def test_dart_collides_with_the_hull_of_a_mesh(tmp_path: Path) -> None:
     hull = convex_hull(write_box_mesh(tmp_path, (0.1, 0.2, 0.4)))
     assert len(hull.faces) == 12
     bounds = dart_mesh(hull).getBoundingBox()

@@ -69,7 +69,7 @@ def thrown(n: int = 3) -> Scene:
     return Scene(Ground(), boxes, 0.7, 0.2)
 
 
-def test_a_scene_of_nothing_changes_nothing() -> None:
+def test_an_empty_scene_changes_nothing() -> None:
     """Without contacts a plant in a world moves as one without a world, to the last bit."""
     robot = planar_2r()
     plain, placed = Plant(robot, engine="dart"), Plant(robot, scene=Scene())
@@ -212,7 +212,7 @@ def folding(self_collision: bool) -> float:
     return -float(np.min(angles))
 
 
-def test_links_of_one_robot_collide_where_that_is_wanted() -> None:
+def test_links_of_one_robot_collide_with_self_collision() -> None:
     touching = np.arcsin(0.03 / 0.19)  # about: the far end of the third meets the first
     assert folding(self_collision=True) == pytest.approx(touching, abs=0.03)
     assert folding(self_collision=False) > 2 * touching
@@ -358,7 +358,7 @@ def test_a_robot_that_diverges_in_a_world_is_named_with_time_and_coordinate() ->
         steps(plant, 100, [1e300])
 
 
-def test_rk4_knows_no_contacts() -> None:
+def test_rk4_does_not_support_contacts() -> None:
     with pytest.raises(InputError, match="rk4 does not support contacts"):
         Plant(two_link_arm(), integrator="rk4", scene=Scene())
 

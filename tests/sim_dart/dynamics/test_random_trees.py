@@ -30,7 +30,7 @@ def check(deviations: dict[str, float], allowed: float, seed: int) -> None:
 
 @pytest.mark.native
 @groups
-def test_dart(first: int) -> None:
+def test_terms_equal_darts(first: int) -> None:
     for seed in range(first, first + GROUP):
         robot = random_tree(seed)
         core, dart, skeleton = CoreDynamics(robot), DartDynamics(robot), build_skeleton(robot)
@@ -57,7 +57,7 @@ def test_dart(first: int) -> None:
 
 
 @groups
-def test_mujoco(first: int) -> None:
+def test_terms_equal_mujocos(first: int) -> None:
     for seed in range(first, first + GROUP):
         robot = random_tree(seed)
         core, mujoco = CoreDynamics(robot), MujocoRobot(robot)
@@ -76,7 +76,7 @@ def test_mujoco(first: int) -> None:
 
 @groups
 @pytest.mark.extra("pinocchio")
-def test_pinocchio(first: int) -> None:
+def test_terms_equal_pinocchios(first: int) -> None:
     from support.oracles.pinocchio_model import PinocchioRobot
 
     for seed in range(first, first + GROUP):

@@ -49,7 +49,7 @@ def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 2e-2])
-def test_together_as_alone(h: float) -> None:
+def test_muscles_together_equal_each_alone(h: float) -> None:
     """To the last bit, in company of any law, at steps with one, two and many parts."""
     rng = np.random.default_rng(4)
     models = mixed(rng, 30)
@@ -61,7 +61,7 @@ def test_together_as_alone(h: float) -> None:
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 4e-3, 2e-2])
-def test_side_by_side_as_foreseen_one_by_one(h: float) -> None:
+def test_surfaces_side_by_side_equal_each_alone(h: float) -> None:
     """What a step makes of activations is what `reach` has foreseen for each, to the last bit."""
     rng = np.random.default_rng(5)
     models = [m for m in mixed(rng, 40) if m[0].startswith("hill")]

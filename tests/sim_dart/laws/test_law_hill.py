@@ -275,7 +275,7 @@ def test_stiff_tendons_stay_calm_at_any_step(kind: str) -> None:
                 assert tensions[-1] == pytest.approx(expected, rel=1e-6)
 
 
-def test_a_limp_muscle_gives_way() -> None:
+def test_a_slack_muscle_offers_no_resistance() -> None:
     """Without activation, damping and passive force the tendon is let slack and stays so."""
     bench = Bench(("hill_thelen2003", ELASTIC | {"minimum_activation": 0.0}))
     assert bench.start(0.295, 1.0) > 500.0

@@ -33,7 +33,7 @@ def _after(bench: Bench, length: float, speed: float, command: float, h: float) 
 
 @pytest.mark.parametrize(("kind", "parameters"), DRIVEN)
 @pytest.mark.parametrize("h", [1e-3, 0.02])
-def test_commands_give_the_wanted_tension(
+def test_commands_give_the_desired_tension(
     kind: str, parameters: dict[str, float], h: float
 ) -> None:
     """Everywhere in reach, to 1e-9 of the range; beyond it, the nearest end."""
@@ -61,7 +61,7 @@ def bench_range(bench: Bench) -> tuple[float, float]:
     return float(bench.laws.command_low[0]), float(bench.laws.command_high[0])
 
 
-def test_ideal_and_passive_muscles() -> None:
+def test_reach_of_ideal_and_passive_muscles() -> None:
     spring = ("passive_spring", {"K": 100.0, "l0": 0.2})
     bench = Bench(("ideal", {}), spring, ("ligament_blankevoort1991", SOUND[LIGAMENT]))
     bench.move(0.3, 0.1)

@@ -84,7 +84,7 @@ def test_reeling_in_against_the_spring(preset: str) -> None:
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_any_motion_against_an_adaptive_rule(preset: str) -> None:
+def test_any_motion_equals_that_of_an_adaptive_rule(preset: str) -> None:
     """Loaded, unloaded, driven back by a moving path, with changing voltages: to 0.02 A and rad/s.
 
     Where the efficiency flips, it does so within a microsecond, in the middle of a substep.

@@ -115,7 +115,9 @@ def _opensim(kind: str, parameters: Mapping[str, float], *, rigid: bool) -> Musc
 @pytest.mark.parametrize(
     ("kind", "extra"), [case for case in EVERY if case[0] != "hill_thelen2003"]
 )
-def test_rigid_tendons(kind: str, extra: dict[str, float], geometry: dict[str, float]) -> None:
+def test_rigid_tendons_equal_opensims(
+    kind: str, extra: dict[str, float], geometry: dict[str, float]
+) -> None:
     """Wherever the path is longer than the tendon; a muscle that would push pulls with 0."""
     theirs = _opensim(kind, geometry | extra, rigid=True)
     ours = Bench((kind, geometry | extra))
@@ -150,7 +152,9 @@ def test_equilibria_of_elastic_tendons(
 @pytest.mark.parametrize(
     ("kind", "extra"), [case for case in EVERY if case[0] != "hill_degroote2016"]
 )
-def test_fibre_velocities(kind: str, extra: dict[str, float], geometry: dict[str, float]) -> None:
+def test_fibre_velocities_equal_opensims(
+    kind: str, extra: dict[str, float], geometry: dict[str, float]
+) -> None:
     """Tendon force and fibre velocity at fibre lengths that are not in equilibrium."""
     theirs = _opensim(kind, geometry | extra, rigid=False)
     ours = Bench((kind, geometry | extra | {"elastic_tendon": 1.0}))
@@ -172,7 +176,7 @@ def test_fibre_velocities(kind: str, extra: dict[str, float], geometry: dict[str
 
 
 @pytest.mark.parametrize(("kind", "extra"), EVERY)
-def test_activation(kind: str, extra: dict[str, float]) -> None:
+def test_activation_equals_opensims(kind: str, extra: dict[str, float]) -> None:
     theirs, ours = _opensim(kind, HILL | extra, rigid=False), Bench((kind, HILL | extra))
     for activation in (0.01, 0.05, 0.3, 0.6, 1.0):
         for excitation in (0.0, 0.05, 0.3, 0.55, 1.0):
@@ -187,7 +191,7 @@ def test_activation(kind: str, extra: dict[str, float]) -> None:
             assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-def test_activation_outside_of_its_range_acts_as_the_nearest_in_it() -> None:
+def test_activation_is_clipped_to_its_range() -> None:
     model = opensim.MuscleFirstOrderActivationDynamicModel()
     model.finalizeFromProperties()
     ours = Bench(("hill_millard2012", HILL))
@@ -250,7 +254,7 @@ def test_millards_strains_set_the_stiffnesses(tendon_strain: float) -> None:
     )
 
 
-def test_ligaments() -> None:
+def test_ligaments_equal_opensims() -> None:
     """Slack, at both ends of the toe, without damping, with another toe, with other damping."""
     for extra in ({}, {"damping_coefficient": 0.0}, {"transition_strain": 0.03}):
         values = {"linear_stiffness": 730.0, "slack_length": 0.11} | extra

@@ -46,7 +46,7 @@ def test_any_length_and_speed_give_a_finite_tension_that_does_not_push(
 
 
 @pytest.mark.parametrize("kind", [k for k in SOUND if TENSION_LAWS[k].states])
-def test_absurd_states_give_finite_tensions(kind: str) -> None:
+def test_extreme_states_give_finite_tensions(kind: str) -> None:
     for parameters in [SOUND[kind]] + ([ELASTIC] if kind.startswith("hill") else []):
         bench = Bench((kind, parameters))
         size = bench.laws.states.size

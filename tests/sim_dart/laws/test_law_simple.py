@@ -64,7 +64,7 @@ def test_pressure_follows_its_set_point_exactly(h: float) -> None:
     assert bench.state_rates(0.3, 0.0, 2e5, [1e5])[0] == pytest.approx(1e5 / 0.05, rel=1e-12)
 
 
-def test_without_a_time_constant_pressure_is_what_is_asked_for() -> None:
+def test_without_a_time_constant_pressure_equals_its_command() -> None:
     bench = Bench(("mckibben", SOUND["mckibben"] | {"pressure_time_constant": 0.0}))
     bench.start(0.3, 0.0)
     bench.advance(0.3, 0.0, 2e5, 1e-3)
@@ -119,7 +119,7 @@ def test_ideal_cables_are_driven_as_they_are_pulled(seed: int) -> None:
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_what_check_lets_pass_the_core_takes_and_stays_finite(kind: str) -> None:
+def test_the_core_takes_every_checked_law_and_stays_finite(kind: str) -> None:
     """Every parameter alone at values beside, at and far beyond its bounds."""
     law, taken = TENSION_LAWS[kind], 0
     for parameter in law.parameters:

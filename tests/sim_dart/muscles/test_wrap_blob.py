@@ -102,7 +102,7 @@ def test_the_most_surfaces_in_a_segment_are_solved_for() -> None:
 
 
 @pytest.mark.parametrize("size", [1e300, 1e-300])
-def test_places_far_out_or_tiny_do_not_hang(size: float) -> None:
+def test_very_large_or_small_positions_end(size: float) -> None:
     """Numbers may overflow; nothing is read out of bounds, and it ends."""
     counts, fields = good()
     fields["point_position"] = size * np.arange(12.0).reshape(4, 3)

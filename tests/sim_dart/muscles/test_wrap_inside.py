@@ -35,7 +35,7 @@ def straight(robot: Robot, q: FloatArray) -> FloatArray:
     return np.array([np.linalg.norm(b + q - a) for a, b in ends])
 
 
-def test_it_equals_mujocos_inside_wraps() -> None:
+def test_lengths_and_jacobian_equal_mujocos_inside_wraps() -> None:
     """10,000 configurations, ends inside the surfaces included: a side site at the centre."""
     rng = np.random.default_rng(31)
     compared = touched = 0
@@ -113,7 +113,7 @@ def test_jacobian_is_the_derivative_of_the_lengths() -> None:
     [((0.3, 0.1), (-0.5, 0.0)), ((0.0, 0.15), (0.0, 0.02)), ((0.12, -0.2), (-0.3, -0.2))],
     ids=["grazing", "an end moves in", "passing below"],
 )
-def test_it_comes_to_touch_without_a_jump(
+def test_a_cable_touches_the_inside_without_a_jump(
     shape: str, begin: tuple[float, float], end: tuple[float, float]
 ) -> None:
     """Lengths of neighbouring places differ by no more than the way between them."""

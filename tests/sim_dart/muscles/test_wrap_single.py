@@ -360,7 +360,7 @@ def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
                     assert np.isfinite(state.jacobian).all()
 
 
-def test_a_tilted_surface_is_the_level_one_seen_from_elsewhere() -> None:
+def test_a_rigid_motion_of_surface_and_muscle_changes_nothing() -> None:
     """The pose of the surface counts: turned and moved with its muscle, nothing changes."""
     rng = np.random.default_rng(8)
     for shape in ("sphere", "cylinder"):

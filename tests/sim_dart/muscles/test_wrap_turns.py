@@ -71,7 +71,7 @@ def test_stated_turns_are_where_counting_begins() -> None:
     assert lengths[3] == pytest.approx(lengths[2], abs=1e-13)
 
 
-def test_what_is_remembered_can_be_saved_and_written_back() -> None:
+def test_counted_turns_can_be_saved_and_written_back() -> None:
     paths = MusclePaths(spindle(), count_turns=True)
     for angle in np.linspace(0.0, -9.0, 10):
         paths.evaluate([0.0, 0.0, angle])

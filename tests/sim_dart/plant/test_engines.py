@@ -46,7 +46,7 @@ def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: A
 
 @RULES
 @pytest.mark.parametrize("seed", few(range(12), 3))
-def test_a_thousand_steps_of_a_damped_tree(seed: int, rule: Any) -> None:
+def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int, rule: Any) -> None:
     """With springs, loads on a point, wrenches on two links, and motors."""
     robot = with_coordinates(random_tree(seed, damping=2.0), actuated=True)
     robot = with_coordinates(robot, stiffness=0.5, rest=0.1)
@@ -63,7 +63,7 @@ def test_a_thousand_steps_of_a_damped_tree(seed: int, rule: Any) -> None:
 
 @RULES
 @pytest.mark.parametrize("robot", [planar_2r(), random_robot(2, joints=4)])
-def test_joint_limits(robot: Robot, rule: Any) -> None:
+def test_joint_limits_stop_core_and_dart_alike(robot: Robot, rule: Any) -> None:
     """An arm falls onto its stops, and rests there."""
     limited = with_coordinates(robot, lower=-0.4, upper=0.4, damping=0.05)
     plants = both(limited, integrator=rule)
@@ -76,7 +76,7 @@ def test_joint_limits(robot: Robot, rule: Any) -> None:
 
 
 @RULES
-def test_substeps_laws_and_books(rule: Any) -> None:
+def test_substeps_laws_and_energies_are_those_of_dart(rule: Any) -> None:
     """Energies, momenta, tensions and states of elastic muscles under a load."""
     model = CableModel("elastic_cable", (("stiffness", 1e3), ("damping", 5.0)))
     robot = with_coordinates(planar_2r(), damping=0.1, stiffness=0.3, rest=0.2)
@@ -94,7 +94,7 @@ def test_substeps_laws_and_books(rule: Any) -> None:
 
 
 @pytest.mark.parametrize("seed", range(9))
-def test_energies_and_momenta(seed: int) -> None:
+def test_energies_and_momenta_equal_darts(seed: int) -> None:
     robot = random_tree(seed)
     core, dart = both(robot, energy=True)
     q, qd, _ = random_state(robot, np.random.default_rng(seed))
@@ -132,7 +132,7 @@ def test_a_load_that_ends_does_not_stay() -> None:
 
 
 @RULES
-def test_a_plant_that_diverges_says_when_and_what(rule: Any) -> None:
+def test_a_diverging_plant_names_time_and_coordinate(rule: Any) -> None:
     endless = with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf)
     plant = Plant(endless, integrator=rule, engine="core")
     with pytest.raises(SimulationError, match=r"diverged at t = .* s: joint_\d is .*velocity"):
@@ -145,7 +145,7 @@ def test_a_plant_that_diverges_says_when_and_what(rule: Any) -> None:
 @RULES
 @pytest.mark.parametrize("push", ["loads", "wrenches"])
 @pytest.mark.parametrize("engine", ["core", "dart"])
-def test_a_force_beyond_all_numbers_is_no_rest(engine: Any, push: str, rule: Any) -> None:
+def test_a_force_that_is_not_finite_ends_the_run(engine: Any, push: str, rule: Any) -> None:
     """DART by itself takes an acceleration that is no number for none."""
     plant = Plant(planar_2r(), integrator=rule, engine=engine, wrenched=["link_2"])
     size = 3 if push == "loads" else 6

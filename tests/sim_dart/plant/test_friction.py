@@ -104,7 +104,7 @@ def test_steps_keep_the_law_of_friction_and_limits() -> None:
     assert len(ways) == 6  # down, at rest, up; with friction and without
 
 
-def test_chains_of_twenty_joints() -> None:
+def test_chains_of_twenty_joints_keep_the_law_of_friction() -> None:
     """No state of two thousand needs more exchanges than there may be."""
     robot = changed(chain(20, 0), np.random.default_rng(0), 5.0)
     plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
@@ -176,7 +176,7 @@ def test_a_sliding_mass_stops_and_stays() -> None:
     assert plant.qd[0] == pytest.approx(STEP * 1.0 / MASS, rel=1e-12)
 
 
-def test_it_leans_on_a_stop_and_leaves_it() -> None:
+def test_friction_acts_at_a_stop_too() -> None:
     """At a limit friction holds as well: what pulls it off must be more than friction is."""
     plant = Plant(slider(2.0, upper=0.1, lower=-1.0), STEP)
     plant.reset([0.0], [1.0])

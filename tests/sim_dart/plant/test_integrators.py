@@ -257,7 +257,7 @@ def test_a_spring_in_a_joint_swings(integrator: Any, ratio: float) -> None:
     assert errors[0] / errors[1] == pytest.approx(ratio, rel=0.12)
 
 
-def test_the_controllers_model_knows_the_springs() -> None:
+def test_the_controllers_model_has_the_springs() -> None:
     dynamics = DartDynamics(flywheel(stiffness=3.0, rest=0.2))
     assert dynamics.gravity([0.5]) == pytest.approx([3.0 * 0.3], abs=1e-12)
 
@@ -300,7 +300,7 @@ def test_substeps_are_shorter_steps(integrator: Any) -> None:
 
 
 @pytest.mark.parametrize(("integrator", "order"), [("euler", 1), ("rk4", 4)])
-def test_the_books_balance_to_the_integrators_order(integrator: Any, order: int) -> None:
+def test_the_energy_balance_closes_to_the_integrators_order(integrator: Any, order: int) -> None:
     """Kinetic + potential - work of muscles, loads and damping is constant."""
     robot = with_coordinates(free(planar_2r(), 0.2), stiffness=1.5, rest=0.3)
     left = []

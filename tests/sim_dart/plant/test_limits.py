@@ -74,7 +74,7 @@ def test_a_step_of_the_core_holds_all_limits_at_once(seed: int) -> None:
 
 @pytest.mark.parametrize("engine", ["core", "dart"])
 @pytest.mark.parametrize("seed", [3, 7, 12])
-def test_stops_of_rk4(seed: int, engine: Any) -> None:
+def test_stops_of_rk4_are_inelastic(seed: int, engine: Any) -> None:
     """Trees 7 and 12 have a fixed joint with moving ones behind it: DART's own M^-1 is wrong."""
     robot = narrow_tree(seed)
     plant = Plant(robot, STEP, engine=engine, integrator="rk4")

@@ -164,13 +164,13 @@ def test_wrong_forces_are_refused_and_the_plant_stays(forces: object, message: s
 
 
 @pytest.mark.parametrize("q", [[np.nan, 0.0], [0.0, np.inf]])
-def test_a_start_that_is_not_finite_is_refused(q: list[float]) -> None:
+def test_an_initial_state_that_is_not_finite_is_refused(q: list[float]) -> None:
     with pytest.raises(InputError, match="not finite"):
         Plant(planar_2r()).reset(q)
 
 
 @pytest.mark.parametrize("step", [0.0, -1e-3, np.nan, np.inf])
-def test_a_step_that_is_no_time_is_refused(step: float) -> None:
+def test_a_step_that_is_not_positive_and_finite_is_refused(step: float) -> None:
     with pytest.raises(InputError, match="positive time"):
         Plant(planar_2r(), step=step)
 

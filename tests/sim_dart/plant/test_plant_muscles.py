@@ -63,7 +63,7 @@ def some_commands(plant: Plant) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_step_is_made_with_the_tensions_that_the_plant_tells(name: str) -> None:
+def test_a_step_uses_the_tensions_that_the_plant_reports(name: str) -> None:
     """qd+ = qd + h M^-1 (-L'f - C - G), f at the beginning, with the command of the step."""
     robot, h = ROBOTS[name](), 1e-3
     plant, terms = Plant(robot, h), DartDynamics(robot)
@@ -141,7 +141,7 @@ def test_muscles_begin_at_rest_with_their_smallest_forces(name: str) -> None:
 
 
 @pytest.mark.parametrize("elastic", [0.0, 1.0])
-def test_what_cannot_be_held_is_held_as_nearly_as_it_can(elastic: float) -> None:
+def test_the_nearest_tension_is_held_where_none_fits(elastic: float) -> None:
     drive = MuscleDrive(modelled(planar_2r(), "hill_millard2012", **HILL, elastic_tendon=elastic))
     reach = drive.resting_reach(np.zeros(2))
     assert (reach.low > 0.0).all()
@@ -161,7 +161,7 @@ def test_passive_muscles_take_no_command() -> None:
     assert plant.tensions.max() > 0.0
 
 
-def test_ideal_cables_beside_others_pull_as_they_are_told() -> None:
+def test_ideal_cables_beside_others_have_their_commanded_tension() -> None:
     robot = ROBOTS["elastic_cable"]()
     first, *others = robot.muscles
     plant = Plant(robot.with_muscles([replace(first, model=CableModel()), *others]))
@@ -188,7 +188,7 @@ def test_ideal_cables_alone_make_the_same_steps_as_among_laws() -> None:
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_commands_that_are_no_numbers_are_refused_and_the_plant_stays(bad: float) -> None:
+def test_commands_that_are_not_finite_are_refused_and_the_plant_stays(bad: float) -> None:
     plant = Plant(ROBOTS["mckibben"]())
     before = plant.get_state()
     for integrator_plant in (plant, Plant(plant.robot, integrator="rk4")):
@@ -199,7 +199,7 @@ def test_commands_that_are_no_numbers_are_refused_and_the_plant_stays(bad: float
         plant.reset(commands=[0.0, bad, 0.0, 0.0])
 
 
-def test_a_state_of_muscles_that_is_no_number_is_refused() -> None:
+def test_a_muscle_state_that_is_not_finite_is_refused() -> None:
     plant = Plant(ROBOTS["mckibben"]())
     state = plant.get_state()
     state[-1] = np.nan
