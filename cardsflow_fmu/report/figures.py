@@ -60,8 +60,12 @@ def plot(
 def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
     """A figure of a result. Arguments and errors as for `plot`."""
     panels = panels_of(result, what, columns)
-    title = "" if result.summary.get("status", "complete") == "complete" else "incomplete run"
-    return figure_of_panels(panels, title=title)
+    return figure_of_panels(panels, title=title_of(result))
+
+
+def title_of(result: RunData) -> str:
+    """A note on an incomplete run; empty for a complete one."""
+    return "" if result.summary.get("status", "complete") == "complete" else "incomplete run"
 
 
 def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BINS) -> Figure:
@@ -111,14 +115,16 @@ def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
 def _draw(axes: Axes, panel: Panel, bins: int) -> None:
     colours = mpl.colormaps["tab20" if len(panel.curves) > 10 else "tab10"].colors  # type: ignore[attr-defined]
     drawn = [curve for curve in panel.curves if not curve.reference]
+    drawn_in = {curve.name: colours[k % len(colours)] for k, curve in enumerate(drawn)}
     for k, curve in enumerate(drawn):
         points = downsample(curve.time, curve.values, bins)
         name = curve.name if k < _MOST_IN_LEGEND else "_"
-        axes.plot(*points, label=name, color=colours[k % len(colours)], linewidth=1.1)
+        axes.plot(*points, label=name, color=drawn_in[curve.name], linewidth=1.1)
     for k, curve in enumerate(curve for curve in panel.curves if curve.reference):
         points = downsample(curve.time, curve.values, bins)
         name = "_" if k else "reference"
-        axes.plot(*points, ":", label=name, color="black", linewidth=1.3)
+        colour = drawn_in.get(curve.of, "black")
+        axes.plot(*points, ":", label=name, color=colour, linewidth=1.3)
     if len(drawn) > _MOST_IN_LEGEND:
         axes.plot([], [], " ", label=f"and {len(drawn) - _MOST_IN_LEGEND} more")
     axes.set_ylabel(panel.label)

@@ -28,12 +28,14 @@ class Curve:
         time: In [s], shape (points,).
         values: Shape (points,); what no axis has room for is left out, as what is no number is.
         reference: Whether it is what others are to follow.
+        of: Name of the curve whose colour a reference has; black when empty.
     """
 
     name: str
     time: FloatArray
     values: FloatArray
     reference: bool = False
+    of: str = ""
 
     def __post_init__(self) -> None:
         within = np.abs(self.values) < _LARGEST

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from addin_sdfusion.robot.model.tension_laws import law_of
@@ -21,20 +19,26 @@ from cardsflow_fmu.signals.muscles import (
 )
 from cardsflow_fmu.signals.ports import Followed, followed_signals, muscle_signals
 
-from .downsample import downsample, every_few
-from .figures import STYLE, image
+from .downsample import every_few
+from .figures import STYLE, figure_of_panels, image, title_of
+from .panels import Curve, Panel
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
 
 
 def run_images(result: ExperimentRunData) -> dict[str, bytes]:
-    """The figures of a run as PNG and SVG files, by name."""
-    images = _images(TRACKING, tracking_figure(result))
+    """The figures of a run with at least one row as PNG and SVG files, by name."""
+    figures = {TRACKING: tracking_figure(result)}
     if _point(result) is not None:
-        images |= _images(PATH, path_figure(result))
-    if _objects(result) or _contacts(result):
-        images |= _images(WORLD, world_figure(result))
-    return images
+        figures[PATH] = path_figure(result)
+    world = _world_panels(result)
+    if world:
+        figures[WORLD] = figure_of_panels(world, title=title_of(result))
+    return {
+        f"{name}.{form}": image(figure, form, mark=None)
+        for name, figure in figures.items()
+        for form in ("png", "svg")
+    }
 
 
 def tracking_figure(result: ExperimentRunData) -> Figure:
@@ -42,37 +46,8 @@ def tracking_figure(result: ExperimentRunData) -> Figure:
 
     Of muscles with laws, their commands and their tensions, with dots where these were to be.
     """
-    groups = _commands(result)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 5.6 + 2.2 * len(groups)), layout="constrained")
-        forces, *commands, positions = figure.subplots(2 + len(groups), 1, sharex=True)
-        _draw_forces(forces, result)
-        for axes, (label, names) in zip(commands, groups.items(), strict=True):
-            _draw_commands(axes, result, label, names)
-        _draw_positions(positions, result)
-        positions.set_xlabel("time [s]")
-        _mark_incomplete(figure, result)
-    return figure
-
-
-def world_figure(result: ExperimentRunData) -> Figure:
-    """How far each object went along x, y and z, and the size of each contact force.
-
-    Args:
-        result: A run with at least one row, with an object or a contact force.
-    """
-    objects, contacts = _objects(result), _contacts(result)
-    rows = [part for part in (objects, contacts) if part]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 0.6 + 2.5 * len(rows)), layout="constrained")
-        places = list(np.atleast_1d(figure.subplots(len(rows), 1, sharex=True)))
-        places[-1].set_xlabel("time [s]")
-        if objects:
-            _draw_displacements(places.pop(0), result, objects)
-        if contacts:
-            _draw_contacts(places.pop(0), result, contacts)
-        _mark_incomplete(figure, result)
-    return figure
+    panels = [_forces(result), *_commands(result), _positions(result)]
+    return figure_of_panels([p for p in panels if p.curves], title=title_of(result))
 
 
 def path_figure(result: ExperimentRunData) -> Figure:
@@ -94,12 +69,8 @@ def path_figure(result: ExperimentRunData) -> Figure:
             getattr(axes, f"set_{axis}label")(f"{name} [m]")
         axes.set_aspect("equal", adjustable="datalim")
         axes.legend(loc="upper left", frameon=False)
-        _mark_incomplete(figure, result)
+        figure.suptitle(title_of(result))
     return figure
-
-
-def _images(name: str, figure: Figure) -> dict[str, bytes]:
-    return {f"{name}.{form}": image(figure, form, mark=None) for form in ("png", "svg")}
 
 
 def _followed(result: ExperimentRunData) -> Followed:
@@ -130,95 +101,64 @@ def _point(result: ExperimentRunData) -> Followed | None:
     return None
 
 
-def _mark_incomplete(figure: Figure, result: ExperimentRunData) -> None:
-    if not result.complete:
-        figure.suptitle("incomplete run")
-
-
-def _draw_forces(axes: Axes, result: ExperimentRunData) -> None:
+def _forces(result: ExperimentRunData) -> Panel:
+    """The tensions of muscles, and the desired ones where a law makes them."""
     time, robot = result["time"], result.experiment.robot
     desired = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
     names = [name for name in desired if name in result.names]
-    if len(names) > 10:
-        axes.set_prop_cycle(color=mpl.colormaps["tab20"].colors)  # type: ignore[attr-defined]
-    for name in names:
-        (line,) = axes.plot(*downsample(time, result[name]), label=name, linewidth=1.2)
-        if desired[name] != name and desired[name] in result.names:
-            axes.plot(
-                *downsample(time, result[desired[name]]), ":", color=line.get_color(), linewidth=1.0
-            )
-    modelled = bool(modelled_muscles(robot))
-    if modelled:
-        axes.plot([], [], ":", color="black", label="desired")
-    axes.set_ylabel("tension [N]" if modelled else "force command [N]")
-    _legend(axes)
+    curves = [Curve(name, time, result[name]) for name in names]
+    curves += [
+        Curve(desired[name], time, result[desired[name]], reference=True, of=name)
+        for name in names
+        if desired[name] != name and desired[name] in result.names
+    ]
+    return Panel("tension [N]" if modelled_muscles(robot) else "force command [N]", curves)
 
 
-def _commands(result: ExperimentRunData) -> dict[str, list[str]]:
-    """The recorded commands of muscles with laws, by what they are."""
+def _commands(result: ExperimentRunData) -> list[Panel]:
+    """The recorded commands of muscles with laws, a panel a kind."""
     robot = result.experiment.robot
-    groups: dict[str, list[str]] = {}
+    groups: dict[str, list[Curve]] = {}
     for name, k in zip(command_signals(robot), driven_muscles(robot), strict=True):
         command = law_of(robot.muscles[k].model).command
         if command is not None and name in result.names:
             unit = f" [{command.unit}]" if command.unit != "1" else ""
-            groups.setdefault(f"{command.name.replace('_', ' ')}{unit}", []).append(name)
-    return groups
+            label = f"{command.name.replace('_', ' ')}{unit}"
+            groups.setdefault(label, []).append(Curve(name, result["time"], result[name]))
+    return [Panel(label, curves) for label, curves in groups.items()]
 
 
-def _draw_commands(axes: Axes, result: ExperimentRunData, label: str, names: list[str]) -> None:
-    for name in names:
-        axes.plot(*downsample(result["time"], result[name]), label=name, linewidth=1.2)
-    axes.set_ylabel(label)
-    _legend(axes)
-
-
-def _draw_positions(axes: Axes, result: ExperimentRunData) -> None:
+def _positions(result: ExperimentRunData) -> Panel:
+    """What is followed, against its reference."""
     time, followed = result["time"], _followed(result)
-    for name, desired in zip(followed.actual, followed.desired, strict=True):
-        (line,) = axes.plot(*downsample(time, result[name]), label=name, linewidth=1.2)
-        axes.plot(*downsample(time, result[desired]), ":", color="black", linewidth=1.4)
-        line.set_zorder(1)
-    axes.plot([], [], ":", color="black", label="reference")
+    curves = [Curve(name, time, result[name]) for name in followed.actual]
+    curves += [Curve(name, time, result[name], reference=True) for name in followed.desired]
     units = "/".join(dict.fromkeys(followed.units)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"
-    axes.set_ylabel(f"{what} position [{units}]")
-    _legend(axes)
+    return Panel(f"{what} position [{units}]", curves)
 
 
-def _legend(axes: Axes) -> None:
-    count = len(axes.get_lines())
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + count // 16, frameon=False)
-
-
-def _objects(result: ExperimentRunData) -> list[str]:
-    """Names of the objects that are recorded: `object.<name>`."""
-    return _groups(result, "object", "x")
-
-
-def _contacts(result: ExperimentRunData) -> list[str]:
-    """Names of the bodies whose contact forces are recorded: `contact.<name>`."""
-    return _groups(result, "contact", "fx")
+def _world_panels(result: ExperimentRunData) -> list[Panel]:
+    """Displacements of objects along x, y and z, and magnitudes of contact forces."""
+    time = result["time"]
+    displacements = [
+        Curve(name, time, result[name] - result[name][0])
+        for thing in _groups(result, "object", "x")
+        for name in (f"{thing}.{axis}" for axis in "xyz")
+    ]
+    forces = [
+        Curve(body, time, np.linalg.norm([result[f"{body}.f{axis}"] for axis in "xyz"], axis=0))
+        for body in _groups(result, "contact", "fx")
+    ]
+    panels = [
+        Panel("displacement of objects [m]", displacements),
+        Panel("contact force [N]", forces),
+    ]
+    return [panel for panel in panels if panel.curves]
 
 
 def _groups(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
+    """Names of recorded objects or bodies, without the axis."""
     ending = f".{axis}"
     named = [n for n in result.names if n.startswith(f"{prefix}.") and n.endswith(ending)]
     return [name.removesuffix(ending) for name in named]
-
-
-def _draw_displacements(axes: Axes, result: ExperimentRunData, objects: Sequence[str]) -> None:
-    for name in objects:
-        for axis in "xyz":
-            position = result[f"{name}.{axis}"]
-            axes.plot(result["time"], position - position[0], label=f"{name}.{axis}", linewidth=1.2)
-    axes.set_ylabel("displacement of objects [m]")
-    axes.legend(loc="upper left", fontsize=7, ncols=3)
-
-
-def _draw_contacts(axes: Axes, result: ExperimentRunData, contacts: Sequence[str]) -> None:
-    for name in contacts:
-        force = np.linalg.norm([result[f"{name}.f{axis}"] for axis in "xyz"], axis=0)
-        axes.plot(result["time"], force, label=name, linewidth=1.2)
-    axes.set_ylabel("size of contact force [N]")
-    axes.legend(loc="upper left", fontsize=7, ncols=3)
