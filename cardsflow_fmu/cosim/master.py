@@ -175,6 +175,5 @@ def columns_of(
         for k in kept:
             name = p.output_names[k]
             names.append(name if count[name] == 1 else f"{p.name}.{name}")
-            if name in p.units:
-                units[names[-1]] = p.units[name].name
+            units[names[-1]] = p.units[name].name if name in p.units else ""
     return tuple(names), units, columns

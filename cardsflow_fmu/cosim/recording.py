@@ -38,7 +38,7 @@ class Recording:
     Attributes:
         names: Name of every column; the first is `time`.
         rows: Shape (rows, len(names)).
-        units: Unit of every column that has one, by its name.
+        units: Unit of every column, by its name; empty for a number without one.
         ticks: Rows that are the first to show the outputs of a tick of the controller.
         solve_times: Computation time of each tick, in [s]; empty where the controller has no such
             output. Apart from the rows, which are equal whenever the same experiment is run.

@@ -20,7 +20,7 @@ class StepLoop(ABC):
 
     Attributes:
         names: Name of every column; the first is `time`.
-        units: Unit of every column that has one, by its name.
+        units: Unit of every column, by its name; empty for a number without one.
         count: Number of rows that a complete run gives.
     """
 

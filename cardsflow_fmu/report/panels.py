@@ -10,6 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.results.columns import chosen_columns
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
+from cardsflow_fmu.signals.followed import Followed, followed_by_name
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
@@ -123,39 +124,34 @@ def _starting(prefix: str, label: str) -> Callable[[RunData], list[Panel]]:
     return panels
 
 
-def _pairs(result: RunData) -> dict[str, list[tuple[str, str]]]:
-    """What is followed and its reference, by unit."""
-    pairs: dict[str, list[tuple[str, str]]] = {}
-    for name in result.names:
-        desired = f"{name[:1]}_d{name[1:]}"
-        if name.startswith(("q.", "y.")) and desired in result.names:
-            pairs.setdefault(result.units.get(name) or "-", []).append((name, desired))
-    return pairs
+def _followed(result: RunData) -> dict[str, list[Followed]]:
+    """The positions that are followed, by unit."""
+    by_unit: dict[str, list[Followed]] = {}
+    for signal in followed_by_name(result.names, result.units):
+        by_unit.setdefault(signal.unit or "-", []).append(signal)
+    return by_unit
+
+
+def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve]:
+    """Positions, and their references."""
+    time = result["time"]
+    return [
+        *_curves(result, [signal.actual for signal in followed]),
+        *(Curve(f.desired, time, result[f.desired], reference=True) for f in followed),
+    ]
 
 
 def _tracking(result: RunData) -> list[Panel]:
-    time = result["time"]
-    return [
-        Panel(
-            f"position [{unit}]",
-            _curves(result, [name for name, _ in pairs])
-            + [Curve(desired, time, result[desired], reference=True) for _, desired in pairs],
-        )
-        for unit, pairs in _pairs(result).items()
-    ]
+    by_unit = _followed(result)
+    return [Panel(f"position [{unit}]", tracking_curves(result, by_unit[unit])) for unit in by_unit]
 
 
 def _errors(result: RunData) -> list[Panel]:
     time, panels = result["time"], []
-    for unit, pairs in _pairs(result).items():
-        curves = []
-        for name, desired in pairs:
-            with np.errstate(invalid="ignore"):  # of a run that diverged
-                error = result[name] - result[desired]
-            if name.startswith("y.") and unit == "rad":  # angles of a task frame come round
-                error = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
-            curves.append(Curve(name, time, error))
-        panels.append(Panel(f"error [{unit}]", curves))
+    with np.errstate(invalid="ignore"):  # of a run that diverged
+        for unit, followed in _followed(result).items():
+            errors = [(f.actual, f.error(result[f.actual], result[f.desired])) for f in followed]
+            panels.append(Panel(f"error [{unit}]", [Curve(n, time, e) for n, e in errors]))
     return panels
 
 

@@ -10,18 +10,18 @@ from matplotlib.figure import Figure
 
 from addin_sdfusion.robot.model.tension_laws import law_of
 from cardsflow_fmu.results.run_data import ExperimentRunData
-from cardsflow_fmu.results.summary import present
+from cardsflow_fmu.signals.followed import Followed, followed_by_name
 from cardsflow_fmu.signals.muscles import (
     command_signals,
     driven_muscles,
     modelled_muscles,
     tension_signals,
 )
-from cardsflow_fmu.signals.ports import Followed, followed_signals, muscle_signals
+from cardsflow_fmu.signals.ports import identifier, muscle_signals
 
 from .downsample import every_few
 from .figures import STYLE, figure_of_panels, image, title_of
-from .panels import Curve, Panel
+from .panels import Curve, Panel, tracking_curves
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
 
@@ -29,8 +29,9 @@ TRACKING, PATH, WORLD = "tracking", "path", "world"
 def run_images(result: ExperimentRunData) -> dict[str, bytes]:
     """The figures of a run with at least one row as PNG and SVG files, by name."""
     figures = {TRACKING: tracking_figure(result)}
-    if _point(result) is not None:
-        figures[PATH] = path_figure(result)
+    point = _point(result)
+    if point:
+        figures[PATH] = _path_figure(result, point)
     world = _world_panels(result)
     if world:
         figures[WORLD] = figure_of_panels(world, title=title_of(result))
@@ -50,22 +51,17 @@ def tracking_figure(result: ExperimentRunData) -> Figure:
     return figure_of_panels([p for p in panels if p.curves], title=title_of(result))
 
 
-def path_figure(result: ExperimentRunData) -> Figure:
-    """The path of the first task point in space, against the dotted reference.
-
-    Args:
-        result: A run with at least one row, of a robot with a task point of x, y and z.
-    """
+def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
+    """The path of a task point in space, against the dotted reference."""
+    actual, desired = [f.actual for f in point], [f.desired for f in point]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.8, 5.2))
         # no layout engine knows how far the labels of a 3-D axis reach
         axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
-        followed = _point(result)
-        assert followed is not None
         rows = every_few(len(result.rows))
-        axes.plot(*result.columns(followed.actual)[rows].T, label="path", linewidth=1.2)
-        axes.plot(*result.columns(followed.desired)[rows].T, ":", color="black", label="reference")
-        for axis, name in zip("xyz", followed.actual, strict=True):
+        axes.plot(*result.columns(actual)[rows].T, label="path", linewidth=1.2)
+        axes.plot(*result.columns(desired)[rows].T, ":", color="black", label="reference")
+        for axis, name in zip("xyz", actual, strict=True):
             getattr(axes, f"set_{axis}label")(f"{name} [m]")
         axes.set_aspect("equal", adjustable="datalim")
         axes.legend(loc="upper left", frameon=False)
@@ -73,32 +69,15 @@ def path_figure(result: ExperimentRunData) -> Figure:
     return figure
 
 
-def _followed(result: ExperimentRunData) -> Followed:
-    """The positions that are followed, as far as the run recorded them."""
-    experiment = result.experiment
-    followed = followed_signals(experiment.robot, experiment.reference.space)
-    return present(followed, result.names)
-
-
-def _point(result: ExperimentRunData) -> Followed | None:
-    """The first task point that is followed with all its coordinates; None if there is none."""
-    if result.experiment.reference.space == "joint":
-        return None
-    followed, first = _followed(result), 0
-    if len(followed.actual) < sum(len(f.axes) for f in result.experiment.robot.task_frames):
-        return None
+def _point(result: ExperimentRunData) -> list[Followed]:
+    """The coordinates of the first task point that is followed with x, y and z; empty if none."""
+    followed = followed_by_name(result.names, result.units)
     for frame in result.experiment.robot.task_frames:
-        last = first + len(frame.axes)
-        if frame.axes == ("x", "y", "z"):
-            part = slice(first, last)
-            return Followed(
-                followed.actual[part],
-                followed.desired[part],
-                followed.units[part],
-                followed.turns[part],
-            )
-        first = last
-    return None
+        prefix = f"y.{identifier(frame.name)}."
+        point = [signal for signal in followed if signal.actual.startswith(prefix)]
+        if frame.axes == ("x", "y", "z") and len(point) == 3:
+            return point
+    return []
 
 
 def _forces(result: ExperimentRunData) -> Panel:
@@ -130,12 +109,10 @@ def _commands(result: ExperimentRunData) -> list[Panel]:
 
 def _positions(result: ExperimentRunData) -> Panel:
     """What is followed, against its reference."""
-    time, followed = result["time"], _followed(result)
-    curves = [Curve(name, time, result[name]) for name in followed.actual]
-    curves += [Curve(name, time, result[name], reference=True) for name in followed.desired]
-    units = "/".join(dict.fromkeys(followed.units)) or "-"
+    followed = followed_by_name(result.names, result.units)
+    units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"
-    return Panel(f"{what} position [{units}]", curves)
+    return Panel(f"{what} position [{units}]", tracking_curves(result, followed))
 
 
 def _world_panels(result: ExperimentRunData) -> list[Panel]:

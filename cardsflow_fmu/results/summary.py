@@ -14,8 +14,14 @@ from numpy.typing import NDArray
 
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.followed import (
+    Followed,
+    followed_by_name,
+    followed_signals,
+    tracking_unit,
+)
 from cardsflow_fmu.signals.muscles import tension_signals
-from cardsflow_fmu.signals.ports import Followed, followed_signals, slack_signals
+from cardsflow_fmu.signals.ports import slack_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
@@ -91,7 +97,9 @@ def summarize_system(
         step: Communication step, in [s].
         engine: What computes plant and controller.
     """
-    columns = recording.columns
+    columns, followed = recording.columns, followed_by_name(recording.names, recording.units)
+    if len({signal.actual[0] for signal in followed}) > 1:
+        followed = []
     pulled = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
     forces: dict[str, tuple[float | None, float | None]] = {
         name: (None, None)
@@ -105,50 +113,10 @@ def summarize_system(
         "step": step,
         "engine": dict(engine),
         "master": MASTERS["fmu"],
-        **_signals(recording, columns, _followed_by_name(recording), forces, {}),
+        **_signals(recording, columns, followed, forces, {}),
         **_speed(recording, speed),
         "versions": versions(),
     }
-
-
-def tracking_errors(followed: Followed, columns: Columns) -> FloatArray:
-    """The errors q - q_d or y - y_d, shape (rows, signals).
-
-    Args:
-        followed: What is followed; every signal is a column.
-        columns: Columns by name.
-    """
-    pairs = zip(followed.actual, followed.desired, strict=True)
-    errors = np.stack([columns[a] - columns[b] for a, b in pairs], axis=1)
-    turns = np.array(followed.turns)
-    errors[:, turns] = np.remainder(errors[:, turns] + np.pi, 2.0 * np.pi) - np.pi
-    return errors
-
-
-def present(followed: Followed, names: Sequence[str]) -> Followed:
-    """The followed signals that are recorded with their reference."""
-    kept = [
-        row
-        for row in zip(
-            followed.actual, followed.desired, followed.units, followed.turns, strict=True
-        )
-        if row[0] in names and row[1] in names
-    ]
-    return Followed(*(list(column) for column in zip(*kept, strict=True))) if kept else _NOTHING
-
-
-_NOTHING = Followed([], [], [], [])
-
-
-def _followed_by_name(recording: Recording) -> Followed:
-    """Positions that have a desired position beside them: `q.elbow` and `q_d.elbow`."""
-    names = [n for n in recording.names if n.startswith(("q.", "y."))]
-    kept = [(n, f"{n[0]}_d{n[1:]}") for n in names if f"{n[0]}_d{n[1:]}" in recording.names]
-    if len({name[0] for name, _ in kept}) != 1:
-        return _NOTHING
-    units = [recording.units.get(name, "") for name, _ in kept]
-    turns = [name.startswith("y.") and recording.units.get(name) == "rad" for name, _ in kept]
-    return Followed([a for a, _ in kept], [d for _, d in kept], units, turns)
 
 
 def _course(recording: Recording, columns: Columns) -> dict[str, Any]:
@@ -163,15 +131,16 @@ def _course(recording: Recording, columns: Columns) -> dict[str, Any]:
 def _signals(
     recording: Recording,
     columns: Columns,
-    followed: Followed,
+    followed: Sequence[Followed],
     bounds: Mapping[str, tuple[float | None, float | None]],
     slack: Mapping[str, str],
 ) -> dict[str, Any]:
     ticks = [k for k in recording.ticks if k < len(recording.rows)]
+    recorded = [signal for signal in followed if {signal.actual, signal.desired} <= set(columns)]
     known = "infeasible" in columns
     infeasible = columns["infeasible"][ticks] != 0 if known else np.zeros(len(ticks), bool)
     return {
-        "tracking": _tracking(present(followed, recording.names), columns),
+        "tracking": _tracking(recorded, columns),
         "forces": _forces({n: b for n, b in bounds.items() if n in columns}, columns),
         "infeasible_ticks": int(np.count_nonzero(infeasible)) if known else None,
         "ticks": len(recording.ticks),
@@ -180,23 +149,22 @@ def _signals(
     }
 
 
-def _tracking(followed: Followed, columns: Columns) -> dict[str, Any]:
+def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
     """Root mean square over time of the errors' 2-norm, and the largest of all."""
-    if not followed.actual or not len(columns["time"]):
+    if not followed or not len(columns["time"]):
         return {"rms": None, "max": None, "unit": None, "per_signal": {}}
-    errors = tracking_errors(followed, columns)
-    units = set(followed.units)
+    errors = [signal.error(columns[signal.actual], columns[signal.desired]) for signal in followed]
     return {
-        "rms": _rms(np.linalg.norm(errors, axis=1)),
+        "rms": _rms(np.linalg.norm(np.stack(errors, axis=1), axis=1)),
         "max": float(np.abs(errors).max()),
-        "unit": units.pop() if len(units) == 1 else "rad and m",
+        "unit": tracking_unit(followed),
         "per_signal": {
-            name: {
-                "rms": _rms(errors[:, k]),
-                "max": float(np.abs(errors[:, k]).max()),
-                "unit": unit,
+            signal.actual: {
+                "rms": _rms(error),
+                "max": float(np.abs(error).max()),
+                "unit": signal.unit,
             }
-            for k, (name, unit) in enumerate(zip(followed.actual, followed.units, strict=True))
+            for signal, error in zip(followed, errors, strict=True)
         },
     }
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import Coordinate, Robot
@@ -33,12 +32,10 @@ __all__ = [
     "SOLVE_TIME",
     "WORKER_TIMEOUT",
     "Causality",
-    "Followed",
     "Port",
     "Variability",
     "controller_ports",
     "coordinate_signals",
-    "followed_signals",
     "force_unit",
     "identifier",
     "load_signals",
@@ -88,33 +85,6 @@ def task_units(robot: Robot) -> list[str]:
 def task_names(robot: Robot) -> tuple[str, ...]:
     """`<frame>.<axis>` for every task coordinate, in the order of y."""
     return tuple(f"{frame.name}.{axis}" for frame in robot.task_frames for axis in frame.axes)
-
-
-@dataclass(frozen=True, slots=True)
-class Followed:
-    """Signals that are to follow others.
-
-    Attributes:
-        actual, desired: Names of the signals.
-        units: Their units.
-        turns: Which of them are angles that come round.
-    """
-
-    actual: list[str]
-    desired: list[str]
-    units: list[str]
-    turns: list[bool]
-
-
-def followed_signals(robot: Robot, space: Space) -> Followed:
-    """The positions that a reference of joints, or of task coordinates, is for."""
-    if space == "joint":
-        units: list[str] = [c.unit for c in robot.coordinates]
-        actual, desired = (coordinate_signals(prefix, robot) for prefix in ("q", "q_d"))
-        return Followed(actual, desired, units, [False] * len(units))
-    actual, desired = (task_signals(prefix, robot) for prefix in ("y", "y_d"))
-    units = task_units(robot)
-    return Followed(actual, desired, units, [unit == "rad" for unit in units])
 
 
 def load_signals(robot: Robot) -> list[str]:

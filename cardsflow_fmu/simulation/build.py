@@ -12,6 +12,11 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
+from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.experiment_model import ExperimentModel
+from cardsflow_fmu.models.hardware import HardwareModel
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.native.model_file import NATIVE_MODELS, native_model
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
@@ -19,9 +24,19 @@ from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
 
-from .models import MODELS
-
 SYSTEM_FILE = "system.ssp"
+
+MODELS: dict[str, type[ExperimentModel]] = {
+    "plant": PlantModel,
+    "controller": ControllerModel,
+    "reference": ReferenceModel,
+    HARDWARE: HardwareModel,
+}
+
+
+def model_name(role: str, experiment: Experiment) -> str:
+    """Name of the model in a role: the hardware's in that of the plant, where it is used."""
+    return HARDWARE if role == "plant" and experiment.hardware.use else role
 
 
 def build(

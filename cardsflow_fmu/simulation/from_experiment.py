@@ -27,8 +27,7 @@ from cardsflow_fmu.results.summary import summarize
 from cardsflow_fmu.signals.ports import outer_signals
 from cardsflow_fmu.signals.roles import HARDWARE, ROLES
 
-from .build import build_fmus
-from .models import MODELS, model_name
+from .build import MODELS, build_fmus, model_name
 from .open_system import OpenSystem
 from .result import Result
 

@@ -187,7 +187,7 @@ def _run(
         result = system.result(
             recording.names,
             recording.rows,
-            _units(recording),
+            recording.units,
             system.summarize(recording, speed) | pace.report(recording),
             solve_times=recording.times_of_ticks(),
         )
@@ -213,16 +213,12 @@ def _record(
         if journal is not None:
             nothing = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
             summary = system.summarize(nothing, Speed(0.0, time.perf_counter() - started))
-            journal.begin(loop.names, _units(nothing), loop.count, summary)
+            journal.begin(loop.names, loop.units, loop.count, summary)
         with pace:
             begin = time.perf_counter()
             recording = pace.judged(loop.run(progress, pace.pacer, watch, journal))
             speed = Speed(time.perf_counter() - begin, begin - started)
     return recording, speed
-
-
-def _units(recording: Recording) -> dict[str, str]:
-    return {name: recording.units.get(name, "") for name in recording.names}
 
 
 def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> None:

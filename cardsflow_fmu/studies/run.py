@@ -278,7 +278,6 @@ def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | Non
 
 def _tracking_unit(experiment: Experiment) -> str:
     """The unit of the tracking error."""
-    from cardsflow_fmu.signals.ports import followed_signals
+    from cardsflow_fmu.signals.followed import followed_signals, tracking_unit
 
-    units = set(followed_signals(experiment.robot, experiment.reference.space).units)
-    return units.pop() if len(units) == 1 else "rad and m"
+    return tracking_unit(followed_signals(experiment.robot, experiment.reference.space))

@@ -13,9 +13,8 @@ from pathlib import Path
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.signals.roles import ROLES
-from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.build import MODELS, build, model_name
 from cardsflow_fmu.simulation.from_experiment import PreparedFmu
-from cardsflow_fmu.simulation.models import MODELS, model_name
 
 UNPACKED = "unpacked_"
 """Prefix of the folders that FMUs are unpacked into."""

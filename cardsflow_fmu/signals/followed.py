@@ -1,0 +1,62 @@
+"""Signals that follow references: positions of joints or of task coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.trajectory import Space
+from cardsflow_fmu.utils.arrays import FloatArray
+
+from .ports import coordinate_signals, task_signals, task_units
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """A signal that is to follow another.
+
+    Attributes:
+        actual, desired: Names of the signals.
+        unit: Of both; empty where it is not known.
+        turns: Whether they are angles that come round.
+    """
+
+    actual: str
+    desired: str
+    unit: str
+    turns: bool
+
+    def error(self, actual: FloatArray, desired: FloatArray) -> FloatArray:
+        """The errors q - q_d or y - y_d of columns of both, shape (rows,)."""
+        error = actual - desired
+        return np.remainder(error + np.pi, 2.0 * np.pi) - np.pi if self.turns else error
+
+
+def followed_signals(robot: Robot, space: Space) -> list[Followed]:
+    """The positions that a reference of joints, or of task coordinates, is for."""
+    if space == "joint":
+        names, prefixes = coordinate_signals, ("q", "q_d")
+        units: list[str] = [c.unit for c in robot.coordinates]
+    else:
+        names, prefixes, units = task_signals, ("y", "y_d"), task_units(robot)
+    rows = zip(*(names(prefix, robot) for prefix in prefixes), units, strict=True)
+    return [Followed(a, d, unit, space != "joint" and unit == "rad") for a, d, unit in rows]
+
+
+def followed_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[Followed]:
+    """Positions that have a desired position beside them: `q.elbow` and `q_d.elbow`."""
+    known = set(names)
+    return [
+        Followed(name, desired, units.get(name, ""), name[0] == "y" and units.get(name) == "rad")
+        for name in names
+        if name.startswith(("q.", "y.")) and (desired := f"{name[0]}_d{name[1:]}") in known
+    ]
+
+
+def tracking_unit(followed: Iterable[Followed]) -> str:
+    """The unit of the norm of all errors; `rad and m` where they differ."""
+    units = {signal.unit for signal in followed}
+    return units.pop() if len(units) == 1 else "rad and m"
