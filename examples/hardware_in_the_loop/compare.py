@@ -4,7 +4,7 @@
     python examples/hardware_in_the_loop/compare.py roboy_left_arm -o compared
 
 The hardware is the device emulator, in a process of its own, in real time. With --hardware URI it
-is whatever answers there: another machine, the reference device, a robot.
+is the device at that address: another machine, the reference device, a robot.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ RATES: dict[str, dict[str, float]] = {
     "planar_2r": {"controller.period": 0.001, "run.step": 0.001},
     "roboy_left_arm": {"controller.period": 0.002, "run.step": 0.002},
 }
-"""What is changed of the examples: 1 kHz, and 500 Hz."""
+"""Rates of the examples: 1 kHz, and 500 Hz."""
 
 
 @contextlib.contextmanager
@@ -55,7 +55,7 @@ def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
 
 
 DELAYED = {"controller.delay": 1, "controller.predict": False}
-"""What the way to hardware and back does to a loop: a step of delay that nobody makes up for."""
+"""The delay of an exchange with hardware: a step that is not predicted."""
 
 
 def runs(example: str, output: Path, seconds: float | None, uri: str | None) -> dict[str, Result]:
@@ -75,7 +75,7 @@ def runs(example: str, output: Path, seconds: float | None, uri: str | None) -> 
 
 
 def tracking_error(result: Result) -> np.ndarray:
-    """2-norm of what is tracked less its reference, at every row."""
+    """2-norm of the tracking error, at every row."""
     signals = list(result.summary["tracking"]["per_signal"])
     errors = [result[name] - result[name.replace(".", "_d.", 1)] for name in signals]
     return np.linalg.norm(errors, axis=0)

@@ -1,4 +1,4 @@
-"""Writes what controller.c needs of an experiment: robot.h, and the reference of every tick.
+"""Writes the input of controller.c for an experiment: robot.h, and the reference of every tick.
 
     python make_controller.py ../planar_2r build [--single] [--set KEY=VALUE ...]
 
@@ -29,7 +29,7 @@ from sim_dart.core.tasks import task_rows
 
 
 def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
-    """What the law in C is told, by the names of control_loop.h and computed_torque.h."""
+    """Settings of the law in C, by the names of control_loop.h and computed_torque.h."""
     robot, settings = experiment.robot, experiment.controller
     n, tasks = len(robot.coordinates), settings.tasks
     arrays: dict[str, ArrayLike] = {
@@ -118,11 +118,11 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
 
     Args:
         experiment: The experiment; it ticks once a communication step.
-        folder: Where to; made if need be.
+        folder: The folder; made if it does not exist.
         single: For a law that is compiled for single precision.
 
     Raises:
-        InputError: It is nothing for controller.c.
+        InputError: controller.c cannot run it.
     """
     frames = experiment.robot.task_frames if experiment.controller.tasks else ()
     if experiment.controller.period != experiment.run.step:
