@@ -96,12 +96,12 @@ def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> It
     """A component in several places has each of its points in all of them."""
     rows = [row for each in (table.points, table.tasks, table.markers, table.wraps) for row in each]
     link_said = {row.entity: row.link for row in rows if row.entity}
-    places: dict[str, list[PointSnapshot | SurfaceSnapshot]] = {}
+    by_entity: dict[str, list[PointSnapshot | SurfaceSnapshot]] = {}
     everything: list[PointSnapshot | SurfaceSnapshot] = [*snapshot.points, *snapshot.surfaces]
-    for place in everything:
-        if place.entity in link_said:
-            places.setdefault(place.entity, []).append(place)
-    for entity, group in sorted(places.items()):
+    for item in everything:
+        if item.entity in link_said:
+            by_entity.setdefault(item.entity, []).append(item)
+    for entity, group in sorted(by_entity.items()):
         fitting = [p for p in group if links.of_occurrence.get(p.occurrence) == link_said[entity]]
         if len(group) == 1 or len(fitting) == 1 or _said_occurrence(group[0]) in _paths(group):
             continue
@@ -110,27 +110,27 @@ def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> It
             f"its component is in several places, {where}, and nothing says which is meant on link "
             f"{link_said[entity]!r}; pick the point again in Define muscles"
         )
-        yield error(_place_subject(group[0]), "ambiguous-point", problem)
+        yield error(_subject(group[0]), "ambiguous-point", problem)
 
 
 def _paths(group: Sequence[PointSnapshot | SurfaceSnapshot]) -> list[str]:
-    return sorted(place.occurrence for place in group)
+    return sorted(item.occurrence for item in group)
 
 
-def _said_occurrence(place: PointSnapshot | SurfaceSnapshot) -> str | None:
+def _said_occurrence(item: PointSnapshot | SurfaceSnapshot) -> str | None:
     """The occurrence that its attribute names; None if it names none."""
     try:
-        if isinstance(place, SurfaceSnapshot):
-            return read_wrap(place.attributes.get(WRAP, "")).occurrence or None
-        return read_point(place.attributes.get(POINT, "")).occurrence or None
+        if isinstance(item, SurfaceSnapshot):
+            return read_wrap(item.attributes.get(WRAP, "")).occurrence or None
+        return read_point(item.attributes.get(POINT, "")).occurrence or None
     except InputError:
         return None
 
 
-def _place_subject(place: PointSnapshot | SurfaceSnapshot) -> Subject:
-    if isinstance(place, PointSnapshot):
-        return Subject("point", place.name)
-    return Subject("wrap_surface", read_wrap(place.attributes[WRAP]).name)
+def _subject(item: PointSnapshot | SurfaceSnapshot) -> Subject:
+    if isinstance(item, PointSnapshot):
+        return Subject("point", item.name)
+    return Subject("wrap_surface", read_wrap(item.attributes[WRAP]).name)
 
 
 def name_findings(robot: Robot) -> Iterator[Finding]:

@@ -31,14 +31,14 @@ __all__ = [
 ]
 
 
-class _InPlace(Protocol):
+class _Located(Protocol):
     @property
     def entity(self) -> str: ...
     @property
     def occurrence(self) -> str: ...
 
 
-Place = TypeVar("Place", bound=_InPlace)
+Located = TypeVar("Located", bound=_Located)
 Row = TypeVar("Row", TaskRow, MarkerRow, WrapRow)
 NamedPoint = TypeVar("NamedPoint", TaskRow, MarkerRow)
 
@@ -61,7 +61,7 @@ def read_table(
     tasks: list[TaskRow] = []
     markers: list[MarkerRow] = []
     read = [(place, _point(place, findings)) for place in _once(snapshot.points, findings)]
-    for place, said in _in_place([(p, s) for p, s in read if s], link_of or {}):
+    for place, said in _one_each([(p, s) for p, s in read if s], link_of or {}):
         if said.role == "via":
             points.append(_via_point(place, said))
         elif said.role == "task":
@@ -127,16 +127,16 @@ def _point(point: PointSnapshot, findings: list[Finding]) -> PointAttribute | No
     return PointAttribute(name.role, name.link, name=name.link + suffix)
 
 
-def _in_place(
+def _one_each(
     read: Sequence[tuple[PointSnapshot, PointAttribute]], link_of: Mapping[str, str]
 ) -> list[tuple[PointSnapshot, PointAttribute]]:
     """Each point once: where it is meant, if its component is in several places."""
-    places: dict[str, list[PointSnapshot]] = {}
+    groups: dict[str, list[PointSnapshot]] = {}
     for i, (point, _) in enumerate(read):
-        places.setdefault(point.entity or f"#{i}", []).append(point)
+        groups.setdefault(point.entity or f"#{i}", []).append(point)
     said = {id(point): attribute for point, attribute in read}
     chosen = []
-    for group in places.values():
+    for group in groups.values():
         first = said[id(group[0])]
         point = _meant(group, first.occurrence, first.link, link_of)
         chosen.append((point, said[id(point)]))
@@ -144,18 +144,18 @@ def _in_place(
 
 
 def _meant(
-    places: Sequence[Place], occurrence: str, link: str, link_of: Mapping[str, str]
-) -> Place:
+    candidates: Sequence[Located], occurrence: str, link: str, link_of: Mapping[str, str]
+) -> Located:
     """The place that is meant: as stored, else of the same link, else the first."""
-    tests: tuple[Callable[[Place], bool], ...] = (
+    tests: tuple[Callable[[Located], bool], ...] = (
         lambda p: bool(occurrence) and p.occurrence == occurrence,
         lambda p: link_of.get(p.occurrence) == link,
     )
     for test in tests:
-        for place in places:
-            if test(place):
-                return place
-    return min(places, key=lambda p: natural_key(p.occurrence))
+        for candidate in candidates:
+            if test(candidate):
+                return candidate
+    return min(candidates, key=lambda p: natural_key(p.occurrence))
 
 
 def _via_point(point: PointSnapshot, said: PointAttribute) -> ViaPointRow:
@@ -200,12 +200,12 @@ def _rows(
 def _wraps(
     snapshot: DesignSnapshot, link_of: Mapping[str, str], findings: list[Finding]
 ) -> list[WrapRow]:
-    places: dict[str, list[SurfaceSnapshot]] = {}
+    groups: dict[str, list[SurfaceSnapshot]] = {}
     for i, surface in enumerate(snapshot.surfaces):
         if WRAP in surface.attributes:
-            places.setdefault(surface.entity or f"#{i}", []).append(surface)
+            groups.setdefault(surface.entity or f"#{i}", []).append(surface)
     rows = []
-    for group in places.values():
+    for group in groups.values():
         try:
             said = read_wrap(group[0].attributes[WRAP])
         except InputError as error:

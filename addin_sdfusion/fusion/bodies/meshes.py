@@ -75,10 +75,10 @@ class Mesher:
     def _placed(
         self, nodes: array[float], proxy: Any, occurrence: Occurrence, subject: Subject
     ) -> array[float]:
-        moved = _moved(nodes, occurrence.T)
+        placed = _transformed(nodes, occurrence.T)
         box = optional(lambda: bounding_box(proxy))
-        if box is None or _fits(moved, box):
-            return moved
+        if box is None or _fits(placed, box):
+            return placed
         if _fits(nodes, box):
             return nodes
         self._notes.warn(
@@ -87,7 +87,7 @@ class Mesher:
             f"body {subject.name!r}: its mesh is not where the body is. Look at the exported mesh, "
             "and please report this with the design's snapshot",
         )
-        return moved
+        return placed
 
 
 def bounding_box(body: Any) -> tuple[Vector3, Vector3]:
@@ -139,19 +139,19 @@ def _volume(mesh: _Triangles) -> float:
     return total / 6.0
 
 
-def _moved(nodes: array[float], T: Transform) -> array[float]:
-    """Nodes moved by a pose."""
+def _transformed(nodes: array[float], T: Transform) -> array[float]:
+    """Nodes transformed by a pose."""
     if T == IDENTITY:
         return nodes
     (a, b, c), (d, e, f), (g, h, i) = T.R
     u, v, w = T.p
-    moved = array("d", nodes)
+    placed = array("d", nodes)
     for k in range(0, len(nodes), 3):
         x, y, z = nodes[k], nodes[k + 1], nodes[k + 2]
-        moved[k] = a * x + b * y + c * z + u
-        moved[k + 1] = d * x + e * y + f * z + v
-        moved[k + 2] = g * x + h * y + i * z + w
-    return moved
+        placed[k] = a * x + b * y + c * z + u
+        placed[k + 1] = d * x + e * y + f * z + v
+        placed[k + 2] = g * x + h * y + i * z + w
+    return placed
 
 
 def _fits(nodes: Sequence[float], box: tuple[Vector3, Vector3]) -> bool:

@@ -94,13 +94,13 @@ def ball_axes(
         frames: Of the joint.
     """
     pitch, yaw, roll = motions
-    undone = transpose(_turn(pitch))
+    inverse_pitch = transpose(_turn(pitch))
     # Yaw turns about where its axis is now, so it is undone before the pitch is.
-    roll_axis = rotate(undone, rotate(transpose(_turn(yaw)), roll.axis))
+    roll_axis = rotate(inverse_pitch, rotate(transpose(_turn(yaw)), roll.axis))
     read = pitch, yaw, roll
     carried = (
         pitch,
-        replace(yaw, axis=rotate(undone, yaw.axis)),
+        replace(yaw, axis=rotate(inverse_pitch, yaw.axis)),
         replace(roll, axis=roll_axis),
     )
     if all(parallel(a.axis, b.axis) for a, b in zip(read, carried, strict=True)):

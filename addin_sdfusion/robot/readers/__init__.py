@@ -80,7 +80,7 @@ def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
     placed = []
     for finding in findings:
         if finding.subject not in unread or finding.code.startswith("duplicate"):
-            where, line = notes.places.get(finding.subject, (file, None))
+            where, line = notes.locations.get(finding.subject, (file, None))
             placed.append(replace(finding, file=where, line=line))
     return placed
 

@@ -34,12 +34,12 @@ class Notes:
 
     Attributes:
         findings: What is wrong with the files.
-        places: File and line of each object.
+        locations: File and line of each object.
         files: The files that were read.
     """
 
     findings: list[Finding] = field(default_factory=list)
-    places: dict[Subject, tuple[Path, int | None]] = field(default_factory=dict)
+    locations: dict[Subject, tuple[Path, int | None]] = field(default_factory=dict)
     files: list[Path] = field(default_factory=list)
 
 
@@ -79,7 +79,7 @@ class Node:
 
     def about(self, subject: Subject) -> Node:
         """The same element as the description of an object, whose place is noted."""
-        self.notes.places[subject] = (self.file, self.line)
+        self.notes.locations[subject] = (self.file, self.line)
         return replace(self, subject=subject)
 
     def error(self, code: str, problem: str) -> None:

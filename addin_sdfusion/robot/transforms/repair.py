@@ -70,7 +70,7 @@ def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:
     arms = tuple(pose.position for pose in poses)
     far = [(link, r) for link, r in zip(links, arms, strict=True) if _is_far(link.inertia, r)]
     explained = {
-        swapped: [link.name for link, r in far if _is_body(undone(link.inertia, r, swapped))]
+        swapped: [link.name for link, r in far if _is_body(about_com(link.inertia, r, swapped))]
         for swapped in (False, True)
     }
     swapped = len(explained[True]) > len(explained[False])
@@ -91,7 +91,7 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
     """
     links, findings = [], []
     for link, r in zip(robot.links, diagnosis.arms, strict=True):
-        subject, inertia = Subject("link", link.name), undone(link.inertia, r, diagnosis.swapped)
+        subject, inertia = Subject("link", link.name), about_com(link.inertia, r, diagnosis.swapped)
         if not _is_body(inertia):
             problem = (
                 "its inertia is not repaired: about the centre of mass no body would have it; "
@@ -111,7 +111,7 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
     return replace(robot, links=tuple(links)), findings
 
 
-def undone(inertia: Inertia, r: Vector3, swapped: bool) -> Inertia:
+def about_com(inertia: Inertia, r: Vector3, swapped: bool) -> Inertia:
     """The inertia about the centre of mass, from one about the origin of the design.
 
     Args:

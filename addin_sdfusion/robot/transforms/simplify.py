@@ -51,7 +51,7 @@ def merge_fixed_joints(robot: Robot) -> Robot:
     for link in robot.links:
         home, T_home_link = homes[link.name]
         if home != WORLD:
-            parts[home].append(_moved(link, T_home_link))
+            parts[home].append(_in_frame(link, T_home_link))
     links = tuple(_union(link, parts[link.name]) for link in robot.links if parts[link.name])
     joints = tuple(_rehung(j, homes) for j in robot.joints if homes[j.child][0] == j.child)
     return _rehomed(replace(robot, links=links, joints=joints), homes)
@@ -82,7 +82,7 @@ def align_frames(robot: Robot) -> Robot:
     for link in robot.links:
         T_new_link = homes[link.name][1]
         end = None if link.end is None else apply(T_new_link, link.end)
-        links.append(replace(_moved(link, T_new_link), end=end))
+        links.append(replace(_in_frame(link, T_new_link), end=end))
     return _rehomed(replace(robot, links=tuple(links), joints=tuple(joints)), homes)
 
 
@@ -104,7 +104,7 @@ def _rehung(joint: Joint, homes: Homes) -> Joint:
     return replace(joint, parent=home, T_parent_joint=compose(T_home_parent, joint.T_parent_joint))
 
 
-def _moved(link: Link, T_home_link: Pose) -> Link:
+def _in_frame(link: Link, T_home_link: Pose) -> Link:
     """A link as seen from another frame, but for its far end."""
     own = link.inertia
     matrix = own.matrix

@@ -68,12 +68,12 @@ def initial_poses(robot: Robot) -> dict[str, Pose]:
     for joint in robot.joints:
         T = compose(poses[joint.parent], joint.T_parent_joint)
         for motion in joint.motions:
-            T = compose(T, _moved(motion, joint.coordinates[motion.coordinate].initial))
+            T = compose(T, _motion_pose(motion, joint.coordinates[motion.coordinate].initial))
         poses[joint.child] = compose(T, inverse(joint.T_child_joint))
     return poses
 
 
-def _moved(motion: Motion, q: float) -> Pose:
+def _motion_pose(motion: Motion, q: float) -> Pose:
     axis = normalized(motion.axis)
     if motion.kind == "translation":
         return Pose((q * axis[0], q * axis[1], q * axis[2]))

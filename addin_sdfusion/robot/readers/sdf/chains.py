@@ -88,10 +88,12 @@ def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
     indices = {word.motion: index for index, word in enumerate(words)}
     motions = [motion for part in parts for motion in part.motions]
     driven = [part.coordinates[motion.coordinate] for part in parts for motion in part.motions]
-    places = node.notes.places
+    locations = node.notes.locations
     for word in words:
-        axis = places.get(Subject("coordinate", driven[word.motion].name), (node.file, node.line))
-        places[Subject("coordinate", word.name)] = axis
+        axis = locations.get(
+            Subject("coordinate", driven[word.motion].name), (node.file, node.line)
+        )
+        locations[Subject("coordinate", word.name)] = axis
     return Joint(
         node.subject.name,
         parts[0].parent,

@@ -113,6 +113,6 @@ def _diagnosed(robot: Robot, frames: Frames, model: Node, *, undo: bool) -> Robo
         robot, findings = repair_inertias(robot, diagnosis)
     notes = model.notes
     for finding in findings:
-        file, line = notes.places.get(finding.subject, (model.file, None))
+        file, line = notes.locations.get(finding.subject, (model.file, None))
         notes.findings.append(replace(finding, file=file, line=line))
     return robot

@@ -13,7 +13,7 @@ from addin_sdfusion.robot import Inertia, Link, Pose, Robot, RobotError, Subject
 from addin_sdfusion.robot.checks.masses import density_matrix, positive_semidefinite
 from addin_sdfusion.robot.model.rotations import point_inertia
 from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.transforms.repair import diagnose, repair, undone
+from addin_sdfusion.robot.transforms.repair import about_com, diagnose, repair
 
 PUBLISHED = {
     # robot: (links repaired, links left as they are, radii of gyration after repair)
@@ -86,7 +86,7 @@ def centred(inertia):
 
 @given(inertias(), vectors, st.booleans())
 def test_undoing_gives_back_what_was_there(inertia, r, swapped):
-    back = undone(about_origin(inertia, r, swapped), r, swapped)
+    back = about_com(about_origin(inertia, r, swapped), r, swapped)
     np.testing.assert_allclose(back.matrix, inertia.matrix, atol=1e-10)
 
 
