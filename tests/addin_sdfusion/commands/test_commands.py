@@ -136,7 +136,7 @@ def user(fusion: Any, addin: Any) -> User:
 
 def position(entity: Any) -> np.ndarray:
     """Where an entity's point is, in the root frame, in [cm]."""
-    from fake_fusion.points import position_of
+    from fake_fusion.model.points import position_of
 
     return position_of(entity)
 

@@ -13,10 +13,10 @@ import pytest
 import trimesh
 from fake_fusion import Builder, Fake, designs
 from fake_fusion.build import FREEDOMS
-from fake_fusion.data import transform
 from fake_fusion.designs import random_motion
-from fake_fusion.entity import wrap
 from fake_fusion.maths import rotation, translation, xyz
+from fake_fusion.model.data import transform
+from fake_fusion.model.entity import wrap
 
 VERY_HIGH = 3
 

@@ -358,7 +358,7 @@ def test_masses_and_meshes_when_asked_only(fusion: Any, monkeypatch: pytest.Monk
     def refuse(*_: Any) -> Any:
         raise AssertionError("nobody asked for it")
 
-    from fake_fusion import bodies, component
+    from fake_fusion.model import bodies, component
 
     for cls in (bodies.BRepBody, component.Occurrence):
         monkeypatch.setattr(cls, "getPhysicalProperties", refuse)

@@ -168,7 +168,7 @@ def test_calculation_that_fails_is_no_mass(fusion: Any, monkeypatch: pytest.Monk
 def test_mass_in_the_frame_of_its_component_is_an_error(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from fake_fusion.physical import physical_properties
+    from fake_fusion.model.physical import physical_properties
 
     def native(body: Any, accuracy: int) -> Any:
         return physical_properties(body._data.mass(), accuracy, np.eye(4))

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
-from fake_fusion.data import transform
 from fake_fusion.maths import inverse, matrix, rotation, translation
+from fake_fusion.model.data import transform
 from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.drawn import at, drawn_joints, random_design

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
-from fake_fusion.data import paths_below
 from fake_fusion.maths import rotation, translation
-from fake_fusion.shapes import EdgeShape, FaceShape
+from fake_fusion.model.data import paths_below
+from fake_fusion.model.shapes import EdgeShape, FaceShape
 from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.drawn import at

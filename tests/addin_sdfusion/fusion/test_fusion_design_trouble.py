@@ -9,8 +9,8 @@ import fake_fusion
 import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
-from fake_fusion.entity import occurrence
 from fake_fusion.maths import matrix, point, translation
+from fake_fusion.model.entity import occurrence
 from hypothesis import given
 from hypothesis import strategies as st
 

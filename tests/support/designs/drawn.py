@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from fake_fusion import Builder
 from fake_fusion.build import FREEDOMS
-from fake_fusion.data import Path, paths_below, transform
 from fake_fusion.designs import random_motion
+from fake_fusion.model.data import Path, paths_below, transform
 
 CM = 0.01
 

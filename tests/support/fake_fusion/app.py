@@ -8,13 +8,13 @@ from typing import Any
 
 from .base import Base, api, new, stored
 from .collections_ import Items, listing
-from .component import Product
-from .data import DesignData
-from .entity import wrap
-from .events import CustomEvent, DocumentEvent, Listeners, event
 from .maths import Point3D, point, xyz
+from .model.component import Product
+from .model.data import DesignData
+from .model.entity import wrap
 from .state import world
-from .ui import UserInterface
+from .ui.events import CustomEvent, DocumentEvent, Listeners, event
+from .ui.ui import UserInterface
 
 _UNITS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "ft": 30.48, "rad": 1.0, "deg": 0.0}
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .data import (
+from .maths import frame, inverse, rotation, translation
+from .model.data import (
     BodyData,
     ComponentData,
     DesignData,
@@ -32,10 +33,18 @@ from .data import (
     motion,
     transform,
 )
-from .entity import unique, wrap
-from .joint_motions import BALL, CYLINDRICAL, INFERRED, PIN_SLOT, PLANAR, REVOLUTE, RIGID, SLIDER
-from .maths import frame, inverse, rotation, translation
-from .shapes import STEEL, Box, Cylinder, Explicit, Shape, Sphere, Torus, at
+from .model.entity import unique, wrap
+from .model.joint_motions import (
+    BALL,
+    CYLINDRICAL,
+    INFERRED,
+    PIN_SLOT,
+    PLANAR,
+    REVOLUTE,
+    RIGID,
+    SLIDER,
+)
+from .model.shapes import STEEL, Box, Cylinder, Explicit, Shape, Sphere, Torus, at
 from .state import world
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

@@ -8,9 +8,9 @@ from typing import Any
 
 from .app import Application
 from .driver import Driver, start
-from .fingerprint import fingerprint
+from .model.fingerprint import fingerprint
 from .state import Options, World, roll_back, world
-from .ui_data import ui
+from .ui.ui_data import ui
 
 
 class Fake:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .base import Base, api, new
 from .maths import apply, frame, point, vector, xyz
-from .shapes import EdgeShape, FaceShape
+from .model.shapes import EdgeShape, FaceShape
 
 
 def curve_of(edge: EdgeShape, T: np.ndarray) -> Any:

@@ -19,8 +19,11 @@ from __future__ import annotations
 from typing import Any
 
 from .base import FakeMistake, new
-from .command import CommandData, DefinitionData
-from .events import (
+from .maths import point
+from .model.filters import passes
+from .state import roll_back, world
+from .ui.command import CommandData, DefinitionData
+from .ui.events import (
     CommandCreatedEventArgs,
     CommandEventArgs,
     InputChangedEventArgs,
@@ -31,18 +34,15 @@ from .events import (
     event,
     fire,
 )
-from .filters import passes
-from .input_lists import select_item
-from .input_selection import SelectionCommandInput
-from .inputs import (
+from .ui.input_lists import select_item
+from .ui.input_selection import SelectionCommandInput
+from .ui.inputs import (
     BoolValueCommandInput,
     InputData,
     TextBoxCommandInput,
     ValueCommandInput,
     every_input,
 )
-from .maths import point
-from .state import roll_back, world
 
 COMPLETED, CANCELLED, PREEMPTED = 1, 2, 4
 

@@ -8,23 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from . import (
-    app,
-    base_features,
-    bodies,
-    component,
-    curves,
-    entity,
-    enums,
-    graphics,
-    joints,
-    maths,
-    points,
-    rigid_groups,
-)
+from . import app, curves, enums, maths
 from .base import CLASSES, Base, api, check_thread
-from .events import CustomEvent, CustomEventArgs, event, fire
+from .model import base_features, bodies, component, entity, joints, points, rigid_groups
 from .state import replace_world, world
+from .ui import graphics
+from .ui.events import CustomEvent, CustomEventArgs, event, fire
 
 __all__ = [
     "app",

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..build import Builder
 from ..maths import rotation, translation
-from ..shapes import Box
+from ..model.shapes import Box
 from .arm import two_link_arm
 from .parts import chain, muscle, nested_place, random_motion
 

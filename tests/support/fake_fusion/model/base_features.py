@@ -13,13 +13,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from .base import Base, _guarded, api, new
-from .collections_ import Items, named
+from ..base import Base, _guarded, api, new
+from ..collections_ import Items, named
+from ..state import world
 from .component import Component
 from .data import Named, PointData
 from .entity import Deletable, WithName, refuse_reference, unique, wrap, wraps
 from .points import ConstructionPoint, ConstructionPointInput, ConstructionPoints, _place
-from .state import world
 
 
 @dataclass(eq=False)

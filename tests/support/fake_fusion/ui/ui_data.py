@@ -8,9 +8,9 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..state import world
 from .command import DefinitionData
 from .events import Listeners
-from .state import world
 
 _ID = re.compile(r"[A-Za-z0-9_]+")
 _NATIVE_PANELS = {

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
+from ..base import Base, api, new
+from ..collections_ import Items, named
+from ..curves import surface_of
+from ..maths import Point3D, apply, inverse, point, xyz
+from ..state import world
 from .bodies import BRepEdge, BRepFace, BRepVertex
-from .collections_ import Items, named
 from .component import Occurrence
-from .curves import surface_of
 from .data import ComponentData, PlaneData, PointData, transform
 from .entity import (
     Deletable,
@@ -26,10 +28,8 @@ from .entity import (
     wrap,
     wraps,
 )
-from .maths import Point3D, apply, inverse, point, xyz
 from .shapes import FaceShape
 from .sketches import SketchCircle, SketchPoint
-from .state import world
 
 
 @api("adsk.fusion")

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
-from .collections_ import Items, listing
+from ..base import Base, api, new
+from ..collections_ import Items, listing
+from ..maths import point
+from ..state import world
 from .dialogs import FileDialog, FolderDialog, ProgressDialog
 from .events import (
     ActiveSelectionEvent,
@@ -16,8 +18,6 @@ from .events import (
     UserInterfaceGeneralEvent,
     event,
 )
-from .maths import point
-from .state import world
 from .toolbars import CommandDefinitions, ToolbarPanels, Workspaces
 from .ui_data import PaletteData, check_id, ui
 

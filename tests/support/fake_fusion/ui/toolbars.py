@@ -7,8 +7,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .base import Base, api, new
-from .collections_ import Items, listing
+from ..base import Base, api, new
+from ..collections_ import Items, listing
 from .command import CommandDefinition, DefinitionData
 from .ui_data import ControlData, PanelData, check_id, ui
 

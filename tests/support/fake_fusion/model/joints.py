@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
-from .collections_ import Items, named
+from ..base import Base, api, new
+from ..collections_ import Items, named
+from ..maths import inverse, matrix, point, vector
+from ..state import world
 from .data import JointData, JointOriginData, transform
 from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, occurrence, wrap, wraps
 from .joint_motions import INFERRED, MOTIONS, RIGID
-from .maths import inverse, matrix, point, vector
-from .state import world
 
 
 @api("adsk.fusion")

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import api
-from .collections_ import Items, listing
+from ..base import api
+from ..collections_ import Items, listing
 from .input_lists import DropDownCommandInput
 from .input_selection import SelectionCommandInput
 from .input_table import TableCommandInput

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
-from .collections_ import Items, listing
+from ..base import Base, api, new
+from ..collections_ import Items, listing
 from .inputs import CommandInput, InputData, field
 
 

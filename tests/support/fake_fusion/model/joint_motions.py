@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
+from ..base import Base, api, new
+from ..maths import vector
+from ..state import world
 from .data import Freedom, motion
-from .maths import vector
-from .state import world
 
 RIGID, REVOLUTE, SLIDER, CYLINDRICAL, PIN_SLOT, PLANAR, BALL, INFERRED = range(8)
 

@@ -6,12 +6,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
+from ..base import Base, api, new
+from ..maths import point
+from ..model.filters import FILTERS, passes
+from ..state import world
 from .events import Selection
-from .filters import FILTERS, passes
 from .inputs import CommandInput, field
-from .maths import point
-from .state import world
 
 
 @api("adsk.core")

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
+from ..base import Base, api, new
 from .command_inputs import CommandInputs
 from .events import (
     CommandCreatedEvent,
@@ -199,7 +199,7 @@ class CommandDefinition(Base):
         return event(CommandCreatedEvent, "commandCreated", self, self._data.created)
 
     def execute(self) -> bool:
-        from .driver import start
+        from ..driver import start
 
         start(self._data)
         return True

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
+from ..base import Base, api, new
+from ..collections_ import Items, listing, named
+from ..maths import is_rigid, matrix
+from ..state import world
 from .bodies import BRepBodies, MeshBodies
-from .collections_ import Items, listing, named
 from .data import ComponentData, DesignData, OccurrenceData, Path, paths_below, transform
 from .entity import Entity, Seen, WithName, _same, occurrence, wrap, wraps
-from .maths import is_rigid, matrix
 from .physical import physical_properties
-from .state import world
 
 
 def material(name: str) -> Any:
@@ -100,7 +100,7 @@ class Component(WithName, BaseComponent):
 
     @property
     def customGraphicsGroups(self) -> Any:
-        from .graphics import CustomGraphicsGroups
+        from ..ui.graphics import CustomGraphicsGroups
 
         return new(CustomGraphicsGroups, component=self._data)
 
@@ -303,7 +303,7 @@ class Design(Product):
 
     @property
     def parentDocument(self) -> Any:
-        from .app import document_of
+        from ..app import document_of
 
         return document_of(self._data)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new
+from ..base import Base, api, new
 
 _LENGTHS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "deg": 0.017453292519943295, "rad": 1.0}
 

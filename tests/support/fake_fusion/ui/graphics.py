@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, new, stored
-from .collections_ import Items, listing
-from .curves import Color
-from .data import GraphicsData
-from .entity import wrap, wraps
-from .maths import Matrix3D
-from .state import world
+from ..base import Base, api, new, stored
+from ..collections_ import Items, listing
+from ..curves import Color
+from ..maths import Matrix3D
+from ..model.data import GraphicsData
+from ..model.entity import wrap, wraps
+from ..state import world
 
 
 @api("adsk.fusion")

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
-from .collections_ import Items, listing
+from ..base import Base, api, new
+from ..collections_ import Items, listing
+from ..maths import apply
+from ..state import world
 from .data import ComponentData, Path, transform
-from .maths import apply
-from .state import world
 
 _LARGEST_ATTRIBUTE = 2 * 1024 * 1024
 _numbers = count(1)

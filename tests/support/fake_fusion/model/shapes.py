@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .maths import apply, frame
+from ..maths import apply, frame
 
 STEEL = 7.85e-3
 """Density of steel, Fusion's default material, in [kg/cm³]."""

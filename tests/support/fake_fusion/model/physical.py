@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
-from .maths import point
+from ..base import Base, api, new
+from ..maths import point
+from ..state import world
 from .shapes import Mass
-from .state import world
 
 VERY_HIGH = 3
 _ERROR = {0: 1e-2, 1: 1e-3, 2: 1e-4, 3: 0.0}

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
-from .collections_ import Items, listing, named
-from .curves import curve_of
+from ..base import Base, api, new
+from ..collections_ import Items, listing, named
+from ..curves import curve_of
+from ..maths import matrix, point
+from ..state import world
 from .data import SketchCircleData, SketchData, SketchPointData
 from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
-from .maths import matrix, point
 from .shapes import EdgeShape
-from .state import world
 
 
 @api("adsk.fusion")

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from .maths import rotation, translation
+from ..maths import rotation, translation
+from ..state import world
 from .shapes import NOTHING, Mass, Shape, total
-from .state import world
 
 Path = tuple["OccurrenceData", ...]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import api, new
+from ..base import api, new
+from ..state import world
 from .data import GroupData
 from .entity import WithVisibility, occurrence, wraps
 from .joints import Sibling
-from .state import world
 
 
 @api("adsk.fusion")

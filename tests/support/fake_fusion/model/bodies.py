@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .base import Base, api, new
-from .collections_ import Items, listing, named
-from .curves import bounding_box, curve_of, surface_of
+from ..base import Base, api, new
+from ..collections_ import Items, listing, named
+from ..curves import bounding_box, curve_of, surface_of
+from ..maths import point
+from ..state import world
 from .data import BodyData, TopologyData
 from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
-from .maths import point
 from .physical import physical_properties
-from .state import world
 
 _SEGMENTS = {8: 12, 11: 24, 13: 48, 15: 96}
 """Number of sides of a circle, by TriangleMeshQualityOptions."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import api
+from ..base import api
 from .input_lists import ButtonRowCommandInput
 from .input_selection import SelectionCommandInput
 from .inputs import CommandInput, field

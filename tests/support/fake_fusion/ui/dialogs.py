@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Base, api, stored
-from .state import ProgressRecord, world
+from ..base import Base, api, stored
+from ..state import ProgressRecord, world
 
 
 @api("adsk.core")

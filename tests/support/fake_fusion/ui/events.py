@@ -8,8 +8,8 @@ from __future__ import annotations
 import weakref
 from typing import Any
 
-from .base import Base, api, new, stored
-from .state import world
+from ..base import Base, api, new, stored
+from ..state import world
 
 
 @api("adsk.core")

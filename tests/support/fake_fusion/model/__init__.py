@@ -1,0 +1,1 @@
+"""The model of a design: components, bodies, joints, points."""

@@ -1,0 +1,1 @@
+"""The user interface: commands, inputs, dialogs, toolbars, graphics."""
