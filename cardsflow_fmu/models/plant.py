@@ -46,7 +46,7 @@ class PlantModel(ExperimentModel):
         self._q, self._qd, self._lengths, self._tasks, self._tensions, self._states, *rest = (
             np.split(self.outputs, parts)
         )
-        self._books, self._surroundings = rest
+        self._energy, self._world = rest
         first = self.inputs.size
         self.states = first + np.concatenate(
             [np.arange(2 * n), parts[-3] + np.arange(s)], dtype=np.intp
@@ -140,9 +140,9 @@ class PlantModel(ExperimentModel):
         if self._modelled:
             self._tensions[:] = plant.tensions[self._modelled]
             self._states[:] = plant.muscle_states[self._state_order]
-        if self._books.size:
+        if self._energy.size:
             (linear, angular) = plant.momentum
-            self._books[:] = [*plant.energy, *linear, *angular]
-        if self._surroundings.size:
+            self._energy[:] = [*plant.energy, *linear, *angular]
+        if self._world.size:
             world = plant.world
-            self._surroundings[:] = [*world.contact_forces().flat, *world.object_poses().flat]
+            self._world[:] = [*world.contact_forces().flat, *world.object_poses().flat]
