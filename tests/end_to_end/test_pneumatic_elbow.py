@@ -73,7 +73,7 @@ def test_energy_is_the_muscles_work_less_what_the_joint_takes(followed: Result) 
     np.testing.assert_allclose(energy - energy[0], work, atol=0.01)
 
 
-def test_air_that_comes_too_slowly_is_told() -> None:
+def test_air_that_comes_too_slowly_is_reported() -> None:
     slow = {f"muscles.{name}.model.pressure_time_constant": 4.0 for name in MUSCLES}
     summary = simulate(Experiment.load(PNEUMATIC_ELBOW, slow), through="direct").summary
     assert summary["status"] == "complete"

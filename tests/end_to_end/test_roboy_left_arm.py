@@ -260,10 +260,10 @@ def test_a_disturbance_of_nothing_travels_in_the_fmus_too(known: bool) -> None:
 def test_the_controller_ticks_with_the_period_that_it_is_given() -> None:
     """Set as a parameter, or by steps of several: the clock of observer and integral follows."""
     settings = {"controller.observer": 30.0, "controller.ki": 100.0, "controller.delay": 1}
-    wanted = Experiment.load(ROBOY_LEFT_ARM, settings | {"controller.period": 0.01})
+    expected = Experiment.load(ROBOY_LEFT_ARM, settings | {"controller.period": 0.01})
     other = Experiment.load(ROBOY_LEFT_ARM, settings)
     rows = []
-    for experiment, period in ((wanted, None), (other, 0.01), (other, None)):
+    for experiment, period in ((expected, None), (other, 0.01), (other, None)):
         model = ControllerModel(experiment)
         names = [port.name for port in model.ports]
         if period is not None:

@@ -26,8 +26,8 @@ def robot(tmp_path: Path) -> Path:
 
 def findings(capsys: pytest.CaptureFixture[str], *words: object) -> list[dict[str, str]]:
     assert main(["check", *map(str, words), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    return [f for f in told if f["code"].startswith("muscle-meets")]
+    output = json.loads(capsys.readouterr().out)
+    return [f for f in output if f["code"].startswith("muscle-meets")]
 
 
 def table(folder: Path, text: str) -> Path:
@@ -101,9 +101,9 @@ def test_a_motion_that_is_none_is_one_line(
 ) -> None:
     motion, message = BAD[case]
     assert main(["check", str(robot), "--motion", motion]) == 2
-    told = capsys.readouterr()
-    assert message in told.err
-    assert told.err.count("\n") == 1
+    output = capsys.readouterr()
+    assert message in output.err
+    assert output.err.count("\n") == 1
 
 
 BAD_TABLES = {
@@ -121,9 +121,9 @@ def test_a_bad_table_is_one_line(
 ) -> None:
     text, message = BAD_TABLES[case]
     assert main(["check", str(robot), "--motion", str(table(tmp_path, text))]) == 2
-    told = capsys.readouterr()
-    assert message in told.err
-    assert told.err.count("\n") == 1
+    output = capsys.readouterr()
+    assert message in output.err
+    assert output.err.count("\n") == 1
 
 
 def test_other_bad_input(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -48,7 +48,7 @@ def test_the_planar_arm_needs_what_its_simulation_shows(experiment: Experiment) 
     assert all(row["torque_up"] > 0 for row in sizes["coordinates"])
 
 
-def test_weak_muscles_are_told(experiment: Experiment) -> None:
+def test_weak_muscles_are_reported(experiment: Experiment) -> None:
     weak = Experiment.load(PLANAR_2R, SLOW | {"muscles.cable_1.f_max": 15.0})
     sizes = size(weak)
     assert 0 < sizes["infeasible_points"] < sizes["points"]
@@ -85,7 +85,7 @@ def test_the_bottleneck_is_relieved_by_moving_it(experiment: Experiment) -> None
     assert gain == pytest.approx(2.0 * worst["gain"], rel=0.02)
 
 
-def test_what_no_strength_can_do_is_told(experiment: Experiment) -> None:
+def test_what_no_strength_can_do_is_reported(experiment: Experiment) -> None:
     """Two cables less: nothing pulls the arm back."""
     robot = planar_2r()
     weaker = robot.with_muscles(robot.muscles[:2])
@@ -127,7 +127,7 @@ def test_a_motion_in_operational_space_is_followed() -> None:
     assert max(row["peak"] for row in sizes["muscles"]) == pytest.approx(495, abs=20)
 
 
-def test_a_reference_out_of_reach_is_told_with_its_time() -> None:
+def test_a_reference_out_of_reach_is_reported_with_its_time() -> None:
     experiment = Experiment.load(LEFT_ARM)
     assert isinstance(experiment.reference.curve, FlowerSettings)
     far = experiment.reference.curve.replaced(radius=3.0)

@@ -144,7 +144,7 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-WANTED = {
+FILES = {
     "__init__.py",
     "addin_sdfusion.py",
     "addin_sdfusion.manifest",
@@ -157,11 +157,11 @@ def test_install_copies_the_add_in_and_replaces_its_own(tmp_path, source, capsys
     target = tmp_path / "AddIns/addin_sdfusion"
     assert main(["addin", "install", "--folder", str(tmp_path / "AddIns")]) == 0
     assert capsys.readouterr().out == f"{target}\n"
-    assert set(contents(target)) == WANTED
+    assert set(contents(target)) == FILES
     (target / "stale.py").write_text("")
     (source / "addin_sdfusion.py").write_text("new")
     assert addin.install(tmp_path / "AddIns") == target
-    assert set(contents(target)) == WANTED
+    assert set(contents(target)) == FILES
     assert (target / "addin_sdfusion.py").read_text() == "new"
     assert [path.name for path in (tmp_path / "AddIns").iterdir()] == ["addin_sdfusion"]
 
@@ -184,7 +184,7 @@ def test_a_link_to_a_checkout_is_not_replaced(tmp_path, source):
     (tmp_path / "AddIns/addin_sdfusion").symlink_to(source)
     with pytest.raises(InputError, match="is a link"):
         addin.install(tmp_path / "AddIns")
-    assert set(contents(source)) >= WANTED
+    assert set(contents(source)) >= FILES
 
 
 def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monkeypatch):
@@ -192,7 +192,7 @@ def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monk
     before = contents(tmp_path / "AddIns")
     (source / "addin_sdfusion.py").write_text("new")
     plain, copy = Path.rename, addin.shutil.copyfile
-    for number in range(len(WANTED) + 2):
+    for number in range(len(FILES) + 2):
         calls = []
 
         def count(number=number, calls=calls):
@@ -244,7 +244,7 @@ def test_the_archive_is_the_same_every_time(tmp_path, source):
     assert main(["addin", "zip", "-o", str(tmp_path / "second.zip")]) == 0
     assert (tmp_path / "second.zip").read_bytes() == first
     with zipfile.ZipFile(tmp_path / "second.zip") as archive:
-        assert archive.namelist() == [f"addin_sdfusion/{path}" for path in sorted(WANTED)]
+        assert archive.namelist() == [f"addin_sdfusion/{path}" for path in sorted(FILES)]
         assert archive.testzip() is None
 
 

@@ -180,9 +180,9 @@ def test_whatever_writes_files_tells_them_as_json(
         ("addin", "zip", "-o", str(tmp_path / "addin.zip")),
         ("addin", "install", "--folder", str(tmp_path / "addins")),
     ):
-        told = json_of(capsys, *words)
-        assert told["files"]
-        assert all(Path(file).exists() for file in told["files"])
+        output = json_of(capsys, *words)
+        assert output["files"]
+        assert all(Path(file).exists() for file in output["files"])
 
 
 def test_every_command_but_those_for_people_and_shells_has_json() -> None:
@@ -193,7 +193,7 @@ def test_every_command_but_those_for_people_and_shells_has_json() -> None:
 
 
 @pytest.mark.parametrize("what", ["run", "info", "check", "size"])
-def test_what_is_told_of_one_thing_is_json(
+def test_a_report_on_one_thing_is_json(
     what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = {
@@ -221,9 +221,9 @@ def test_the_script_of_a_run_gives_the_same_bits(
     code, script, _ = said(capsys, *words, "-o", "scripted", "--as-script")
     assert code == 0
     assert not any(tmp_path.iterdir())
-    with contextlib.redirect_stdout(io.StringIO()) as told:
+    with contextlib.redirect_stdout(io.StringIO()) as output:
         exec(compile(script, "script.py", "exec"), {})
-    assert "complete" in told.getvalue()
+    assert "complete" in output.getvalue()
     assert said(capsys, *words, "-o", "ran")[0] == 0
     scripted, ran = (Path(name, "results.csv").read_bytes() for name in ("scripted", "ran"))
     assert scripted == ran
@@ -371,7 +371,7 @@ def test_a_completion_knows_all_commands_and_options(
 
 
 @pytest.mark.parametrize(
-    ("line", "wanted"),
+    ("line", "completions"),
     [
         ("cardsflow re", {"report", "replay-hardware"}),
         ("cardsflow compare --t", {"--tol"}),
@@ -381,7 +381,7 @@ def test_a_completion_knows_all_commands_and_options(
     ],
 )
 def test_bash_completes(
-    line: str, wanted: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    line: str, completions: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "completion.sh").write_text(said(capsys, "completion", "bash")[1])
     (tmp_path / "experiment.toml").touch()
@@ -399,7 +399,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
         )
     except FileNotFoundError:
         pytest.skip("no bash")
-    assert wanted <= {word.strip() for word in done.stdout.splitlines()}, done.stderr
+    assert completions <= {word.strip() for word in done.stdout.splitlines()}, done.stderr
 
 
 def test_a_completion_is_not_asked_of_other_shells(capsys: pytest.CaptureFixture[str]) -> None:

@@ -319,7 +319,7 @@ def test_a_recording_without_states_is_no_device(
     assert "no state has been recorded" in line
 
 
-def test_what_is_cut_off_is_told(
+def test_what_is_cut_off_is_reported(
     recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "hardware.rec"
@@ -345,16 +345,16 @@ class StillRobot:
     def reset(self) -> None: ...
 
 
-def test_a_change_is_told_once() -> None:
+def test_a_change_is_reported_once() -> None:
     device = Device(StillRobot(), 1, 1e-3, f_min=0.0, f_max=1.0)
-    told: list[Event] = []
-    status = StatusReporter(device, told.append)
+    reported: list[Event] = []
+    status = StatusReporter(device, reported.append)
     device.go_safe()
     for _ in range(3):
         status.update()
-    assert told == []
+    assert reported == []
     for _ in range(3):
         device.counters["busy"] += 1
         status.update()
-    assert [event.state for event in told] == ["refused"]
-    assert str(told[0]) == "run 00000000 refused: it is in use by another; end that run first"
+    assert [event.state for event in reported] == ["refused"]
+    assert str(reported[0]) == "run 00000000 refused: it is in use by another; end that run first"

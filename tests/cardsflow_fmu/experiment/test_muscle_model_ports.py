@@ -140,7 +140,7 @@ def test_the_summary_and_the_figure_tell_tensions(pneumatic: Result) -> None:
     assert labels == ["tension [N]", "pressure [Pa]", "joint position [rad]"]
 
 
-def test_motors_that_are_too_slow_are_told_as_infeasible_ticks() -> None:
+def test_motors_that_are_too_slow_are_reported_as_infeasible_ticks() -> None:
     slow = {"muscles.cable_1.model": {**MCKIBBEN, "thread_length": 1.2, "max_pressure": 300.0}}
     result = simulate(arm(DRIVEN, slow, {"run.duration": 0.5}), through="direct")
     assert result.summary["infeasible_ticks"] > 100
@@ -286,7 +286,7 @@ def test_models_go_back_bit_by_bit(settings: dict[str, Any]) -> None:
             controller.step(1e-3 * k, 1e-3)
             copy(controller, plant)
             plant.step(1e-3 * k, 1e-3)
-            rows.append(np.concatenate([plant.outputs, told(controller)]))
+            rows.append(np.concatenate([plant.outputs, commands_of(controller)]))
         return np.array(rows)
 
     for model in (plant, controller):
@@ -312,7 +312,7 @@ def copy(source: Any, target: Any) -> None:
             target.values[k] = given[port.name]
 
 
-def told(controller: ControllerModel) -> np.ndarray:
+def commands_of(controller: ControllerModel) -> np.ndarray:
     names = [port.name for port in controller.ports]
     return np.array([controller.values[k] for k, n in enumerate(names) if n != "solve_time"])
 

@@ -169,7 +169,7 @@ def test_sequence_numbers_may_go_round() -> None:
     assert talk.pull(seq=2**32 - 1) == []
 
 
-def test_forces_are_clamped_and_that_is_told() -> None:
+def test_forces_are_clamped_and_that_is_reported() -> None:
     talk = talking()
     (state,) = talk.pull([-1e308, 10.0, 1e308])
     np.testing.assert_array_equal(robot_of(talk.device).given[-1], [F_MIN, 10.0, F_MAX])
@@ -325,7 +325,7 @@ def test_a_ping_is_answered_with_its_values() -> None:
 
 @pytest.mark.parametrize("how", ["failing", "broken"])
 @pytest.mark.parametrize("lockstep", [False, True])
-def test_a_robot_that_fails_is_made_safe_and_that_is_told(how: str, lockstep: bool) -> None:
+def test_a_robot_that_fails_is_made_safe_and_that_is_reported(how: str, lockstep: bool) -> None:
     talk = talking(lockstep=lockstep)
     robot = robot_of(talk.device)
     talk.pull()

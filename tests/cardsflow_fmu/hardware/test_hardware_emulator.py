@@ -157,7 +157,7 @@ def test_motors_that_take_lengths_pull_as_their_springs_do() -> None:
 
 
 def test_motors_that_take_velocities_are_those_that_take_lengths() -> None:
-    """Told the rates of l0, they go where motors go that are told l0."""
+    """Commanded with rates of l0, they go where motors commanded with l0 go."""
     robot = planar_2r()
     by_length = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["length"])
     by_rate = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["velocity"])
@@ -181,7 +181,7 @@ def test_motors_that_take_velocities_are_those_that_take_lengths() -> None:
 def test_motors_undo_what_the_map_of_motors_does(
     command: CommandKind, radius: tuple, scale: tuple, offset: tuple | None
 ) -> None:
-    """Told what the map makes of forces, they pull with these forces."""
+    """Commanded with the mapped forces, they pull with these forces."""
     settings = MotorSettings(
         command=command,
         stiffness=STIFFNESS,
@@ -197,17 +197,17 @@ def test_motors_undo_what_the_map_of_motors_does(
     motors = MotorMap(settings, [m.name for m in robot.muscles])
     motors.calibrate(plant.muscle_lengths, rates, emulated.tension)
     for k in range(30):
-        wanted = PULL + 5.0 * math.sin(k)
+        desired = PULL + 5.0 * math.sin(k)
         rates = plant.muscle_jacobian @ plant.qd
-        told = (wanted, plant.muscle_lengths, rates, emulated.tension, STEP)
+        arguments = (desired, plant.muscle_lengths, rates, emulated.tension, STEP)
         if command == "velocity":  # its reckoning of l0 looks at tensions one step old
-            told = (wanted, plant.muscle_lengths, rates, np.zeros(0), STEP)
-        emulated.apply(motors.commands(*told))
+            arguments = (desired, plant.muscle_lengths, rates, np.zeros(0), STEP)
+        emulated.apply(motors.commands(*arguments))
         emulated.advance(STEP)
-        np.testing.assert_allclose(emulated.tension, wanted, rtol=1e-8)
+        np.testing.assert_allclose(emulated.tension, desired, rtol=1e-8)
 
 
-def test_what_is_not_measured_is_not_told() -> None:
+def test_what_is_not_measured_is_not_reported() -> None:
     for lengths in (False, True):
         for tensions in (False, True):
             emulated = EmulatedRobot(
@@ -254,20 +254,20 @@ def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndar
 
 def test_encoders_count() -> None:
     joint, length = 2000.0, 50e3
-    told, true = read(SensorSettings(joint_counts=joint, length_counts=length))
+    measured, true = read(SensorSettings(joint_counts=joint, length_counts=length))
     for columns, counts in ((slice(0, N), joint), (slice(2 * N, None), length)):
-        counted = told[:, columns] * counts
+        counted = measured[:, columns] * counts
         np.testing.assert_allclose(counted, np.round(counted), rtol=0, atol=1e-6)
-        error = np.abs(told - true)[:, columns].max()
+        error = np.abs(measured - true)[:, columns].max()
         assert 0.25 / counts < error <= 0.5 / counts * (1 + 1e-9)
-    np.testing.assert_array_equal(told[:, N : 2 * N], true[:, N : 2 * N])
+    np.testing.assert_array_equal(measured[:, N : 2 * N], true[:, N : 2 * N])
 
 
 def test_velocities_may_be_differences_of_counts() -> None:
     """Off by at most one count over the step, besides half a step of acceleration."""
     counts = 1e5
-    told, true = read(SensorSettings(joint_counts=counts, differences=True))
-    q, qd = told[:, :N], told[:, N : 2 * N]
+    measured, true = read(SensorSettings(joint_counts=counts, differences=True))
+    q, qd = measured[:, :N], measured[:, N : 2 * N]
     np.testing.assert_allclose(qd[1:], np.diff(q, axis=0) / STEP, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(qd[0], 0.0)
     change = np.abs(np.diff(true[:, N : 2 * N], axis=0))
@@ -276,14 +276,14 @@ def test_velocities_may_be_differences_of_counts() -> None:
 
 
 def test_noise_has_its_size_and_its_seed() -> None:
-    told, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
+    measured, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
     again, _ = read(SensorSettings(noise=2e-3, seed=5), 1000)
     other, _ = read(SensorSettings(noise=2e-3, seed=6), 1000)
-    noise = (told - true).ravel()
+    noise = (measured - true).ravel()
     assert np.std(noise) == pytest.approx(2e-3, rel=0.05)
     assert abs(np.mean(noise)) < 4 * 2e-3 / math.sqrt(noise.size)
-    np.testing.assert_array_equal(told, again)
-    assert np.abs(told - other).min() > 0
+    np.testing.assert_array_equal(measured, again)
+    assert np.abs(measured - other).min() > 0
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def bench(
 
 
 def has_ended_well(bench: Bench) -> bool:
-    """Whether the forces fell evenly, and the device was then told to stop, once."""
+    """Whether the forces fell evenly, and the device then got the command to stop, once."""
     first = np.array([command[0] for command in bench.commands[-RAMP:]])
     expected = 10.0 + 31.0 * np.arange(RAMP - 1, -1, -1) / RAMP
     return (
@@ -195,7 +195,7 @@ def test_a_host_that_never_started_it_may_free_it(
 
 
 def test_a_device_that_is_gone_does_not_hold_terminate(bench: Bench) -> None:
-    """It is lock step, in which an answer is waited for; nobody is told, and that is no error."""
+    """It is lock step, in which an answer is waited for; no answer comes, and that is no error."""
     bench.device.receive = lambda *anything: []  # type: ignore[method-assign]
     bench.host.slave.terminate()
     assert bench.mode() == STOPPED

@@ -339,7 +339,7 @@ def test_a_device_that_has_restarted_needs_a_new_run(
     assert simulate(experiment, through="direct").complete
 
 
-def test_a_second_sender_is_told_and_changes_nothing(
+def test_a_second_sender_is_refused_and_changes_nothing(
     monkeypatch: pytest.MonkeyPatch, key_file: dict[str, str]
 ) -> None:
     """It says handshake, sends set points of the run that it has overheard, and asks to stop."""

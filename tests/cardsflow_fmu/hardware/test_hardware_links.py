@@ -240,7 +240,7 @@ def test_a_refusal_says_why(asked: Handshake, word: str) -> None:
         link.open(asked)
 
 
-def test_a_second_sender_is_told_that_the_device_is_in_use_and_disturbs_nobody() -> None:
+def test_a_second_sender_learns_that_the_device_is_in_use_and_disturbs_nobody() -> None:
     device = make_device(watchdog=10.0)
     with served(device) as uri, UdpLink(uri) as link:
         link.open(handshake(watchdog=10.0))
@@ -377,7 +377,7 @@ def test_a_late_state_is_news_until_its_successor_comes() -> None:
     assert came.round_trip < SOON
 
 
-def test_what_is_missed_is_told() -> None:
+def test_what_is_missed_is_reported() -> None:
     line = open_line()
     assert math.isinf(pull_nothing(line).age)
     line.outward = lambda data: [data]

@@ -206,7 +206,7 @@ def test_a_damaged_header_is_refused(tmp_path: Path, content: bytes, message: st
     assert str(caught.value).startswith(str(file))
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_recording(tmp_path / "none.rec")
 
@@ -223,7 +223,7 @@ def test_other_files_are_not_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["", "none/hardware.rec", "file/hardware.rec"])
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path, place: str) -> None:
+def test_a_place_that_cannot_be_written_is_reported(tmp_path: Path, place: str) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"cannot be written|is not a regular file"):
         Recorder(tmp_path / place, HEADER)
@@ -272,19 +272,19 @@ def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
 
 
 def test_a_replay_in_lock_step_tells_the_states_in_order(tmp_path: Path) -> None:
-    """Where nothing came, the state before is told again."""
+    """Where nothing came, the state before is repeated."""
     written = write(tmp_path / "a.rec", 5000, (7.0, 8.0, 9.0))
     robot = ReplayedRobot(read_recording(tmp_path / "a.rec"))
     assert (robot.commands, robot.states) == (2, 3)
     for _ in range(2):
         robot.reset()
-        told = np.array([7.0, 8.0, 9.0])
-        np.testing.assert_array_equal(robot.state(), told)
+        expected = np.array([7.0, 8.0, 9.0])
+        np.testing.assert_array_equal(robot.state(), expected)
         for _, command, came in written:
             robot.apply(command)
             robot.advance(STEP)
-            told = told if came.state is None else came.state
-            np.testing.assert_array_equal(robot.state(), told)
+            expected = expected if came.state is None else came.state
+            np.testing.assert_array_equal(robot.state(), expected)
         assert robot.deviation == 0.0
         with pytest.raises(HardwareError, match="the recording is over after 5 s"):
             robot.advance(STEP)

@@ -144,7 +144,7 @@ def test_a_limit_ends_the_run_with_what_there_is(
     assert (out / "hardware.rec").exists()
 
 
-def test_nobody_there_and_nowhere_to_go_are_told_apart(
+def test_nobody_there_and_nowhere_to_go_are_distinguished(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = ["-o", str(tmp_path / "out")]
@@ -174,7 +174,7 @@ def test_by_the_clock_a_run_takes_its_time_and_says_how_well(tmp_path: Path) -> 
     np.testing.assert_array_equal(plain.rows, result.rows)
 
 
-def test_who_cannot_keep_up_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_cannot_keep_up_gets_a_report(monkeypatch: pytest.MonkeyPatch) -> None:
     step = PlantModel.step
 
     def slow(self: PlantModel, t: float, h: float) -> None:
@@ -297,7 +297,7 @@ def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         simulate(load(LOCKSTEP))
 
 
-def test_keys_that_are_none_are_refused_and_open_ones_told_of(tmp_path: Path) -> None:
+def test_keys_that_are_none_are_refused_and_open_ones_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds 8 bytes; a key needs at least 16"):
         read_key(key_file(tmp_path, length=8))
     with pytest.raises(InputError):
@@ -462,14 +462,14 @@ def test_what_is_wrong_is_named(settings: dict[str, Any], message: str) -> None:
     assert message in str(caught.value)
 
 
-def test_an_approach_cannot_lead_an_fmu_of_others(tmp_path: Path) -> None:
+def test_an_approach_cannot_lead_an_external_fmu(tmp_path: Path) -> None:
     reference = build(load(SHORT), tmp_path)["reference"]
     settings = LOCKSTEP | {"hardware.approach": 0.1, "fmus.reference": str(reference)}
     with pytest.raises(InputError, match=r"hardware\.approach: cannot lead an external FMU"):
         simulate(load(settings))
 
 
-def test_an_fmu_of_others_may_stand_for_the_hardware(tmp_path: Path) -> None:
+def test_an_external_fmu_may_stand_for_the_hardware(tmp_path: Path) -> None:
     other = build(load(SHORT | {"start.q": [0.1, 0.2]}), tmp_path)["plant"]
     settings = SHORT | {"fmus.hardware": str(other), "hardware.use": True}
     assert simulate(load(settings))["q.joint_1"][0] == 0.1
@@ -502,7 +502,7 @@ def wait_for(condition: Callable[[], bool]) -> None:
 @pytest.mark.parametrize("host", few(["in-process", "worker"]))
 @pytest.mark.parametrize("times", few([1, 2]))
 def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> None:
-    """It is told as any Ctrl-C is, and leaves nothing behind."""
+    """It is reported as any Ctrl-C is, and leaves nothing behind."""
     out = tmp_path / "out"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
         silent.bind(("127.0.0.1", 0))

@@ -1,4 +1,4 @@
-"""The guard between controller and hardware, the forces it ramps from, and what motors are told."""
+"""The guard between controller and hardware, the forces it ramps from, and commands of motors."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def guard(**settings: Any) -> Guard:
 
 @given(st.lists(FORCES, min_size=1, max_size=30), st.floats(0.0, 0.1), st.floats(10.0, 1e5))
 def test_forces_are_always_within_bounds_and_rates(
-    wanted: list[np.ndarray], ramp: float, rate: float
+    desired: list[np.ndarray], ramp: float, rate: float
 ) -> None:
     one = guard(ramp_in=ramp, force_rate=(rate,) * 4)
     before = one.forces
     np.testing.assert_array_equal(before, one.f_min)
-    for k, f in enumerate(wanted):
+    for k, f in enumerate(desired):
         given_ = one.limit(1.0 + 0.005 * k, 0.005, f)
         assert (given_ >= one.f_min).all()
         assert (given_ <= one.f_max).all()
@@ -49,16 +49,16 @@ def test_forces_are_always_within_bounds_and_rates(
         before = given_
 
 
-def test_the_ramp_leads_from_rest_to_what_is_wanted() -> None:
-    one, wanted = guard(ramp_in=0.4), np.array([50.0, 60.0, 10.0, 200.0])
+def test_the_ramp_leads_from_rest_to_what_is_desired() -> None:
+    one, desired = guard(ramp_in=0.4), np.array([50.0, 60.0, 10.0, 200.0])
     bounded = np.array([50.0, 60.0, 10.0, 100.0])
     for t, s in ((1.0, 0.0), (1.1, 0.25), (1.3, 0.75), (1.4, 1.0), (9.0, 1.0)):
-        np.testing.assert_allclose(one.limit(t, 0.1, wanted), REST + s * (bounded - REST))
+        np.testing.assert_allclose(one.limit(t, 0.1, desired), REST + s * (bounded - REST))
 
 
-def test_without_a_ramp_what_is_wanted_goes_out_unchanged() -> None:
-    wanted = np.array([11.1, 22.2, 33.3, 44.4])
-    np.testing.assert_array_equal(guard(ramp_in=0.0).limit(1.0, 1e-3, wanted), wanted)
+def test_without_a_ramp_what_is_desired_goes_out_unchanged() -> None:
+    desired = np.array([11.1, 22.2, 33.3, 44.4])
+    np.testing.assert_array_equal(guard(ramp_in=0.0).limit(1.0, 1e-3, desired), desired)
 
 
 def test_the_ramp_down_falls_evenly_to_f_min() -> None:
@@ -160,7 +160,7 @@ def test_forces_pass_where_motors_take_forces() -> None:
         ),
     ],
 )
-def test_set_points_make_the_forces_wanted(settings: dict[str, float], decode: Any) -> None:
+def test_set_points_make_the_forces_desired(settings: dict[str, float], decode: Any) -> None:
     """The springs' own law f = K (l - l0) + D l' is the oracle."""
     u = mapped("length", **settings).commands(PULL, LENGTHS, RATES, NONE, 1e-3)
     np.testing.assert_allclose(SPRINGS.forces(LENGTHS, RATES, decode(u)), PULL, rtol=1e-9)
@@ -176,31 +176,31 @@ def test_counting_from_the_start_begins_at_zero() -> None:
 
 
 @pytest.mark.parametrize("radius", [None, R])
-def test_rates_lead_to_the_set_points_wanted(radius: float | None) -> None:
+def test_rates_lead_to_the_set_points_desired(radius: float | None) -> None:
     h, per = 2e-3, 1.0 if radius is None else -R
     motors = mapped("velocity", **({} if radius is None else {"spindle_radius": R}))
     motors.calibrate(LENGTHS, RATES, np.full(4, 10.0))
     l0 = SPRINGS.set_points(LENGTHS, RATES, np.full(4, 10.0))
     tensions = np.full(4, 10.0)
     for k in range(20):
-        wanted = PULL + k
-        l0 = l0 + per * h * motors.commands(wanted, LENGTHS, RATES, tensions, h)
+        desired = PULL + k
+        l0 = l0 + per * h * motors.commands(desired, LENGTHS, RATES, tensions, h)
         tensions = SPRINGS.forces(LENGTHS, RATES, l0)
-        np.testing.assert_allclose(tensions, wanted, rtol=1e-9)
+        np.testing.assert_allclose(tensions, desired, rtol=1e-9)
 
 
 def test_reckoned_set_points_come_back_to_what_tensions_tell() -> None:
     """A motor that has slipped by 1 mm: without measured tensions its force stays wrong."""
-    h, wanted = 1e-3, np.full(4, 40.0)
+    h, desired = 1e-3, np.full(4, 40.0)
     errors = []
     for measured in (True, False):
         motors = mapped("velocity")
-        motors.calibrate(LENGTHS, AT_REST, wanted)
-        l0 = SPRINGS.set_points(LENGTHS, AT_REST, wanted) + 1e-3
+        motors.calibrate(LENGTHS, AT_REST, desired)
+        l0 = SPRINGS.set_points(LENGTHS, AT_REST, desired) + 1e-3
         for _ in range(400):
             tensions = SPRINGS.forces(LENGTHS, AT_REST, l0)
-            told = tensions if measured else NONE
-            l0 = l0 + h * motors.commands(wanted, LENGTHS, AT_REST, told, h)
-        errors.append(np.abs(SPRINGS.forces(LENGTHS, AT_REST, l0) - wanted).max())
+            feedback = tensions if measured else NONE
+            l0 = l0 + h * motors.commands(desired, LENGTHS, AT_REST, feedback, h)
+        errors.append(np.abs(SPRINGS.forces(LENGTHS, AT_REST, l0) - desired).max())
     assert errors[0] < 1e-6
     assert errors[1] == pytest.approx(K * 1e-3)

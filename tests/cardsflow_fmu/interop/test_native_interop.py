@@ -1,4 +1,4 @@
-"""Native FMUs in the tools of others, from an environment without this package."""
+"""Native FMUs in other tools, from an environment without this package."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 
 TOLERANCES = {"motors": 1e-9}
 """Else 1e-11. DART and the core differ in the last digits of M; a motor's voltage, which is found
-from the tension that is wanted a few periods on, makes much of little."""
+from the desired tension of a few periods later, makes much of little."""
 
 
 def experiment_of(case: str, duration: float = 0.2) -> Experiment:

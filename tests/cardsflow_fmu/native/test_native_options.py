@@ -1,4 +1,4 @@
-"""Native plants with the fourth-order rule, books of energy, wrenches on links and friction."""
+"""Native plants with the fourth-order rule, energy balances, wrenches on links and friction."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PUSH = {
 BOTH = {"plant.energy": True, "plant.integrator": "rk4"}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "rk4": ("planar_2r", {"plant.integrator": "rk4"}),
-    "books": ("planar_2r", {"plant.energy": True, "plant.substeps": 3}),
+    "energy": ("planar_2r", {"plant.energy": True, "plant.substeps": 3}),
     "wrenches": ("planar_2r", PUSH),
     "all": ("planar_2r", PUSH | BOTH | {"plant.substeps": 2, "plant.step": 0.0005}),
     "arm": ("roboy_left_arm", BOTH),
@@ -127,7 +127,7 @@ def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -
     slave.freeInstance()
 
 
-@pytest.mark.parametrize("case", few(["rk4", "books", "wrenches", "all"], 2))
+@pytest.mark.parametrize("case", few(["rk4", "energy", "wrenches", "all"], 2))
 def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
     slave, inputs, outputs = opened(file, tmp_path / "unpacked")
@@ -154,7 +154,7 @@ def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("case", few(CASES, 4))
 def test_the_loop_in_c_gives_the_same_rows(case: str) -> None:
-    """As Python objects on the core do: plants bit for bit, if they were told the same."""
+    """As Python objects on the core do: plants bit for bit, with the same inputs."""
     experiment = experiment_of(case)
     direct, native = simulate(experiment, through="direct"), simulate(experiment, through="native")
     assert native.names == direct.names
@@ -175,7 +175,7 @@ def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
 
 
 def energy_lost(rule: str, step: float, folder: Path) -> float:
-    """What the books of a pulled and pushed arm do not account for after a tenth of a second."""
+    """Error of the energy balance of an arm under cables and wrenches after a tenth of a second."""
     settings = {"plant.wrenches": ["link_2"], "plant.energy": True, "plant.integrator": rule}
     experiment = Experiment.load(EXAMPLES / "planar_2r", settings | {"plant.step": step})
     file = build(experiment, folder, native=True)["plant"]
@@ -208,7 +208,7 @@ def test_energy_is_what_work_has_made_of_it(
 
 
 def rough_experiment(folder: Path, **more: Any) -> Experiment:
-    """The two-link arm with friction in its joints, in the plant's books too."""
+    """The two-link arm with friction in its joints, in the plant's energy balance too."""
     arm = read_robot(EXAMPLES / "planar_2r/robot/planar_2r_bodies.xml")
     joints = [
         replace(j, coordinates=tuple(replace(c, friction=0.4) for c in j.coordinates))
@@ -235,7 +235,7 @@ def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
     columns = [k for k, n in enumerate(native.names) if n.split(".")[0] in ("q", "qd", "energy")]
     np.testing.assert_allclose(native.rows[:, columns], core.rows[:, columns], rtol=0, atol=1e-11)
     np.testing.assert_allclose(native.rows[:, columns], dart.rows[:, columns], rtol=0, atol=1e-7)
-    smooth = experiment_of("books", 0.2)
+    smooth = experiment_of("energy", 0.2)
     with NativeLoop(smooth) as loop:
         assert np.abs(loop.run().rows[:, columns[0]] - native.rows[:, columns[0]]).max() > 1e-5
 

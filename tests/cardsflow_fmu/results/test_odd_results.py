@@ -1,4 +1,4 @@
-"""Results that are empty, cut, changed or damaged, and files of others, which nothing replaces."""
+"""Results that are empty, cut, changed or damaged, and external files, which nothing replaces."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_wrong_is_told_in_one_line(
+def test_what_is_wrong_is_reported_in_one_line(
     case: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     change, message, names = REFUSED[case]
@@ -173,7 +173,7 @@ def test_what_is_wrong_is_told_in_one_line(
         assert message.removesuffix("; did you mean 'tim'") in capsys.readouterr().err
 
 
-def test_another_robots_results_are_told(
+def test_another_robots_results_are_reported(
     results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = tmp_path / "other"
@@ -200,7 +200,7 @@ PARQUET: dict[str, dict[str, Any]] = {
 
 @pytest.mark.extra("parquet")
 @pytest.mark.parametrize("case", PARQUET)
-def test_parquet_of_others_that_is_no_table_of_numbers(
+def test_parquet_of_other_programs_that_is_no_table_of_numbers(
     case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     import pyarrow as pa
@@ -238,7 +238,7 @@ def outputs(results: Path, place: Path) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("k", few(range(5), 2))
-def test_files_of_others_stay_and_our_own_are_replaced(
+def test_external_files_stay_and_our_own_are_replaced(
     k: int, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = outputs(results, tmp_path / "größe")[k]
@@ -259,7 +259,7 @@ def test_files_of_others_stay_and_our_own_are_replaced(
 
 @pytest.mark.parametrize("k", few(range(5), 2))
 @pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
-def test_places_that_cannot_be_written_are_told(
+def test_places_that_cannot_be_written_are_reported(
     k: int, place: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").write_text("mine")

@@ -175,7 +175,7 @@ def test_what_is_no_number_equals_itself_only() -> None:
     assert comparison["columns"]["s"]["largest"] is None
 
 
-def test_missing_columns_and_rows_are_told(tmp_path: Path, capsys: Any) -> None:
+def test_missing_columns_and_rows_are_reported(tmp_path: Path, capsys: Any) -> None:
     (tmp_path / "a.csv").write_text("time,x,y\n0.0,1.0,2.0\n0.1,1.0,2.0\n0.2,1.0,2.0\n")
     (tmp_path / "b.csv").write_text("time,x,z\n0.1,1.5,2.0\n0.2,1.0,2.0\n0.3,1.0,2.0\n")
     words = ["compare", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--tol", "1"]
@@ -248,7 +248,7 @@ def test_figures_are_written(
         (["--columns", "q.joint_9"], "no column 'q.joint_9'; did you mean 'q.joint_"),
     ],
 )
-def test_what_cannot_be_drawn_is_told(
+def test_what_cannot_be_drawn_is_reported(
     finished: tuple[Path, Result], capsys: Any, words: list[str], says: str
 ) -> None:
     assert main(["plot", str(finished[0]), *words]) == 2

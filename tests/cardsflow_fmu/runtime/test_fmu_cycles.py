@@ -13,7 +13,7 @@ from support.fmu.worker_host import children, unpack_stubborn
 # Not among the native ones: the address sanitizer keeps what is freed.
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 
-WANTED = os.environ.get("CARDSFLOW_TEST_CYCLES")
+CYCLES = os.environ.get("CARDSFLOW_TEST_CYCLES")
 """Such as 10000: the full number, which takes half an hour with workers."""
 
 MOST_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
@@ -24,7 +24,7 @@ def test_cycles_leave_nothing(
     mode: str, cycles: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
-    cycles = int(WANTED or cycles)
+    cycles = int(CYCLES or cycles)
     folder = unpack_stubborn(tmp_path / "stubborn")
     host = load(folder)
     found = []

@@ -196,13 +196,13 @@ CLOSED = """
 import os, sys
 from pathlib import Path
 from support.fmu.worker_host import load, start, sums
-wanted = os.dup(1)
+output = os.dup(1)
 for number in map(int, sys.argv[2]):
     os.close(number)
 host = load(Path(sys.argv[1]))
 host.slave.instantiate(callbacks=host.callbacks)
 start(host)
-os.write(wanted, repr(sums(host, 0, 5)).encode())
+os.write(output, repr(sums(host, 0, 5)).encode())
 host.slave.freeInstance()
 """
 

@@ -1,4 +1,4 @@
-"""Which Python a worker process is made of, and what is told where there is none."""
+"""Which Python a worker process is made of, and the message where there is none."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_a_python_without_the_package_is_passed_over(
     runs(damaged)
 
 
-def test_what_was_tried_is_told_in_one_line(
+def test_what_was_tried_is_reported_in_one_line(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (damaged / "resources/python.txt").write_text("/no/such/python\n")

@@ -1,4 +1,4 @@
-"""What is told of systems of FMUs: their make-up, and what computes in them."""
+"""Information on systems of FMUs: their make-up, and what computes in them."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_the_summary_of_a_system_tells_what_computes(
     assert summary["master"] == "Python, over FMUs"
 
 
-def test_an_fmu_of_others_goes_by_its_name(system: Path, tmp_path: Path) -> None:
+def test_an_external_fmu_goes_by_its_name(system: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no FMU at all")
     hardware = system.parent / "hardware.fmu"
