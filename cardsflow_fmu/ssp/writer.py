@@ -12,7 +12,6 @@ from cardsflow_fmu.version import __version__
 
 from .system import Component, Connection, Parameter, System
 
-MAIN_STRUCTURE = "SystemStructure.ssd"
 FMU_TYPE = "application/x-fmu-sharedlibrary"
 OSP_ANNOTATION = "com.opensimulationplatform"
 _TOOL = f"CARDSFlow {__version__}"
