@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from support.native.example import write_example
-from support.native.targets import TARGETS, build_program, run_program
+from support.native.targets import TARGETS, build_program, run
 from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
@@ -25,7 +25,7 @@ def test_the_heap_stays_as_it_is(example: str, tmp_path: Path) -> None:
     sources = ("endurance.c", "example_loop.c")
     flags = ("-D_GNU_SOURCE", f"-I{tmp_path}")
     program = build_program(TARGETS["gcc -O3"], tmp_path, sources, *flags)
-    heap, times, factor = run_program(program, str(STEPS), str(TICKS)).splitlines()
+    heap, times, factor = run([*program, str(STEPS), str(TICKS)]).splitlines()
     before, after = heap.split()
     assert before == after
     median, rare, worst, work = (float(time) for time in times.split())

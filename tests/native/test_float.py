@@ -20,10 +20,10 @@ from support.native.targets import (
     Target,
     build_program,
     on_targets,
-    run_program,
+    run,
     single_flags,
 )
-from support.native.vector_file import write_vectors
+from support.native.vector_file import REPLAY, write_vectors
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
@@ -33,7 +33,6 @@ from cardsflow_fmu import Experiment
 from sim_dart import compile_blob
 from sim_dart.core.library import Core
 
-REPLAY = ("replay_hosted.c", "replay_vectors.c")
 REFERENCE = "gcc -O1"
 OTHERS = ["gcc -O3 -march=native", "zig linux-aarch64, qemu", "zig win64, wine"]
 
@@ -59,16 +58,6 @@ def robots() -> Iterator[Robot]:
 
 
 @pytest.fixture(scope="module")
-def single(tmp_path_factory: pytest.TempPathFactory) -> Precision:
-    return Precision(tmp_path_factory.mktemp("single"), True)
-
-
-@pytest.fixture(scope="module")
-def double(tmp_path_factory: pytest.TempPathFactory) -> Precision:
-    return Precision(tmp_path_factory.mktemp("double"), False)
-
-
-@pytest.fixture(scope="module")
 def vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_vectors(tmp_path_factory.mktemp("vectors") / "vectors.bin", single=True)
 
@@ -78,7 +67,7 @@ def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[st
     """What gcc's program says of the vectors; it fails where one is off."""
     target, folder = TARGETS[REFERENCE], tmp_path_factory.mktemp("replay")
     program = build_program(target, folder, REPLAY, *single_flags(target), *STRICT)
-    return run_program(program, vectors).splitlines()
+    return run([*program, vectors]).splitlines()
 
 
 def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> None:
@@ -90,7 +79,7 @@ def test_every_platform_gives_the_same_bits(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:
     program = build_program(TARGETS[target], tmp_path, REPLAY, *single_flags(TARGETS[target]))
-    assert run_program(program, vectors).splitlines() == replayed
+    assert run([*program, vectors]).splitlines() == replayed
 
 
 def test_literals_must_be_single_too(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections import Counter
 
 import numpy as np
@@ -19,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Torque:
-    """A torque that is wanted of a random robot; about half of them ask for too much."""
+    """A desired torque of a random robot; about half of them are too large."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -51,17 +50,7 @@ class Torque:
         return float(np.linalg.norm(np.linalg.solve(self.M, torque)))
 
 
-@pytest.fixture(scope="module")
-def precisions(tmp_path_factory: pytest.TempPathFactory) -> tuple[Precision, Precision]:
-    """Single and double."""
-    both = [Precision(tmp_path_factory.mktemp(str(single)), single) for single in (True, False)]
-    for precision in both:
-        for name in ("computed_torque_open", "computed_torque_array"):
-            getattr(precision.library, name).restype = ctypes.c_void_p
-    return both[0], both[1]
-
-
-def test_both_precisions_agree(precisions: tuple[Precision, Precision]) -> None:
+def test_both_precisions_agree(single: Precision, double: Precision) -> None:
     """On whether forces fit and on which; where none do, their accelerations err alike.
 
     Where the mass matrix is ill-conditioned, forces that err alike may be quite others.
@@ -70,7 +59,7 @@ def test_both_precisions_agree(precisions: tuple[Precision, Precision]) -> None:
     off, excess = [], []
     for seed in range(COUNT):
         torque = Torque(seed)
-        (status, forces), (true_status, true) = map(torque.solve, precisions)
+        (status, forces), (true_status, true) = map(torque.solve, (single, double))
         found[status, true_status] += 1
         if true_status == SOLVED:
             off.append(np.abs(forces - true).max() / F_MAX)

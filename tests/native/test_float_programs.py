@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.controllers.qp_problems import KINDS, is_proof_of_infeasibility
-from support.native.precision import Handle, Precision, open_program
+from support.native.precision import Precision, open_program
 
 from controllers.qp.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
 from controllers.qp.problem import BoxProblem
@@ -43,36 +43,16 @@ class Answer(NamedTuple):
     multipliers: FloatArray
 
 
-class Solver:
-    """A solver of a precision, for problems of any size."""
-
-    def __init__(self, precision: Precision) -> None:
-        self.precision = precision
-        self._handles: dict[tuple[int, int], Handle] = {}
-
-    def solve(self, problem: BoxProblem, softness: float = 0.0) -> Answer:
-        """Cold."""
-        size = len(problem.g), len(problem.b)
-        if size not in self._handles:
-            self._handles[size] = open_program(self.precision, *size)
-        handle = self._handles[size]
-        for name in ("H_diagonal", "g", "lb", "ub", "b"):
-            handle.array(name)[:] = getattr(problem, name)
-        handle.array("A")[:] = problem.A.T.ravel()
-        handle.array("softness")[:] = softness
-        handle.array("start")[:] = 0.0
-        status = handle.call("solve")
-        return Answer(status, *(handle.array(n).astype(float) for n in ("x", "multipliers")))
-
-
-@pytest.fixture(scope="module")
-def single(tmp_path_factory: pytest.TempPathFactory) -> Solver:
-    return Solver(Precision(tmp_path_factory.mktemp("single"), True))
-
-
-@pytest.fixture(scope="module")
-def double(tmp_path_factory: pytest.TempPathFactory) -> Solver:
-    return Solver(Precision(tmp_path_factory.mktemp("double"), False))
+def solve(precision: Precision, problem: BoxProblem, softness: float = 0.0) -> Answer:
+    """By a solver of that precision, cold."""
+    handle = open_program(precision, len(problem.g), len(problem.b))
+    for name in ("H_diagonal", "g", "lb", "ub", "b"):
+        handle.array(name)[:] = getattr(problem, name)
+    handle.array("A")[:] = problem.A.T.ravel()
+    handle.array("softness")[:] = softness
+    handle.array("start")[:] = 0.0
+    status = handle.call("solve")
+    return Answer(status, *(handle.array(n).astype(float) for n in ("x", "multipliers")))
 
 
 def row_error(problem: BoxProblem, x: FloatArray) -> float:
@@ -88,12 +68,12 @@ def row_error(problem: BoxProblem, x: FloatArray) -> float:
 
 
 @pytest.mark.parametrize("kind", WITH_SOLUTION)
-def test_what_has_a_solution_is_solved(kind: str, single: Solver, double: Solver) -> None:
+def test_what_has_a_solution_is_solved(kind: str, single: Precision, double: Precision) -> None:
     """Rows hold, bounds hold exactly, and most answers are double precision's."""
     off, rows = [], []
     for seed in range(COUNT):
         problem = KINDS[kind](seed)
-        answer, true = single.solve(problem), double.solve(problem)
+        answer, true = solve(single, problem), solve(double, problem)
         assert (seed, answer.status) == (seed, SOLVED)
         low, high = (np.asarray(b, np.float32) for b in (problem.lb, problem.ub))
         assert (answer.x >= low).all(), seed
@@ -107,12 +87,12 @@ def test_what_has_a_solution_is_solved(kind: str, single: Solver, double: Solver
     assert np.quantile(off, 0.99) < 1e-4
 
 
-def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: Solver) -> None:
+def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: Precision) -> None:
     """Certificates are proofs in long arithmetic; the others' rows hold to rounding."""
     found: Counter[int] = Counter()
     for seed in range(COUNT):
         problem = KINDS["infeasible"](seed)
-        answer = single.solve(problem)
+        answer = solve(single, problem)
         found[answer.status] += 1
         if answer.status == INFEASIBLE:
             assert is_proof_of_infeasibility(problem, answer.multipliers), seed
@@ -128,13 +108,15 @@ def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: S
 
 
 @pytest.mark.parametrize("softness", [1e-4, 1.0])
-def test_soft_problems_are_always_solved(softness: float, single: Solver, double: Solver) -> None:
+def test_soft_problems_are_always_solved(
+    softness: float, single: Precision, double: Precision
+) -> None:
     off = []
     for seed in range(COUNT // 2):
         problem = KINDS["infeasible" if seed % 2 else "feasible"](seed)
         scale = (problem.A**2 / problem.H_diagonal).sum() / len(problem.b)
-        answer = single.solve(problem, softness * scale)
-        true = double.solve(problem, softness * scale)
+        answer = solve(single, problem, softness * scale)
+        true = solve(double, problem, softness * scale)
         assert (seed, answer.status, true.status) == (seed, SOLVED, SOLVED)
         off.append(np.abs(answer.x - true.x).max() / np.abs(true.x).max().clip(1e-9))
     print(f"\nx off by {np.median(off):.0e} in the median, {max(off):.0e} at most")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import xml.etree.ElementTree as ET
 import zlib
 from functools import cache
@@ -12,7 +11,7 @@ from typing import NamedTuple
 import fmpy
 import pytest
 from support.cases import few
-from support.native.targets import PROGRAMS, TARGETS, TIMEOUT, Target, environment, require
+from support.native.targets import PROGRAMS, TARGETS, Target, require, run
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError
@@ -69,21 +68,8 @@ def host(name: str, folder: Path) -> list[str]:
     libraries = [] if target.suffix == ".exe" else ["-ldl"]
     flags = ["-ffp-contract=off", f"-I{headers}"]  # its inputs are to be the same as well
     command = [*target.compiler, *flags, str(source), "-o", str(program), *libraries]
-    compile_(command, folder)
+    run(command)
     return [*runner, str(program)]
-
-
-def compile_(command: list[str], folder: Path) -> None:
-    done = subprocess.run(
-        command,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        env=environment(),
-        timeout=TIMEOUT,
-    )
-    assert done.returncode == 0, done.stderr
 
 
 def trajectory(command: list[str], library: Path, fmu: Unpacked, *, drive: str = "") -> str:
@@ -101,17 +87,8 @@ def trajectory(command: list[str], library: Path, fmu: Unpacked, *, drive: str =
     numbers = [STEPS, step, len(references["input"])]
     numbers += references["input"] + references["output"]
     resources = f"file:///{drive}{fmu.folder / 'resources'}".replace(":////", ":///")
-    done = subprocess.run(
-        [*command, str(library), description.guid, resources, *map(str, numbers)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=environment(),
-        cwd="/",
-        timeout=TIMEOUT,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    arguments = [library, description.guid, resources, *map(str, numbers)]
+    return run([*command, *arguments], Path("/"))
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +147,7 @@ def test_others_can_compile_it(
         files = [file.attrib["name"] for file in kit.iterfind("SourceFile")]
         options = kit.attrib["compilerOptions"].split()
         assert kit.attrib["compiler"] == "gcc"
-    compile_(["gcc", *options, "-fPIC", "-shared", *files, "-o", str(own), "-lm"], sources)
+    run(["gcc", *options, "-fPIC", "-shared", *files, "-o", own, "-lm"], sources)
     twin = fmu if version == "2.0" else unpacked(example, "plant", tmp_path / "twin")
     command = host("gcc -O2", programs)
     assert trajectory(command, own, twin) == trajectory(command, twin.library, twin)

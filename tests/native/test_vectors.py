@@ -1,13 +1,16 @@
-"""One file of vectors, read by a C program on every platform and through ctypes: the same bits."""
+"""One file of vectors, replayed on every platform and by the package's libraries: the same bits."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
-from support.native.replay import replay_vectors
-from support.native.targets import TARGETS, build_program, on_targets, run_program
-from support.native.vector_file import write_vectors
+from support.native.targets import TARGETS, build_program, on_targets, run
+from support.native.vector_file import REPLAY, write_vectors
+
+from controllers.qp import dual_newton
+from sim_dart.core import library as core
 
 
 @pytest.fixture(scope="module")
@@ -17,24 +20,23 @@ def vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def through_ctypes(vectors: Path) -> list[str]:
-    """The lines of the library that came with the package."""
-    lines, worst = replay_vectors(vectors)
-    assert len(lines) > 100
-    assert not worst
-    return lines
+def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The lines of the libraries that came with the package, which may be sanitized."""
+    libraries = [core.library()._name, dual_newton.library()._name]
+    folder = tmp_path_factory.mktemp("replay")
+    program = build_program(TARGETS["gcc -O1"], folder, REPLAY, libraries=libraries)
+    return run([*program, vectors], variables=os.environ).splitlines()
 
 
 @pytest.mark.native
-def test_the_package_gives_what_others_give(through_ctypes: list[str]) -> None:
+def test_the_package_gives_what_others_give(replayed: list[str]) -> None:
     """DART's and MuJoCo's terms, quadprog's answers, Python's loop with DART's plant."""
-    assert through_ctypes
+    assert len(replayed) > 100
 
 
 @on_targets(TARGETS, quick="gcc -O1")
 def test_every_platform_gives_the_same_bits(
-    target: str, vectors: Path, through_ctypes: list[str], tmp_path: Path
+    target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:
-    sources = ("replay_hosted.c", "replay_vectors.c")
-    program = build_program(TARGETS[target], tmp_path, sources)
-    assert run_program(program, vectors).splitlines() == through_ctypes
+    program = build_program(TARGETS[target], tmp_path, REPLAY)
+    assert run([*program, vectors]).splitlines() == replayed

@@ -1,6 +1,6 @@
 /* Replays vectors through the core and the control laws.
 
-   The vectors are a list of records, see vector_file.py; replay.py does the same through ctypes. For every
+   The vectors are a list of records, see vector_file.py. For every
    comparison a line is said: the digest of the bits that came out, and the name. Needs nothing of a C
    library beyond what core and laws need, so that it runs on a bare machine too.                        */
 #include "replay_vectors.h"

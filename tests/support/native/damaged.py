@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .targets import Target, run_program
+from .targets import Target, run
 
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "1000"))
 BATCH = 5000
@@ -17,5 +17,5 @@ def count_refused(program: list[str], *arguments: Path) -> int:
     refused = 0
     for first in range(0, MUTATIONS, BATCH):
         count = min(BATCH, MUTATIONS - first)
-        refused += int(run_program(program, str(first), str(count), *arguments))
+        refused += int(run([*program, str(first), str(count), *arguments]))
     return refused

@@ -7,20 +7,17 @@ number, with the very sources.
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import Robot
 from sim_dart import compile_blob
 
-from .targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, environment, single_flags
+from .targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, require, run, single_flags
 
 Array = NDArray[Any]
 GCC = Target(["gcc", "-O2"])
@@ -29,7 +26,11 @@ STRICT = ("-Wdouble-promotion", "-Wfloat-conversion")
 """No double slips in, and none is cut."""
 
 _ANSWERS_SIZE = ("core_size", "dual_newton_size", "computed_torque_size", "control_loop_size")
-_ANSWERS_POINTER = ("core_array", "core_open", "dual_newton_open", "dual_newton_array")
+_ANSWERS_POINTER = [
+    f"{prefix}_{name}"
+    for prefix in ("core", "dual_newton", "computed_torque")
+    for name in ("open", "array")
+]
 
 
 class Precision:
@@ -45,8 +46,7 @@ class Precision:
     def __init__(
         self, folder: Path, single: bool, sources: Sequence[str] = (), flags: Sequence[str] = ()
     ) -> None:
-        if shutil.which("gcc") is None:
-            pytest.skip("no gcc")
+        require(GCC)
         self.single, self.dtype = single, np.dtype(np.float32 if single else np.float64)
         self.number = ctypes.c_float if single else ctypes.c_double
         target = folder / f"core_{self.dtype}.so"
@@ -55,10 +55,7 @@ class Precision:
         own = (*single_flags(GCC), *STRICT) if single else ()
         command = [*GCC.compiler, *FLAGS, "-shared", "-fPIC", *own]
         command += [*flags, *headers, *map(str, files), *SOURCES, "-o", str(target), "-lm"]
-        done = subprocess.run(
-            command, capture_output=True, text=True, check=False, env=environment()
-        )
-        assert done.returncode == 0, done.stderr
+        run(command)
         self.library = ctypes.CDLL(str(target))
         for name in _ANSWERS_SIZE:
             getattr(self.library, name).restype = ctypes.c_size_t

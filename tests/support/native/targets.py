@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -101,41 +101,44 @@ def require(target: Target) -> list[str]:
     return [found, *target.runner[1:]]
 
 
-def build_program(target: Target, folder: Path, sources: Sequence[str], *more: str) -> list[str]:
-    """Compile a program of this folder with core and control laws; the command that runs it.
+def run(
+    command: Sequence[str | Path],
+    folder: Path | None = None,
+    variables: Mapping[str, str] | None = None,
+) -> str:
+    """What a command prints, in a folder and with more variables; its complaint fails the test."""
+    done = subprocess.run(
+        list(map(str, command)),
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=environment() | dict(variables or {}),
+        timeout=TIMEOUT,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout or done.stderr
+
+
+def build_program(
+    target: Target,
+    folder: Path,
+    sources: Sequence[str],
+    *more: str,
+    libraries: Sequence[str] = SOURCES,
+) -> list[str]:
+    """Compile a program of this folder; the command that runs it.
 
     Args:
         target: For which platform.
         folder: Where to compile to.
         sources: Its files, the one that it is named after first.
         more: Further flags.
+        libraries: Core and control laws: their sources, or compiled.
     """
     runner = require(target)
     program = folder / f"{Path(sources[0]).stem}{target.suffix}"
     files = [PROGRAMS / name for name in sources]
-    command = [*target.compiler, *FLAGS, *more, f"-I{ROOT}", *map(str, files), *SOURCES]
-    command += ["-o", str(program)]
-    compiled = subprocess.run(
-        [*command, "-lm"],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=environment(),
-        timeout=TIMEOUT,
-    )
-    assert compiled.returncode == 0, compiled.stderr
+    flags = [*FLAGS, *more, f"-I{ROOT}"]
+    run([*target.compiler, *flags, *files, *libraries, "-o", program, "-lm"])
     return [*runner, str(program)]
-
-
-def run_program(command: list[str], *arguments: str | Path) -> str:
-    """What the program prints; its complaint fails the test."""
-    done = subprocess.run(
-        [*command, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=environment(),
-        timeout=TIMEOUT,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout

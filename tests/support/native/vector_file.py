@@ -36,6 +36,8 @@ from sim_dart import DartDynamics, Plant, compile_blob
 from sim_dart.core.tasks import task_rows
 from sim_dart.dart.skeleton import build_skeleton
 
+REPLAY = ("replay_hosted.c", "replay_vectors.c")
+"""The program that replays a file; it fails where anything deviates by more than is allowed."""
 TICKS = 50
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 HEAD = struct.Struct("<48sdQ")
@@ -138,7 +140,7 @@ def _add_program(file: VectorFile, rng: np.random.Generator) -> None:
 
 
 def law_arrays(experiment: Experiment) -> dict[str, ArrayLike]:
-    """What the law in C is to be told."""
+    """Arrays of the law and the loop in C, by name."""
     robot, settings = experiment.robot, experiment.controller
     n, tasks = len(robot.coordinates), settings.tasks
     arrays: dict[str, ArrayLike] = {
