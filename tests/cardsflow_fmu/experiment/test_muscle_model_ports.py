@@ -129,7 +129,7 @@ def test_a_computed_torque_works_on_top_of_pneumatic_muscles(pneumatic: Result) 
         np.testing.assert_allclose(tension[1:], f[:-1], rtol=0.02)  # there at the next tick
 
 
-def test_the_summary_and_the_figure_tell_tensions(pneumatic: Result) -> None:
+def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
     forces = pneumatic.summary["forces"]
     names = [f"tension.cable_{k}" for k in (1, 2, 3, 4)]
     assert list(forces["per_muscle"]) == names

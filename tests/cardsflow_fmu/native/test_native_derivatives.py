@@ -81,7 +81,7 @@ def test_substeps(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 @pytest.mark.native
-def test_rules_wrenches_and_books(integrator: str, tmp_path: Path) -> None:
+def test_integrators_wrenches_and_energies(integrator: str, tmp_path: Path) -> None:
     """Energies, work and momenta by forces, wrenches and where a step begins."""
     robot = random_robot(5)
     pushed = robot.links[-1].name, robot.links[1].name

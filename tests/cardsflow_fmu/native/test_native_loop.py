@@ -93,7 +93,7 @@ def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
     assert len(found["native"].rows) == len(found["direct"].rows) == 51
 
 
-def test_the_summary_tells_engine_master_and_speed(tmp_path: Path) -> None:
+def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
     experiment = load("planar_2r")
     result = run(experiment, tmp_path / "out", through="native")
     assert result.summary["engine"] == {"plant": "native", "controller": "native"}

@@ -282,7 +282,7 @@ def test_a_results_file_is_never_written_over(
     assert {file.name: file.read_bytes() for file in results.iterdir()} == before
 
 
-def test_a_report_of_several_robots_tells_of_each(tmp_path: Path) -> None:
+def test_a_report_of_several_robots_shows_each(tmp_path: Path) -> None:
     (tmp_path / "experiment.toml").write_text(
         "".join(f"[[robots]]\nname = '{n}'\npath = '{PLANAR_2R / 'robot'}'\n" for n in "ab")
         + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"

@@ -152,7 +152,7 @@ def test_other_types_are_refused(folder: Path) -> None:
         made.slave.freeInstance()
 
 
-def test_updates_tell_of_every_step(started: Instance) -> None:
+def test_intermediate_updates_come_at_every_step(started: Instance) -> None:
     for k in range(3):
         assert started.slave.doStep(k * STEP, STEP) == (False, False, False, (k * STEP) + STEP)
     assert started.updates == [(k * STEP + STEP, k + 1.0) for k in range(3)]
@@ -205,7 +205,7 @@ def test_kinds_that_there_are_not(folder: Path) -> None:
 
 
 def test_what_the_standard_makes_optional(started: Instance) -> None:
-    """Each of the other functions refuses, tells why, and does no harm."""
+    """Each of the other functions refuses with a message and does no harm."""
     slave = started.slave
     csrc = Path(__file__).parents[3] / "cardsflow_fmu/runtime/csrc"
     source = (csrc / "fmi/fmi3_absent.c").read_text()

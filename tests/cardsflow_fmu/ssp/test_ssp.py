@@ -14,7 +14,7 @@ import fmpy.ssp
 import numpy as np
 import pytest
 from lxml import etree
-from support.fmu.foreign_fmus import foreign_fmu
+from support.fmu.external_fmus import external_fmu
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, build
@@ -145,7 +145,7 @@ def test_the_command_runs_a_system(
 
 
 def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
-    """Any FMU with the plant's ports stands for the hardware: here, another plant."""
+    """Any FMU with the plant's ports may be the hardware: here, another plant."""
     folder = tmp_path / "other"
     other = build(Experiment.load(EXAMPLE, SETTINGS | {"start.q": [0.1, 0.2]}), folder)["plant"]
     with_hardware = SETTINGS | {"fmus.hardware": str(other)}
@@ -157,8 +157,8 @@ def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
         simulate_system(path, {"variant": "hardwear"})
 
 
-def test_a_foreign_fmu_travels_with_its_units(tmp_path: Path, compiler: str) -> None:
-    file = foreign_fmu(tmp_path / "body.fmu", compiler, "2.0")
+def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) -> None:
+    file = external_fmu(tmp_path / "body.fmu", compiler, "2.0")
     plant = {
         "path": str(file),
         "parameters": {"inertia": 4.0},
@@ -178,7 +178,7 @@ def test_a_foreign_fmu_travels_with_its_units(tmp_path: Path, compiler: str) -> 
 
 
 def test_arrays_cannot_be_connectors(tmp_path: Path, compiler: str) -> None:
-    file = foreign_fmu(tmp_path / "body.fmu", compiler, "3.0")
+    file = external_fmu(tmp_path / "body.fmu", compiler, "3.0")
     plant = {"path": str(file), "inputs": {"f": "pulls"}, "outputs": {"q": "angles"}}
     experiment = Experiment.load(EXAMPLE, SETTINGS | {"fmus.plant": plant})
     with pytest.raises(InputError, match="input pulls is no scalar number, as SSP needs"):

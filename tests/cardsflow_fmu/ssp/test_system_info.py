@@ -41,7 +41,7 @@ def test_a_system_lists_its_participants(system: Path) -> None:
     assert "variants: hardware" in text
 
 
-def test_the_command_tells_of_systems(
+def test_the_info_command_describes_systems(
     system: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["info", str(system)]) == 0
@@ -74,7 +74,7 @@ def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:
         ({}, True, ("native", "native")),
     ],
 )
-def test_the_summary_of_a_system_tells_what_computes(
+def test_the_summary_of_a_system_has_its_engines(
     settings: dict[str, Any], native: bool, engines: tuple[str, str], tmp_path: Path
 ) -> None:
     build(Experiment.load(PLANAR_2R, SHORT | settings), tmp_path, native=native)

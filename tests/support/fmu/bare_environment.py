@@ -21,7 +21,7 @@ class BareEnvironment:
 
     Args:
         folder: Where to make it.
-        distributions: Names of what is wanted; what they need comes along.
+        distributions: Names of distributions; their dependencies are installed too.
     """
 
     def __init__(self, folder: Path, *distributions: str) -> None:

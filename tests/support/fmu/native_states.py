@@ -37,8 +37,8 @@ def check_states_repeat(file: Path, folder: Path, step: float) -> None:
     def go(first: int, last: int) -> list[list[float]]:
         rows = []
         for k in range(first, last):
-            told = [float(v.start) + 0.02 * (k % 4) for v in inputs]
-            slave.setReal([v.valueReference for v in inputs], told)
+            inputs_set = [float(v.start) + 0.02 * (k % 4) for v in inputs]
+            slave.setReal([v.valueReference for v in inputs], inputs_set)
             slave.doStep(k * step, step)
             rows.append(slave.getReal(outputs))
         return rows
@@ -47,13 +47,13 @@ def check_states_repeat(file: Path, folder: Path, step: float) -> None:
     go(0, 5)
     state = slave.getFMUstate()
     stored = slave.serializeFMUstate(state)
-    wanted = go(5, 12)
+    expected = go(5, 12)
     slave.setFMUstate(state)
-    assert go(5, 12) == wanted
+    assert go(5, 12) == expected
     slave.freeFMUstate(state)
     slave.fmi2FreeInstance(slave.component)
     begin()
     slave.setFMUstate(slave.deSerializeFMUstate(stored))
-    assert go(5, 12) == wanted
-    assert wanted[0] != wanted[-1]
+    assert go(5, 12) == expected
+    assert expected[0] != expected[-1]
     slave.fmi2FreeInstance(slave.component)

@@ -1,4 +1,4 @@
-/* The model of the foreign FMUs: two joints pulled by four cables, in their own units. */
+/* The model of the external FMUs: two joints pulled by four cables, in their own units. */
 #ifndef BODY_H
 #define BODY_H
 

@@ -1,4 +1,4 @@
-"""Foreign FMUs for tests: built from C by another hand, in degrees and kilonewtons."""
+"""External FMUs for tests: built from C by another hand, in degrees and kilonewtons."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import fmpy
 
 from cardsflow_fmu.runtime.library import this_platform
 
-_SOURCES = Path(__file__).parent / "foreign"
+_SOURCES = Path(__file__).parent / "external"
 _HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 UNITS = """<UnitDefinitions>
@@ -75,8 +75,8 @@ FMI3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>"""
 
 
-def foreign_fmu(path: Path, compiler: str, fmi: str, description: str | None = None) -> Path:
-    """Compile and pack the foreign plant.
+def external_fmu(path: Path, compiler: str, fmi: str, description: str | None = None) -> Path:
+    """Compile and pack the external plant.
 
     Args:
         path: The .fmu to write.

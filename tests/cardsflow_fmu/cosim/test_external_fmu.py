@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.fmu.foreign_fmus import FMI2, FMI3, exchange_only, foreign_fmu
+from support.fmu.external_fmus import FMI2, FMI3, exchange_only, external_fmu
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
@@ -37,9 +37,9 @@ MAPS: dict[str, dict[str, Any]] = {
 
 @pytest.fixture(scope="session")
 def bodies(tmp_path_factory: pytest.TempPathFactory, compiler: str) -> dict[str, Path]:
-    """The foreign plant in both versions of FMI."""
-    folder = tmp_path_factory.mktemp("foreign")
-    return {fmi: foreign_fmu(folder / f"body_{fmi[0]}.fmu", compiler, fmi) for fmi in MAPS}
+    """The external plant in both versions of FMI."""
+    folder = tmp_path_factory.mktemp("external")
+    return {fmi: external_fmu(folder / f"body_{fmi[0]}.fmu", compiler, fmi) for fmi in MAPS}
 
 
 def experiment(plant: object, **settings: Any) -> Experiment:
@@ -53,7 +53,7 @@ def experiment(plant: object, **settings: Any) -> Experiment:
 
 
 def direct(experiment: Experiment) -> Result:
-    """A run with our own models as plain Python objects around the foreign FMU."""
+    """A run with our own models as plain Python objects around the external FMU."""
     return simulate(experiment, through="direct")
 
 
@@ -72,7 +72,7 @@ def expected(result: Result, inertia: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("version", MAPS)
-def test_a_foreign_plant_in_its_own_units(bodies: dict[str, Path], version: str) -> None:
+def test_an_external_plant_in_its_own_units(bodies: dict[str, Path], version: str) -> None:
     plant = body(bodies[version], version, parameters={"inertia": 4.0})
     result = direct(experiment(plant))
     q, qd = expected(result, inertia=4.0)
@@ -105,7 +105,7 @@ def test_a_boolean_input_can_be_held(bodies: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize("scheme", ["jacobi", "gauss_seidel"])
 def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: str) -> None:
-    """Our FMI 2.0 controller and reference with a foreign FMI 3.0 plant."""
+    """Our FMI 2.0 controller and reference with an external FMI 3.0 plant."""
     order = {"run__order": ["reference", "controller", "plant"]}
     settings = {"run__coupling": scheme, **(order if scheme == "gauss_seidel" else {})}
     through = {fmi: direct(experiment(body(bodies[fmi], fmi), **settings)).rows for fmi in MAPS}
@@ -147,10 +147,10 @@ def test_what_does_not_fit_is_refused_before_the_first_step(
     assert "\n" not in str(caught.value)
 
 
-def test_a_unit_that_the_fmu_does_not_tell_may_be_stated(tmp_path: Path, compiler: str) -> None:
+def test_a_unit_that_the_fmu_lacks_can_be_stated(tmp_path: Path, compiler: str) -> None:
     text = FMI3.replace('name="angles" valueReference="2" causality="output" unit="deg"', "X")
     text = text.replace("X", 'name="angles" valueReference="2" causality="output"')
-    silent = foreign_fmu(tmp_path / "silent.fmu", compiler, "3.0", text)
+    silent = external_fmu(tmp_path / "silent.fmu", compiler, "3.0", text)
     with pytest.raises(InputError, match="no unit does not fit 'rad': state the missing unit"):
         direct(experiment(body(silent, "3.0")))
     result = direct(experiment(body(silent, "3.0", units={"angles": "deg"})))
@@ -167,7 +167,7 @@ def test_an_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
     ("old", "new"), [('fmiVersion="2.0"', 'fmiVersion="1.0"'), ("<ModelVariables>", "<Models>")]
 )
 def test_what_is_no_fmu_is_refused(tmp_path: Path, compiler: str, old: str, new: str) -> None:
-    file = foreign_fmu(tmp_path / "odd.fmu", compiler, "2.0", FMI2.replace(old, new))
+    file = external_fmu(tmp_path / "odd.fmu", compiler, "2.0", FMI2.replace(old, new))
     with pytest.raises(InputError, match=r"odd\.fmu"):
         direct(experiment(str(file)))
 
@@ -209,7 +209,7 @@ def test_a_coupling_is_part_of_the_data_that_travels() -> None:
 
 def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: str) -> None:
     text = FMI2.replace('start="', 'start="q', 1)
-    file = foreign_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
+    file = external_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
     with pytest.raises(InputError, match=r"odd\.fmu: is no FMU: could not convert"):
         simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
 
