@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.command_line import CommandLine
 from support.fmu.fmu_host import Host, opened, unpack
 
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -53,3 +54,9 @@ def compiler() -> str:
     if found is None or sys.platform == "win32":
         pytest.skip("no C compiler")
     return found
+
+
+@pytest.fixture
+def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    """The command line."""
+    return CommandLine(capsys)

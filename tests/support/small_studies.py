@@ -1,13 +1,12 @@
-"""Studies of the two-link arm that take a blink, for tests of studies."""
+"""Short studies of the two-link arm."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
-from cardsflow_fmu.studies import Study
+from cardsflow_fmu.studies import Study, StudyResult, run_study
 
 ROOT = Path(__file__).parents[2]
 PLANAR = ROOT / "examples" / "planar_2r"
@@ -45,8 +44,7 @@ def small_study(folder: Path, text: str = KP, top: str = "", short: str = SHORT)
     return Study.load(write_study(folder, text, top, short))
 
 
-@contextmanager
-def one_thread() -> Iterator[Executor]:
-    """An executor that needs no new process."""
+def run_here(study: Study, output: Path | None = None, **options: Any) -> StudyResult:
+    """Run a study in a thread of this process."""
     with ThreadPoolExecutor(1) as executor:
-        yield executor
+        return run_study(study, executor, jobs=1, output=output, **options)

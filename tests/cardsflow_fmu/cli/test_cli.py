@@ -1,4 +1,4 @@
-"""The command line as a whole: help, exit codes, JSON, progress, what is said of a script."""
+"""The command line as a whole: help, exit codes, JSON, progress, scripts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import fcntl
 import io
-import json
 import os
 import pty
 import signal
@@ -17,17 +16,17 @@ import termios
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from support.cases import few
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.small_studies import KP, write_study
 
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.common import EXIT_CODES
-from cardsflow_fmu.cli.main import _parser, main
+from cardsflow_fmu.cli.main import _parser
 from cardsflow_fmu.utils.interrupts import interruptible, terminable
 
 SHORT = ["--set", "run.duration=0.05"]
@@ -49,16 +48,6 @@ def commands(
 COMMANDS = dict(commands(_parser()))
 
 
-def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    """Exit code, output and messages of a command."""
-    try:
-        code = main(words)
-    except SystemExit as end:
-        code = int(end.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
@@ -68,9 +57,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_the_help_of_every_command_has_an_example_that_parses(
-    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+    words: tuple[str, ...], cardsflow: CommandLine
 ) -> None:
-    code, out, _ = said(capsys, *words, "--help")
+    code, out, _ = cardsflow(*words, "--help")
     assert code == 0
     name = f"cardsflow {' '.join(words)} "
     begin = out.index("example:\n  ") + len("example:\n  ")
@@ -80,8 +69,8 @@ def test_the_help_of_every_command_has_an_example_that_parses(
     assert callable(_parser().parse_args(arguments).command)
 
 
-def test_the_help_of_all_tells_the_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = said(capsys, "--help")
+def test_the_help_of_all_tells_the_exit_codes(cardsflow: CommandLine) -> None:
+    code, out, _ = cardsflow("--help")
     assert code == 0
     assert "example:\n  cardsflow run" in out
     assert EXIT_CODES in out
@@ -121,12 +110,12 @@ def test_bad_input_is_one_line_and_exit_code_2(
     words: tuple[str, ...],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    cardsflow: CommandLine,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a").mkdir()
     (tmp_path / "a/file").write_text("mine")
-    code, out, err = said(capsys, *words, *MISSING[words])
+    code, out, err = cardsflow(*words, *MISSING[words])
     assert (code, out) == (2, "")
     assert "Traceback" not in err
     assert len(err.splitlines()) == 1 or err.startswith("usage: ")
@@ -135,40 +124,32 @@ def test_bad_input_is_one_line_and_exit_code_2(
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_unknown_options_are_exit_code_2(
-    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = said(capsys, *words, "--no-such-option")
+def test_unknown_options_are_exit_code_2(words: tuple[str, ...], cardsflow: CommandLine) -> None:
+    code, out, err = cardsflow(*words, "--no-such-option")
     assert (code, out) == (2, "")
     assert err.startswith("usage: ")
 
 
 def test_what_a_command_looks_for_is_exit_code_1(
-    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     other = tmp_path / "other.csv"
     other.write_text("time,q.joint_1\n0.0,7.0\n")
-    assert said(capsys, "compare", str(results), str(results))[0] == 0
-    assert said(capsys, "compare", str(results), str(other))[0] == 1
-    assert said(capsys, "check", ROBOT)[0] == 0
+    assert cardsflow("compare", str(results), str(results))[0] == 0
+    assert cardsflow("compare", str(results), str(other))[0] == 1
+    assert cardsflow("check", ROBOT)[0] == 0
     weightless = tmp_path / "model.sdf"
     text = (EXAMPLES / "hill_arm/robot/model.sdf").read_text()
     weightless.write_text(text.replace("<mass>", "<mass>-"))
-    assert said(capsys, "check", str(weightless))[0] == 1
-    assert said(capsys, "size", str(PLANAR_2R), *SHORT)[0] == 0
+    assert cardsflow("check", str(weightless))[0] == 1
+    assert cardsflow("size", str(PLANAR_2R), *SHORT)[0] == 0
 
 
 # JSON
 
 
-def json_of(capsys: pytest.CaptureFixture[str], *words: str) -> Any:
-    code, out, err = said(capsys, *words, "--json")
-    assert code == 0, err
-    return json.loads(out)
-
-
-def test_whatever_writes_files_tells_them_as_json(
-    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_commands_that_write_files_list_them_as_json(
+    results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     for words in (
         ("init", ROBOT, "-o", str(tmp_path / "experiment.toml")),
@@ -180,29 +161,27 @@ def test_whatever_writes_files_tells_them_as_json(
         ("addin", "zip", "-o", str(tmp_path / "addin.zip")),
         ("addin", "install", "--folder", str(tmp_path / "addins")),
     ):
-        output = json_of(capsys, *words)
-        assert output["files"]
-        assert all(Path(file).exists() for file in output["files"])
+        listed = cardsflow.json(*words)
+        assert listed["files"]
+        assert all(Path(file).exists() for file in listed["files"])
 
 
 def test_every_command_but_those_for_people_and_shells_has_json() -> None:
-    without = {("schema",), ("completion",), ("addin",)}  # which print what others read as it is
+    without = {("schema",), ("completion",), ("addin",)}  # which print the input of other programs
     for words, parser in COMMANDS.items():
         options = {option for action in parser._actions for option in action.option_strings}
         assert ("--json" in options) == (words not in without), words
 
 
 @pytest.mark.parametrize("what", ["run", "info", "check", "size"])
-def test_a_report_on_one_thing_is_json(
-    what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) -> None:
     words = {
         "run": ("run", str(PLANAR_2R), *SHORT, "--direct", "-o", str(tmp_path)),
         "info": ("info", ROBOT),
         "check": ("check", ROBOT),
         "size": ("size", str(PLANAR_2R), *SHORT),
     }[what]
-    assert isinstance(json_of(capsys, *words), dict | list)
+    assert isinstance(cardsflow.json(*words), dict | list)
 
 
 # Scripts
@@ -212,44 +191,42 @@ def test_a_report_on_one_thing_is_json(
 def test_the_script_of_a_run_gives_the_same_bits(
     direct: bool,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    cardsflow: CommandLine,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     settings = ["--set", "run.duration=0.1", "--set", 'robot.cable_set="basic_2018_07"']
     words = ["run", str(PLANAR_2R), *settings, *(["--direct"] if direct else [])]
-    code, script, _ = said(capsys, *words, "-o", "scripted", "--as-script")
+    code, script, _ = cardsflow(*words, "-o", "scripted", "--as-script")
     assert code == 0
     assert not any(tmp_path.iterdir())
-    with contextlib.redirect_stdout(io.StringIO()) as output:
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
         exec(compile(script, "script.py", "exec"), {})
-    assert "complete" in output.getvalue()
-    assert said(capsys, *words, "-o", "ran")[0] == 0
+    assert "complete" in printed.getvalue()
+    assert cardsflow(*words, "-o", "ran")[0] == 0
     scripted, ran = (Path(name, "results.csv").read_bytes() for name in ("scripted", "ran"))
     assert scripted == ran
 
 
-def test_the_script_of_an_ssp_gives_the_same_bits(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert said(capsys, "build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path))[0] == 0
+def test_the_script_of_an_ssp_gives_the_same_bits(tmp_path: Path, cardsflow: CommandLine) -> None:
+    assert cardsflow("build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path))[0] == 0
     words = ["run", str(tmp_path / "system.ssp"), "--set", "run.duration=0.02"]
-    script = said(capsys, *words, "-o", str(tmp_path / "scripted"), "--as-script")[1]
+    script = cardsflow(*words, "-o", str(tmp_path / "scripted"), "--as-script")[1]
     with contextlib.redirect_stdout(io.StringIO()):
         exec(compile(script, "script.py", "exec"), {})
-    assert said(capsys, *words, "-o", str(tmp_path / "ran"))[0] == 0
+    assert cardsflow(*words, "-o", str(tmp_path / "ran"))[0] == 0
     scripted, ran = ((tmp_path / name / "results.csv").read_bytes() for name in ("scripted", "ran"))
     assert scripted == ran
 
 
 def test_no_script_is_printed_of_bad_input_or_a_view(
-    capsys: pytest.CaptureFixture[str],
+    cardsflow: CommandLine,
 ) -> None:
     words = ["run", str(PLANAR_2R), "--as-script"]
-    code, out, err = said(capsys, *words, "--set", "controller.kpp=1")
+    code, out, err = cardsflow(*words, "--set", "controller.kpp=1")
     assert (code, out) == (2, "")
     assert "did you mean 'kp'" in err
-    code, out, err = said(capsys, *words, "--view")
+    code, out, err = cardsflow(*words, "--view")
     assert (code, out) == (2, "")
     assert "--view" in err
 
@@ -301,7 +278,7 @@ def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: sign
     assert interrupted(words, out, "runs/*.json", sign) == 130
 
 
-def test_what_nohup_has_ignored_stays_ignored() -> None:
+def test_signals_that_nohup_ignores_stay_ignored() -> None:
     """A run goes on when its terminal is closed, if that was asked for."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
@@ -358,10 +335,8 @@ def on_terminal(words: list[str]) -> bytes:
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_a_completion_knows_all_commands_and_options(
-    shell: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, _ = said(capsys, "completion", shell)
+def test_a_completion_knows_all_commands_and_options(shell: str, cardsflow: CommandLine) -> None:
+    code, out, _ = cardsflow("completion", shell)
     assert code == 0
     for words, parser in COMMANDS.items():
         assert words[-1] in out
@@ -371,7 +346,7 @@ def test_a_completion_knows_all_commands_and_options(
 
 
 @pytest.mark.parametrize(
-    ("line", "completions"),
+    ("line", "expected"),
     [
         ("cardsflow re", {"report", "replay-hardware"}),
         ("cardsflow compare --t", {"--tol"}),
@@ -381,9 +356,9 @@ def test_a_completion_knows_all_commands_and_options(
     ],
 )
 def test_bash_completes(
-    line: str, completions: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    line: str, expected: set[str], tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    (tmp_path / "completion.sh").write_text(said(capsys, "completion", "bash")[1])
+    (tmp_path / "completion.sh").write_text(cardsflow("completion", "bash")[1])
     (tmp_path / "experiment.toml").touch()
     script = f"""
 source completion.sh
@@ -399,18 +374,16 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
         )
     except FileNotFoundError:
         pytest.skip("no bash")
-    assert completions <= {word.strip() for word in done.stdout.splitlines()}, done.stderr
+    assert expected <= {word.strip() for word in done.stdout.splitlines()}, done.stderr
 
 
-def test_a_completion_is_not_asked_of_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = said(capsys, "completion", "csh")
+def test_completion_for_other_shells_is_refused(cardsflow: CommandLine) -> None:
+    code, _, err = cardsflow("completion", "csh")
     assert code == 2
     assert "invalid choice" in err
 
 
-def test_the_summary_of_json_is_that_of_the_file(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    compared = json_of(capsys, "compare", str(results), str(results))
+def test_the_summary_of_json_is_that_of_the_file(results: Path, cardsflow: CommandLine) -> None:
+    compared = cardsflow.json("compare", str(results), str(results))
     assert compared["equal"]
     assert np.all([column["largest"] == 0.0 for column in compared["columns"].values()])

@@ -10,18 +10,18 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.status import Event, StatusReporter
 from cardsflow_fmu.hardware.links.udp import UdpLink
@@ -33,6 +33,7 @@ from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 FREE = ["--listen", "udp://127.0.0.1:0"]
+ARM, ROBOT = str(PLANAR_2R), str(PLANAR_2R / "robot")
 SECONDS = 300
 SETTINGS = {"run.duration": 0.25, "hardware.ramp_in": 0.0, "hardware.ramp_down": 0.0}
 LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
@@ -105,7 +106,7 @@ def plant_run() -> Result:
 def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Path:
     """The recording of a run in lock step, which is the run with the plant."""
     folder = tmp_path_factory.mktemp("recorded")
-    with served("device", str(PLANAR_2R)) as device:
+    with served("device", ARM) as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
         result = run(driven, folder, through="direct")
         assert device.end() == 0
@@ -129,7 +130,7 @@ def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
     np.testing.assert_array_equal(recording.states[:, 0], plant_run["q.joint_1"][1:])
 
 
-def test_a_replayed_run_is_the_run(recorded: Path, plant_run: Result) -> None:
+def test_a_replay_gives_the_same_run(recorded: Path, plant_run: Result) -> None:
     """In lock step bit for bit; beyond its end there is a clear status; and by the clock."""
     with served("replay-hardware", str(recorded), "--watchdog", "10000") as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
@@ -180,7 +181,7 @@ class Line:
 
 
 def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
-    with served("device", str(PLANAR_2R), "--watchdog", "30") as device:
+    with served("device", ARM, "--watchdog", "30") as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             time.sleep(0.1)
@@ -191,11 +192,11 @@ def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
     assert device.totals["device"]["watchdog"] == 1
 
 
-def test_a_device_with_a_key_hears_signed_frames_only(recorded: Path, tmp_path: Path) -> None:
+def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path: Path) -> None:
     key = tmp_path / "key.bin"
     key.write_bytes(bytes(range(32)))
     key.chmod(0o644)
-    with served("device", str(PLANAR_2R), CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
+    with served("device", ARM, CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
         with pytest.raises(HardwareError, match="nobody answers"):
             Line(device.uri, recorded, timeout=0.5).__enter__()
         with Line(device.uri, recorded, bytes(range(32))) as line:
@@ -208,7 +209,7 @@ def test_a_device_with_a_key_hears_signed_frames_only(recorded: Path, tmp_path: 
 def test_a_run_through_faults_ends_in_a_clear_status() -> None:
     words = "--loss 0.05 --jitter 0.5 --duplicate 0.1 --reorder 0.05 --corrupt 0.05 --seed 3"
     words += " --outage 1000:1"
-    with served("device", str(PLANAR_2R), *words.split(), "--watchdog", "500") as device:
+    with served("device", ARM, *words.split(), "--watchdog", "500") as device:
         changes = {"hardware.link": device.uri, "hardware.watchdog": 0.5, "hardware.use": True}
         result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), through="direct")
         assert result.complete
@@ -239,93 +240,78 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
     assert refused == ["it is in use by another; end that run first"]
 
 
-def test_it_ends_by_itself_after_its_time(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["device", str(PLANAR_2R), *FREE, "--duration", "0.05"]) == 0
-    first, *_, last = capsys.readouterr().out.splitlines()
+def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
+    code, out, _ = cardsflow("device", PLANAR_2R, *FREE, "--duration", 0.05)
+    assert code == 0
+    first, *_, last = out.splitlines()
     assert re.fullmatch(r"listening on udp://127\.0\.0\.1:\d+", first)
     assert last == "totals: slipped 0"
-
-
-def said(words: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
-    """Exit code and the one line of a command that fails."""
-    code = main(list(words))
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("cardsflow: ")
-    assert err.count("\n") == 1
-    return code, err
 
 
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
         (["device", "nowhere"], 2, "nowhere"),
-        (["device", str(PLANAR_2R), "--set", "plant.stepp=1"], 2, "stepp"),
-        (["device", str(PLANAR_2R), "--step", "1"], 2, "--set plant.step=..."),
-        (["device", str(PLANAR_2R), "--cable-set", "x"], 2, "--set robot.cable_set=..."),
-        (["device", str(PLANAR_2R / "robot"), "--set", "plant.step=1"], 2, "this is a robot"),
-        (["device", str(PLANAR_2R / "robot"), "--step", "-1"], 2, "a positive time"),
-        (["device", str(PLANAR_2R), "--listen", "tcp://127.0.0.1:5"], 2, "udp://HOST:PORT"),
-        (["device", str(PLANAR_2R), "--listen", "udp://127.0.0.1"], 2, "udp://HOST:PORT"),
-        (["device", str(PLANAR_2R), "--listen", "udp://127.0.0.1:99999"], 2, "udp://HOST:PORT"),
-        (["device", str(PLANAR_2R), "--listen", "udp://no.such.invalid:5"], 1, "no host"),
+        (["device", ARM, "--set", "plant.stepp=1"], 2, "stepp"),
+        (["device", ARM, "--step", "1"], 2, "--set plant.step=..."),
+        (["device", ARM, "--cable-set", "x"], 2, "--set robot.cable_set=..."),
+        (["device", ROBOT, "--set", "plant.step=1"], 2, "this is a robot"),
+        (["device", ROBOT, "--step", "-1"], 2, "a positive time"),
+        (["device", ARM, "--listen", "tcp://127.0.0.1:5"], 2, "udp://HOST:PORT"),
+        (["device", ARM, "--listen", "udp://127.0.0.1"], 2, "udp://HOST:PORT"),
+        (["device", ARM, "--listen", "udp://127.0.0.1:99999"], 2, "udp://HOST:PORT"),
+        (["device", ARM, "--listen", "udp://no.such.invalid:5"], 1, "no host"),
         (["device", str(EXAMPLES / "pneumatic_elbow")], 2, "has the law 'mckibben'; leave the law"),
         (
             ["run", str(EXAMPLES / "hill_arm"), "--hardware", "loopback:"],
             2,
             "hardware takes forces",
         ),
-        (["device", str(PLANAR_2R), "--listen", "udp://192.0.2.1:5"], 1, "address of this machine"),
-        (["device", str(PLANAR_2R), "--loss", "1.5"], 2, "loss: must be from 0 to 1, not 1.5"),
-        (["device", str(PLANAR_2R), "--delay", "-1"], 2, "delay: must not be negative: -0.001"),
-        (["device", str(PLANAR_2R), "--outage", "1"], 2, "--outage: must be START:LENGTH"),
-        (["device", str(PLANAR_2R), "--outage", "1:0"], 2, "an outage begins"),
-        (["device", str(PLANAR_2R), "--watchdog", "0"], 2, "watchdog must be a positive"),
-        (["device", str(PLANAR_2R), "--encoder", "0"], 2, "--encoder: must be above 0 counts"),
-        (["device", str(PLANAR_2R), "--noise", "-1"], 2, "noise: must not be negative: -1.0"),
-        (["device", str(PLANAR_2R), "--motor-lag", "nan"], 2, "time constant"),
-        (["device", str(PLANAR_2R), "--seed", "-1"], 2, "seed: must not be negative: -1"),
-        (["device", str(PLANAR_2R), "--duration", "0"], 2, "must be above 0 s"),
-        (["device", str(PLANAR_2R), "--key-file", "nowhere.key"], 2, "nowhere.key"),
+        (["device", ARM, "--listen", "udp://192.0.2.1:5"], 1, "address of this machine"),
+        (["device", ARM, "--loss", "1.5"], 2, "loss: must be from 0 to 1, not 1.5"),
+        (["device", ARM, "--delay", "-1"], 2, "delay: must not be negative: -0.001"),
+        (["device", ARM, "--outage", "1"], 2, "--outage: must be START:LENGTH"),
+        (["device", ARM, "--outage", "1:0"], 2, "an outage begins"),
+        (["device", ARM, "--watchdog", "0"], 2, "watchdog must be a positive"),
+        (["device", ARM, "--encoder", "0"], 2, "--encoder: must be above 0 counts"),
+        (["device", ARM, "--noise", "-1"], 2, "noise: must not be negative: -1.0"),
+        (["device", ARM, "--motor-lag", "nan"], 2, "time constant"),
+        (["device", ARM, "--seed", "-1"], 2, "seed: must not be negative: -1"),
+        (["device", ARM, "--duration", "0"], 2, "must be above 0 s"),
+        (["device", ARM, "--key-file", "nowhere.key"], 2, "nowhere.key"),
         (["replay-hardware", "nowhere.rec"], 2, "nowhere.rec: cannot be read"),
         (["replay-hardware", __file__], 2, "is no hardware recording"),
     ],
 )
-def test_wrong_words_are_one_line(
-    words: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+def test_wrong_options_are_one_line(
+    words: list[str], code: int, message: str, cardsflow: CommandLine
 ) -> None:
     own = [] if "--listen" in words or words[0] == "run" else FREE
-    found, line = said([*words, *own], capsys)
-    assert message in line
-    assert found == code
+    assert message in cardsflow.refused(*words, *own, code=code)
 
 
-def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_that_is_taken_is_one_line(cardsflow: CommandLine) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         uri = f"udp://127.0.0.1:{taken.getsockname()[1]}"
-        code, line = said(["device", str(PLANAR_2R), "--listen", uri], capsys)
-    assert code == 1
+        line = cardsflow.refused("device", PLANAR_2R, "--listen", uri, code=1)
     assert f"cannot listen at {uri}" in line
 
 
-def test_a_recording_without_states_is_no_device(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_without_states_is_no_device(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = tmp_path / "hardware.rec"
     Recorder(file, RecordingHeader(("f",), ("N",), ("q",), ("rad",), 1, 1e-3)).close()
-    code, line = said(["replay-hardware", str(file), *FREE], capsys)
-    assert code == 2
-    assert "no state has been recorded" in line
+    assert "no state has been recorded" in cardsflow.refused("replay-hardware", file, *FREE)
 
 
-def test_what_is_cut_off_is_reported(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_cut_off_recording_causes_a_warning(
+    recorded: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     file = tmp_path / "hardware.rec"
     file.write_bytes(recorded.read_bytes()[:-7])
-    assert main(["replay-hardware", str(file), *FREE, "--duration", "0.01"]) == 0
-    assert "the last 161 bytes are no whole record" in capsys.readouterr().err
+    code, _, err = cardsflow("replay-hardware", file, *FREE, "--duration", 0.01)
+    assert code == 0
+    assert "the last 161 bytes are no whole record" in err
 
 
 class StillRobot:
@@ -347,14 +333,14 @@ class StillRobot:
 
 def test_a_change_is_reported_once() -> None:
     device = Device(StillRobot(), 1, 1e-3, f_min=0.0, f_max=1.0)
-    reported: list[Event] = []
-    status = StatusReporter(device, reported.append)
+    events: list[Event] = []
+    status = StatusReporter(device, events.append)
     device.go_safe()
     for _ in range(3):
         status.update()
-    assert reported == []
+    assert events == []
     for _ in range(3):
         device.counters["busy"] += 1
         status.update()
-    assert [event.state for event in reported] == ["refused"]
-    assert str(reported[0]) == "run 00000000 refused: it is in use by another; end that run first"
+    assert [event.state for event in events] == ["refused"]
+    assert str(events[0]) == "run 00000000 refused: it is in use by another; end that run first"

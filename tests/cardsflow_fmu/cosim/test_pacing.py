@@ -60,7 +60,7 @@ def test_lateness_does_not_add_up() -> None:
     assert pacer.slips == 0
 
 
-def test_less_than_a_step_is_made_up_for() -> None:
+def test_delays_below_a_step_are_caught_up() -> None:
     clock = Clock()
     pacer = paced(clock)
     pacer.wait(0.0)
@@ -70,7 +70,7 @@ def test_less_than_a_step_is_made_up_for() -> None:
     assert clock.now == pytest.approx(100.02)
 
 
-def test_more_than_a_step_slips_instead_of_a_burst() -> None:
+def test_delays_above_a_step_shift_later_moments() -> None:
     clock = Clock()
     pacer = paced(clock)
     pacer.wait(0.0)
@@ -135,7 +135,7 @@ def test_scheduling_is_as_before_afterwards() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="scheduling of Linux")
-def test_who_takes_priority_first_gives_it_back_even_when_another_leaves_later() -> None:
+def test_priority_is_restored_by_the_first_that_took_it() -> None:
     before = scheduling()
     first, second = real_time_priority(), real_time_priority()
     first.__enter__()
@@ -146,7 +146,7 @@ def test_who_takes_priority_first_gives_it_back_even_when_another_leaves_later()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="scheduling of Linux")
-def test_without_permission_nothing_changes_and_nothing_fails(
+def test_without_permission_priority_is_unchanged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def refuse(*_: object) -> None:
@@ -157,7 +157,7 @@ def test_without_permission_nothing_changes_and_nothing_fails(
         assert name == scheduling()
 
 
-def test_garbage_waits() -> None:
+def test_garbage_is_not_collected_meanwhile() -> None:
     assert gc.isenabled()
     with without_collections():
         assert not gc.isenabled()

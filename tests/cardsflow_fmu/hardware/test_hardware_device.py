@@ -112,7 +112,7 @@ def test_nothing_moves_before_a_set_point_nor_in_idle() -> None:
     np.testing.assert_allclose(robot_of(talk.device).x, 0.1 * PULL, rtol=1e-15)
 
 
-def test_the_watchdog_bites_after_silence_and_only_a_new_run_wakes() -> None:
+def test_the_watchdog_expires_after_silence_and_only_a_new_run_ends_the_safe_state() -> None:
     talk = talking()
     robot = robot_of(talk.device)
     talk.pull()
@@ -132,8 +132,8 @@ def test_the_watchdog_bites_after_silence_and_only_a_new_run_wakes() -> None:
     assert talk.device.counters["watchdog"] == 1
 
 
-def test_a_late_set_point_finds_the_watchdog_has_bitten() -> None:
-    """Although nobody has let it look at the clock in between."""
+def test_a_late_set_point_comes_after_the_watchdog_has_expired() -> None:
+    """Without a call of `tick` in between."""
     talk = talking()
     talk.pull()
     talk.now += 0.021
@@ -162,14 +162,14 @@ def test_the_newest_of_reordered_set_points_wins() -> None:
     np.testing.assert_array_equal(np.array(robot_of(talk.device).given)[:, 0], [5.0, 7.0, 8.0])
 
 
-def test_sequence_numbers_may_go_round() -> None:
+def test_sequence_numbers_may_wrap_around() -> None:
     talk = talking()
     for seq in (2**31 - 1, 2**32 - 2, 2**32 - 1, 0, 1):
         assert len(talk.pull(seq=seq)) == 1
     assert talk.pull(seq=2**32 - 1) == []
 
 
-def test_forces_are_clamped_and_that_is_reported() -> None:
+def test_forces_are_clamped_with_a_flag() -> None:
     talk = talking()
     (state,) = talk.pull([-1e308, 10.0, 1e308])
     np.testing.assert_array_equal(robot_of(talk.device).given[-1], [F_MIN, 10.0, F_MAX])
@@ -226,7 +226,9 @@ REQUESTS = [
 
 
 @pytest.mark.parametrize(("asked", "refusal"), REQUESTS)
-def test_what_a_device_agrees_to(asked: Handshake, refusal: ErrorCode | None) -> None:
+def test_handshakes_that_a_device_accepts_and_refuses(
+    asked: Handshake, refusal: ErrorCode | None
+) -> None:
     talk = Talk(make_device())
     answer = talk.handshake(asked)
     if refusal is None:
@@ -237,16 +239,16 @@ def test_what_a_device_agrees_to(asked: Handshake, refusal: ErrorCode | None) ->
 
 
 @pytest.mark.parametrize(
-    ("wished", "agreed"), [(0.005, 0.005), (0.02, 0.02), (1.0, 0.02), (0, 0.02)]
+    ("requested", "agreed"), [(0.005, 0.005), (0.02, 0.02), (1.0, 0.02), (0, 0.02)]
 )
-def test_the_shorter_watchdog_holds(wished: float, agreed: float) -> None:
+def test_the_shorter_watchdog_holds(requested: float, agreed: float) -> None:
     talk = Talk(make_device())
-    assert talk.handshake(handshake(watchdog=wished)).values[4] == agreed
+    assert talk.handshake(handshake(watchdog=requested)).values[4] == agreed
     talk.pull()
     assert talk.device.next_deadline == pytest.approx(talk.now + agreed)
 
 
-def test_a_hello_that_was_answered_is_answered_alike_until_the_first_set_point() -> None:
+def test_a_repeated_hello_has_the_same_answer_until_the_first_set_point() -> None:
     """The answer may have been lost; the nonce stays, and so does the robot."""
     talk = Talk(make_device())
     first, again = talk.handshake(), talk.handshake()
@@ -258,7 +260,7 @@ def test_a_hello_that_was_answered_is_answered_alike_until_the_first_set_point()
 
 
 @pytest.mark.parametrize("peer", [PEER, OTHER])
-def test_nobody_takes_over_a_running_device(peer: Hashable) -> None:
+def test_a_running_device_is_not_taken_over(peer: Hashable) -> None:
     talk = talking(watchdog=60.0)
     talk.pull()
     thief = Talk(talk.device, run=78, peer=peer)
@@ -282,7 +284,7 @@ def test_a_run_at_rest_is_given_up_after_silence(lockstep: bool) -> None:
     assert talk.device.counters["run"] == 1
 
 
-def test_frames_of_another_run_or_peer_are_not_heard() -> None:
+def test_frames_of_another_run_or_peer_are_dropped() -> None:
     talk = talking()
     talk.pull()
     for stranger in (Talk(talk.device, run=78), Talk(talk.device, peer=OTHER)):
@@ -293,7 +295,7 @@ def test_frames_of_another_run_or_peer_are_not_heard() -> None:
     assert (talk.device.counters["run"], talk.device.counters["peer"]) == (3, 3)
 
 
-def test_before_a_run_only_a_hello_is_heard() -> None:
+def test_before_a_run_all_frames_but_a_hello_are_dropped() -> None:
     talk = Talk(make_device(), run=0, peer=None)
     for kind in (Kind.SETPOINT, Kind.STOP, Kind.PING, Kind.STATE, Kind.ERROR):
         assert talk.send(talk.frame(kind, PULL, seq=1)) == []
@@ -301,7 +303,7 @@ def test_before_a_run_only_a_hello_is_heard() -> None:
     assert talk.device.state == "idle"
 
 
-def test_frames_of_devices_are_not_for_devices() -> None:
+def test_kinds_of_frames_of_devices_are_dropped() -> None:
     talk = talking()
     for kind in (Kind.HELLO_ACK, Kind.STATE, Kind.STOPPED, Kind.ERROR, Kind.PONG):
         assert talk.send(talk.frame(kind, np.zeros(STATES), seq=1)) == []
@@ -325,7 +327,7 @@ def test_a_ping_is_answered_with_its_values() -> None:
 
 @pytest.mark.parametrize("how", ["failing", "broken"])
 @pytest.mark.parametrize("lockstep", [False, True])
-def test_a_robot_that_fails_is_made_safe_and_that_is_reported(how: str, lockstep: bool) -> None:
+def test_a_robot_that_fails_is_made_safe_with_a_flag(how: str, lockstep: bool) -> None:
     talk = talking(lockstep=lockstep)
     robot = robot_of(talk.device)
     talk.pull()
@@ -344,7 +346,7 @@ def test_a_robot_that_fails_is_made_safe_and_that_is_reported(how: str, lockstep
     assert answer.kind is (Kind.ERROR if how == "broken" else Kind.HELLO_ACK)
 
 
-def test_frames_of_an_earlier_run_are_of_no_use_with_a_key() -> None:
+def test_signed_frames_of_an_earlier_run_are_dropped() -> None:
     """Even if the attacker begins a run with the recorded handshake."""
     talk = talking(KEY)
     recorded = [talk.frame(Kind.SETPOINT, PULL, seq=k) for k in range(1, 20)]
@@ -372,7 +374,7 @@ def test_frames_of_an_earlier_run_are_of_no_use_with_a_key() -> None:
         {"f_min": 0.0, "f_max": 3.0, "key": b"short"},
     ],
 )
-def test_a_device_that_makes_no_sense_is_refused(settings) -> None:
+def test_invalid_capabilities_are_refused(settings) -> None:
     with pytest.raises(InputError):
         Device(Integrator(), 1, STEP, **settings)
 

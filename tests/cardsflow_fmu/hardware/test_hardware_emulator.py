@@ -51,7 +51,7 @@ def simulated(name: str, changes: tuple[tuple[str, object], ...]) -> Result:
         ),
     ],
 )
-def test_without_imperfections_it_goes_through_the_states_of_the_plant(
+def test_an_ideal_emulated_robot_has_the_states_of_the_plant(
     name: str, changes: tuple[tuple[str, object], ...]
 ) -> None:
     """Bit for bit, given the forces of a simulation, its masses and its disturbance."""
@@ -75,7 +75,7 @@ def test_without_imperfections_it_goes_through_the_states_of_the_plant(
         np.testing.assert_allclose(state[len(names) :], force, rtol=0, atol=1e-9)
 
 
-def test_a_new_run_begins_where_the_first_did() -> None:
+def test_a_new_run_has_the_start_of_the_first() -> None:
     emulated = EmulatedRobot.of_experiment(Experiment.load(PLANAR_2R), motor_lag=0.01)
     runs = []
     for _ in range(2):
@@ -90,7 +90,7 @@ def test_a_new_run_begins_where_the_first_did() -> None:
     np.testing.assert_array_equal(runs[0][0][:2], [-0.5, 0.5])
 
 
-def test_time_that_is_no_whole_number_of_steps_is_not_lost() -> None:
+def test_the_remainder_of_a_time_beyond_whole_steps_is_kept() -> None:
     emulated = EmulatedRobot(planar_2r(), STEP)
     for _ in range(1000):
         emulated.advance(0.7e-3)
@@ -141,7 +141,7 @@ def test_motors_follow_with_their_time_constant() -> None:
         np.testing.assert_allclose(emulated.tension, expected, rtol=1e-12)
 
 
-def test_motors_that_take_lengths_pull_as_their_springs_do() -> None:
+def test_motors_with_length_commands_pull_as_their_springs() -> None:
     """By f = K (l - l0) + D l'; l0 for the tension at the start holds it there."""
     motors = springs()
     start = {"q": [0.1, 0.2], "qd": [0.3, -0.4]}
@@ -156,8 +156,8 @@ def test_motors_that_take_lengths_pull_as_their_springs_do() -> None:
     assert np.abs(plant.qd).max() > 0.1
 
 
-def test_motors_that_take_velocities_are_those_that_take_lengths() -> None:
-    """Commanded with rates of l0, they go where motors commanded with l0 go."""
+def test_motors_with_velocity_commands_equal_those_with_length_commands() -> None:
+    """Commanded by the rates of l0, they move as motors commanded by l0."""
     robot = planar_2r()
     by_length = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["length"])
     by_rate = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["velocity"])
@@ -178,7 +178,7 @@ def test_motors_that_take_velocities_are_those_that_take_lengths() -> None:
 @pytest.mark.parametrize("radius", [(), (0.01, 0.02, 0.03, 0.04)])
 @pytest.mark.parametrize("scale", [(), (4096.0, 100.0, 1e5, 1.0)])
 @pytest.mark.parametrize("offset", [None, (), (0.3, 0.1, 0.2, -0.1)])
-def test_motors_undo_what_the_map_of_motors_does(
+def test_motors_are_the_inverse_of_the_map_of_motors(
     command: CommandKind, radius: tuple, scale: tuple, offset: tuple | None
 ) -> None:
     """Commanded with the mapped forces, they pull with these forces."""
@@ -207,7 +207,7 @@ def test_motors_undo_what_the_map_of_motors_does(
         np.testing.assert_allclose(emulated.tension, desired, rtol=1e-8)
 
 
-def test_what_is_not_measured_is_not_reported() -> None:
+def test_states_lack_quantities_that_are_not_measured() -> None:
     for lengths in (False, True):
         for tensions in (False, True):
             emulated = EmulatedRobot(
@@ -237,7 +237,7 @@ def test_the_safe_state_is_the_smallest_tension(kind: str) -> None:
 
 
 def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndarray]:
-    """What sensors tell of a motion, and what is true; rows of q, qd, l."""
+    """Readings of a motion, and true values; rows of q, qd, l."""
     robot = planar_2r()
     pair = [
         EmulatedRobot(robot, STEP, q=[0.1, 0.2], sensors=s) for s in (sensors, SensorSettings())
@@ -252,22 +252,22 @@ def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndar
     return np.array(rows[0]), np.array(rows[1])
 
 
-def test_encoders_count() -> None:
+def test_encoders_quantise() -> None:
     joint, length = 2000.0, 50e3
-    measured, true = read(SensorSettings(joint_counts=joint, length_counts=length))
+    readings, true = read(SensorSettings(joint_counts=joint, length_counts=length))
     for columns, counts in ((slice(0, N), joint), (slice(2 * N, None), length)):
-        counted = measured[:, columns] * counts
+        counted = readings[:, columns] * counts
         np.testing.assert_allclose(counted, np.round(counted), rtol=0, atol=1e-6)
-        error = np.abs(measured - true)[:, columns].max()
+        error = np.abs(readings - true)[:, columns].max()
         assert 0.25 / counts < error <= 0.5 / counts * (1 + 1e-9)
-    np.testing.assert_array_equal(measured[:, N : 2 * N], true[:, N : 2 * N])
+    np.testing.assert_array_equal(readings[:, N : 2 * N], true[:, N : 2 * N])
 
 
 def test_velocities_may_be_differences_of_counts() -> None:
     """Off by at most one count over the step, besides half a step of acceleration."""
     counts = 1e5
-    measured, true = read(SensorSettings(joint_counts=counts, differences=True))
-    q, qd = measured[:, :N], measured[:, N : 2 * N]
+    readings, true = read(SensorSettings(joint_counts=counts, differences=True))
+    q, qd = readings[:, :N], readings[:, N : 2 * N]
     np.testing.assert_allclose(qd[1:], np.diff(q, axis=0) / STEP, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(qd[0], 0.0)
     change = np.abs(np.diff(true[:, N : 2 * N], axis=0))
@@ -276,14 +276,14 @@ def test_velocities_may_be_differences_of_counts() -> None:
 
 
 def test_noise_has_its_size_and_its_seed() -> None:
-    measured, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
+    readings, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
     again, _ = read(SensorSettings(noise=2e-3, seed=5), 1000)
     other, _ = read(SensorSettings(noise=2e-3, seed=6), 1000)
-    noise = (measured - true).ravel()
+    noise = (readings - true).ravel()
     assert np.std(noise) == pytest.approx(2e-3, rel=0.05)
     assert abs(np.mean(noise)) < 4 * 2e-3 / math.sqrt(noise.size)
-    np.testing.assert_array_equal(measured, again)
-    assert np.abs(measured - other).min() > 0
+    np.testing.assert_array_equal(readings, again)
+    assert np.abs(readings - other).min() > 0
 
 
 @pytest.mark.parametrize(
@@ -296,12 +296,12 @@ def test_noise_has_its_size_and_its_seed() -> None:
         ({"seed": -1}, "seed: must not be negative: -1"),
     ],
 )
-def test_sensors_that_cannot_be_are_refused(words: dict[str, float], message: str) -> None:
+def test_invalid_sensors_are_refused(words: dict[str, float], message: str) -> None:
     with pytest.raises(InputError, match=message):
         SensorSettings(**words)
 
 
 @pytest.mark.parametrize("lag", [-0.1, math.nan, math.inf])
-def test_motors_that_cannot_be_are_refused(lag: float) -> None:
+def test_invalid_motors_are_refused(lag: float) -> None:
     with pytest.raises(InputError, match="time constant must be 0 s or more"):
         EmulatedRobot(planar_2r(), STEP, motor_lag=lag)

@@ -123,7 +123,7 @@ def bench(
 
 
 def has_ended_well(bench: Bench) -> bool:
-    """Whether the forces fell evenly, and the device then got the command to stop, once."""
+    """Whether the forces fell evenly, and the device was then stopped, once."""
     first = np.array([command[0] for command in bench.commands[-RAMP:]])
     expected = 10.0 + 31.0 * np.arange(RAMP - 1, -1, -1) / RAMP
     return (
@@ -140,7 +140,7 @@ def test_terminate_leads_to_the_safe_state(bench: Bench) -> None:
     assert has_ended_well(bench)
 
 
-def test_what_there_was_can_be_read_after_terminate(bench: Bench) -> None:
+def test_outputs_can_be_read_after_terminate(bench: Bench) -> None:
     bench.host.slave.terminate()
     assert bench.mode() == STOPPED
     assert bench.positions() == bench.device.robot.state()[:2].tolist()
@@ -170,7 +170,7 @@ def test_a_reset_after_terminate_leads_to_a_new_run(bench: Bench) -> None:
 
 
 @in_both_hosts
-def test_what_has_failed_lets_go_when_it_is_terminated(bench: Bench) -> None:
+def test_terminate_after_a_failure_leads_to_the_safe_state(bench: Bench) -> None:
     """A step that is none fails in C, and the model does not hear of it; terminate is refused."""
     refused(lambda: bench.host.slave.doStep(7.0, H))
     assert bench.device.state == "running"
@@ -178,7 +178,7 @@ def test_what_has_failed_lets_go_when_it_is_terminated(bench: Bench) -> None:
     assert has_ended_well(bench)
 
 
-def test_a_host_that_never_started_it_may_free_it(
+def test_free_without_initialisation_is_allowed(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nobody is spoken to before the initialization."""
@@ -194,14 +194,14 @@ def test_a_host_that_never_started_it_may_free_it(
             silent.recv(1)
 
 
-def test_a_device_that_is_gone_does_not_hold_terminate(bench: Bench) -> None:
-    """It is lock step, in which an answer is waited for; no answer comes, and that is no error."""
+def test_terminate_returns_when_the_device_is_gone(bench: Bench) -> None:
+    """In lock step, which waits for an answer; the missing device is no error."""
     bench.device.receive = lambda *anything: []  # type: ignore[method-assign]
     bench.host.slave.terminate()
     assert bench.mode() == STOPPED
 
 
-def test_the_master_terminates_what_has_not_failed(
+def test_the_master_terminates_instances_that_have_not_failed(
     bench: Bench, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As external FMUs may need it; one that has failed is only freed."""
@@ -220,7 +220,7 @@ def test_the_master_terminates_what_has_not_failed(
     assert asked == ["asked"]
 
 
-def test_terminate_is_asked_once(bench: Bench) -> None:
+def test_terminate_is_called_once(bench: Bench) -> None:
     bench.host.slave.terminate()
     with pytest.raises(FMICallException):
         bench.host.slave.terminate()

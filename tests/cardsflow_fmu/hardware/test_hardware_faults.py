@@ -1,4 +1,4 @@
-"""What happens to frames on their way, and that runs, forces and devices bear it."""
+"""Faults of a line, and runs, forces and devices under faults."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_channel_without_faults_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("loss", [0.01, 0.05, 0.2, 1.0])
-def test_so_many_frames_are_lost(loss: float) -> None:
+def test_the_loss_is_the_share_of_lost_frames(loss: float) -> None:
     channel, arrivals, _ = sent_through(Faults(loss=loss))
     spread = math.sqrt(FRAMES * loss * (1 - loss))
     assert channel.counters["lost"] == pytest.approx(FRAMES * loss, abs=4 * spread)
@@ -89,7 +89,7 @@ def test_frames_are_overtaken_by_the_next() -> None:
     assert behind == pytest.approx(0.1 * FRAMES, rel=0.2)
 
 
-def test_a_frame_that_nothing_overtakes_arrives_all_the_same() -> None:
+def test_a_frame_that_is_not_overtaken_still_arrives() -> None:
     channel = FaultyChannel(Faults(reorder=1.0))
     channel.send(b"alone", "peer", 5.0)
     assert channel.due(5.0) == []
@@ -98,7 +98,7 @@ def test_a_frame_that_nothing_overtakes_arrives_all_the_same() -> None:
     assert channel.next_due == math.inf
 
 
-def test_damaged_frames_are_never_what_was_sent() -> None:
+def test_damaged_frames_differ_from_the_sent_ones() -> None:
     channel, _, arrived = sent_through(Faults(corrupt=1.0))
     assert channel.counters["damaged"] == FRAMES
     assert all(data != b"%08d" % k for k, (_, data) in enumerate(arrived))
@@ -113,7 +113,7 @@ def test_an_outage_takes_all_frames_while_it_lasts() -> None:
     assert missing == [*range(500, 700), *range(2000, 2100)]
 
 
-def test_the_same_seed_is_the_same_fate() -> None:
+def test_the_same_seed_gives_the_same_faults() -> None:
     chances = dict.fromkeys(("loss", "duplicate", "reorder", "corrupt"), 0.1)
     some = {"delay": 1e-3, "jitter": 2e-3, **chances}
     faults = Faults(**some, seed=4)
@@ -135,7 +135,7 @@ def test_the_same_seed_is_the_same_fate() -> None:
         ({"outages": ((1.0, math.nan),)}, r"outages\[0\]\[1\]: must be a finite number"),
     ],
 )
-def test_faults_that_cannot_be_are_refused(words: dict, message: str) -> None:
+def test_invalid_faults_are_refused(words: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Faults(**words)
 
@@ -252,7 +252,7 @@ def test_in_lock_step_no_fault_changes_a_trajectory(
     ),
     indirect=["key_file"],
 )
-def test_in_real_time_a_run_gets_through_faults_that_last_for_some_steps(
+def test_in_real_time_a_run_survives_faults_of_some_steps(
     monkeypatch: pytest.MonkeyPatch,
     late_run: Result,
     faults: Faults,
@@ -270,7 +270,7 @@ def test_in_real_time_a_run_gets_through_faults_that_last_for_some_steps(
     assert rms(result) < (1e-4 if most_missed == 0 else 2 * rms(late_run))
 
 
-def test_what_is_seen_in_real_time_is_one_step_old(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_measurements_in_real_time_are_one_step_old(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forces given from t on are those for the state measured at t - h."""
     experiment = load()
     world = world_of(monkeypatch, experiment, Faults())
@@ -299,7 +299,7 @@ def test_the_device_is_safe_within_its_watchdog_when_the_line_is_dead(
     np.testing.assert_array_equal(world.robot.tension, world.robot.bounds[0])
 
 
-def test_a_patient_run_learns_that_the_device_has_gone_to_its_safe_state(
+def test_a_run_with_a_large_max_missed_ends_when_the_device_is_safe(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     experiment = load(max_missed=1000)
@@ -313,10 +313,10 @@ def test_a_patient_run_learns_that_the_device_has_gone_to_its_safe_state(
     assert world.device.counters["runs"] == 2
 
 
-def test_a_patient_run_that_ends_without_its_hardware_says_so(
+def test_a_run_whose_hardware_is_lost_at_the_end_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """It has its last row, but nobody knows whether the device heard it."""
+    """It has its last row, but the device may not have received its commands."""
     experiment = load(max_missed=1000)
     world_of(monkeypatch, experiment, Faults(outages=((0.3, 10.0),)))
     with pytest.raises(RunError, match=r"lost at the end: the newest state is 0\.0[45]") as error:
@@ -349,10 +349,10 @@ def test_a_second_sender_is_refused_and_changes_nothing(
         handshake = pack(Frame(Kind.HELLO, 0, 99, 0, 0.0, 1, 0, device.agreed.values()), world.key)
         for kind, run in ((Kind.SETPOINT, 99), (Kind.SETPOINT, device.run_id), (Kind.STOP, 99)):
             frame = Frame(kind, 0, run, 10_000, 0.0, 1, 0, [100.0] * 4)
-            world.way.send(pack(frame, world.key), "theirs", world.now)
+            world.line.send(pack(frame, world.key), "theirs", world.now)
         stop = Frame(Kind.STOP, 0, device.run_id, 0, 0.0, 1, 0, ())
-        world.way.send(pack(stop), "theirs", world.now)
-        world.way.send(handshake, "theirs", world.now)
+        world.line.send(pack(stop), "theirs", world.now)
+        world.line.send(handshake, "theirs", world.now)
 
     experiment = load(**key_file)
     events = {0.05 + k * 0.01: intrude for k in range(10)}
@@ -361,12 +361,12 @@ def test_a_second_sender_is_refused_and_changes_nothing(
     world_of(monkeypatch, experiment, Faults())
     alone = simulate(experiment, through="direct")
     np.testing.assert_array_equal(rows_of(disturbed), rows_of(alone))
-    answers = [unpack(data, intruded.key) for data in intruded.foreign]
+    answers = [unpack(data, intruded.key) for data in intruded.intruders]
     assert [(a.kind, a.values[0]) for a in answers] == [(Kind.ERROR, ErrorCode.BUSY)] * 10
     assert intruded.device.counters["busy"] == 10
 
 
-def test_no_frame_of_many_that_are_damaged_or_made_up_is_taken() -> None:
+def test_damaged_and_forged_frames_are_dropped() -> None:
     """10,000 of them, at a device that is running; the rest of the test is in `World`."""
     world = World(load(), Faults(corrupt=1.0, seed=1))
     handshake = Handshake(world.device.signature, STEP, 1.0, 0.02, 4, 12, False)
@@ -380,9 +380,9 @@ def test_no_frame_of_many_that_are_damaged_or_made_up_is_taken() -> None:
     chance = np.random.default_rng(2)
     for k in range(5000):
         frame = Frame(Kind.SETPOINT, 0, 7, 2 + k, 0.0, 1, 0, chance.uniform(0, 100, 4))
-        world.way.send(pack(frame), "us", 0.0)
-        world.way.send(chance.bytes(int(chance.integers(0, 200))), "us", 0.0)
-        assert world.way.due(0.0) == []
+        world.line.send(pack(frame), "us", 0.0)
+        world.line.send(chance.bytes(int(chance.integers(0, 200))), "us", 0.0)
+        assert world.line.due(0.0) == []
     assert len(world.robot.applied) == 1
     assert device.state == "running"
     assert device.counters["received"] == 10_002

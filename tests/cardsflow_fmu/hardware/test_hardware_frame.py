@@ -62,7 +62,7 @@ def reason(data: bytes, key: bytes | None = None) -> str:
     return error.value.reason
 
 
-def test_bytes_are_where_the_protocol_says() -> None:
+def test_the_layout_of_a_frame_is_that_of_the_protocol() -> None:
     data = pack(Frame(Kind.STATE, 6, 0x01020304, 5, 0.75, 8, 9, (1.5, -2.0)))
     assert len(data) == 48 + 2 * 8
     assert data[:4] == b"CFHW"
@@ -76,7 +76,7 @@ def test_bytes_are_where_the_protocol_says() -> None:
     assert struct.unpack_from("<2d", data, 48) == (1.5, -2.0)
 
 
-def test_signature_is_hmac_of_everything_before() -> None:
+def test_the_signature_is_the_hmac_of_all_bytes_before() -> None:
     """By RFC 2104 from the hash alone."""
     data = sample(KEY)
     block = KEY.ljust(64, b"\0")
@@ -87,7 +87,7 @@ def test_signature_is_hmac_of_everything_before() -> None:
 
 
 @given(FRAMED, KEYS)
-def test_what_is_packed_is_unpacked(frame: Frame, key: bytes | None) -> None:
+def test_unpack_is_the_inverse_of_pack(frame: Frame, key: bytes | None) -> None:
     back = unpack(pack(frame, key), key)
     assert back[:1] + back[2:7] == frame[:1] + frame[2:7]
     assert back.flags == frame.flags | (key is not None)
@@ -95,7 +95,7 @@ def test_what_is_packed_is_unpacked(frame: Frame, key: bytes | None) -> None:
 
 
 @given(FRAMED, KEYS, st.data())
-def test_no_single_changed_byte_goes_unnoticed(
+def test_every_single_changed_byte_is_detected(
     frame: Frame, key: bytes | None, data: st.DataObject
 ) -> None:
     """Every byte but those of the reserved field is under the checksum, that field too."""
@@ -122,7 +122,7 @@ def test_no_single_changed_byte_goes_unnoticed(
         (lambda d: with_checksum(d[:16] + struct.pack("<d", math.inf) + d[24:]), "not finite"),
     ],
 )
-def test_what_is_wrong_with_a_frame(change, why) -> None:
+def test_reasons_of_invalid_frames(change, why) -> None:
     assert reason(change(sample())) == why
 
 
@@ -151,7 +151,7 @@ def test_only_finite_numbers_are_packed() -> None:
         pack(Frame(Kind.STATE, 0, 1, 1, 0.0, 0, 0, np.zeros(MOST_VALUES + 1)))
 
 
-def test_a_writer_writes_what_pack_packs() -> None:
+def test_a_writer_packs_the_same_bytes_as_pack() -> None:
     writer = FrameWriter(2)
     for values in ((1.0, 2.0), (-3.0, 0.0)):
         writer.values[:] = values
@@ -161,14 +161,14 @@ def test_a_writer_writes_what_pack_packs() -> None:
 
 
 @given(U32, st.integers(1, 2**31 - 1))
-def test_sequence_numbers_go_round(seq: int, ahead: int) -> None:
+def test_sequence_numbers_wrap_around(seq: int, ahead: int) -> None:
     later = (seq + ahead) % 2**32
     assert is_newer(later, seq)
     assert not is_newer(seq, later)
     assert not is_newer(seq, seq)
 
 
-def test_each_run_has_a_key_of_its_own() -> None:
+def test_each_run_has_a_different_key() -> None:
     keys = Keys(KEY)
     runs = [keys.of_run(run, nonce).run for run in (1, 2) for nonce in (1, 2)]
     assert len({*runs, KEY}) == 5
@@ -184,7 +184,7 @@ def test_a_short_key_is_refused() -> None:
 
 
 @pytest.mark.parametrize("key", [None, KEY])
-def test_bad_frames_are_refused_or_right(key: bytes | None) -> None:
+def test_mutated_frames_are_refused_or_valid(key: bytes | None) -> None:
     """What is taken has, by the words of the protocol, length, checksum and finite numbers."""
     samples = [sample(key), pack(Frame(Kind.HELLO, 0, 1, 0, 0.0, 1, 0, range(7)), key)]
     taken = 0
@@ -202,7 +202,7 @@ def test_bad_frames_are_refused_or_right(key: bytes | None) -> None:
 
 
 @given(st.binary(max_size=2000))
-def test_stuffed_frames_have_no_zero_but_the_last_byte(frame: bytes) -> None:
+def test_only_the_last_byte_of_an_encoded_frame_is_zero(frame: bytes) -> None:
     line = encode(frame)
     assert line.index(0) == len(line) - 1
     assert len(line) <= len(frame) + len(frame) // 254 + 2
@@ -219,7 +219,7 @@ def test_stuffed_frames_have_no_zero_but_the_last_byte(frame: bytes) -> None:
         (bytes(range(1, 255)), "ff" + bytes(range(1, 255)).hex()),
     ],
 )
-def test_stuffing_by_the_book(frame: bytes, line: str) -> None:
+def test_cobs_examples_of_the_literature(frame: bytes, line: str) -> None:
     """The examples that go round with the method (Cheshire and Baker 1999)."""
     found = encode(frame)[:-1].hex()
     assert found == line or found == line + "01"
@@ -227,7 +227,7 @@ def test_stuffing_by_the_book(frame: bytes, line: str) -> None:
 
 
 @given(st.lists(st.binary(min_size=1, max_size=400), max_size=8), st.lists(st.integers(1, 300)))
-def test_frames_come_out_however_the_line_is_cut(frames: list[bytes], cuts: list[int]) -> None:
+def test_frames_are_decoded_from_any_chunks(frames: list[bytes], cuts: list[int]) -> None:
     line = b"".join(map(encode, frames))
     unstuffer, found = Unstuffer(400), []
     for size in cuts:
@@ -237,7 +237,7 @@ def test_frames_come_out_however_the_line_is_cut(frames: list[bytes], cuts: list
     assert unstuffer.damaged == 0
 
 
-def test_a_line_is_in_step_again_after_one_frame() -> None:
+def test_a_receiver_is_in_step_after_one_frame() -> None:
     unstuffer = Unstuffer(100)
     assert unstuffer.take(b"\x77\x12" + encode(b"lost")) == []
     assert unstuffer.take(encode(b"found")) == [b"found"]
@@ -249,7 +249,7 @@ def test_a_line_is_in_step_again_after_one_frame() -> None:
 PORTS = [("f.biceps", "N"), ("f.triceps", "N")], [("q.elbow", "rad")]
 
 
-def test_a_signature_stands_for_names_units_order_kind_and_scale() -> None:
+def test_a_signature_depends_on_names_units_order_kind_and_scale() -> None:
     commands, states = PORTS
     signatures = {
         port_signature(commands, states),
@@ -286,7 +286,7 @@ def test_a_hello_reads_back(signature: int, lockstep: bool) -> None:
         {6: -1.0},
     ],
 )
-def test_nonsense_is_no_hello(change: dict[int, float]) -> None:
+def test_invalid_values_are_no_handshake(change: dict[int, float]) -> None:
     values = Handshake(5, 1e-3, 1.0, 0.02, 4, 12, False).values()
     for k, value in change.items():
         values[k] = value
@@ -302,7 +302,7 @@ def rows(after: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in table[2:]]
 
 
-def test_the_protocol_says_what_the_code_does() -> None:
+def test_the_protocol_document_agrees_with_the_code() -> None:
     kinds = {int(row[0]): row[1] for row in rows("### Kinds")}
     assert kinds == {int(kind): kind.name for kind in Kind}
     flags = {int(row[1]): (int(row[0]), row[2]) for row in rows("### Flags")}

@@ -109,7 +109,7 @@ KINDS = ["udp", "serial", "loopback"]
 
 @pytest.mark.parametrize("key", [None, KEY])
 @pytest.mark.parametrize("kind", KINDS)
-def test_lock_step_by_any_link(kind: str, key: bytes | None) -> None:
+def test_lock_step_by_every_link(kind: str, key: bytes | None) -> None:
     """X = h sum u, whatever carries the frames."""
     device = make_device(key)
     rng = np.random.default_rng(0)
@@ -135,7 +135,7 @@ def test_lock_step_by_any_link(kind: str, key: bytes | None) -> None:
 
 
 @pytest.mark.parametrize("kind", ["udp", "loopback"])
-def test_in_real_time_the_device_goes_by_the_clock(kind: str) -> None:
+def test_in_real_time_the_device_moves_by_the_clock(kind: str) -> None:
     """Never ahead of it; behind by more than a step or two only while the machine is busy."""
     device = make_device(watchdog=10.0)
     with linked(kind, device) as link:
@@ -178,7 +178,7 @@ def test_set_points_and_states_are_scaled() -> None:
     np.testing.assert_allclose(came.state[:3], STEP * PULL, rtol=1e-14)
 
 
-def test_the_watchdog_bites_while_nobody_speaks() -> None:
+def test_the_watchdog_expires_in_silence() -> None:
     """In real time, by the server's own clock, within its time and a tick or two."""
     device = make_device()
     with linked("udp", device) as link:
@@ -193,7 +193,7 @@ def test_the_watchdog_bites_while_nobody_speaks() -> None:
     assert device.counters["watchdog"] == 1
 
 
-def test_nobody_answers() -> None:
+def test_a_missing_answer_is_an_error() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
         silent.bind(("127.0.0.1", 0))
         uri = f"udp://127.0.0.1:{silent.getsockname()[1]}"
@@ -207,7 +207,7 @@ def test_nobody_answers() -> None:
         UdpLink(uri, timeout=0.1).open(handshake())  # the port is closed now
 
 
-def test_a_device_with_a_key_hears_nobody_without_it() -> None:
+def test_a_device_with_a_key_drops_unsigned_frames() -> None:
     with served(make_device(KEY)) as uri:
         for key in (None, KEY[::-1]):
             with pytest.raises(HardwareError, match="nobody answers"):
@@ -216,7 +216,7 @@ def test_a_device_with_a_key_hears_nobody_without_it() -> None:
             link.open(handshake())
 
 
-def test_a_device_without_key_gives_itself_away() -> None:
+def test_a_link_with_a_key_needs_a_device_with_the_key() -> None:
     """To a link with a key it does not answer, and cannot: the frames are signed."""
     with served(make_device()) as uri, pytest.raises(HardwareError, match="same key"):
         UdpLink(uri, key=KEY, timeout=0.15).open(handshake())
@@ -231,7 +231,7 @@ def test_a_device_without_key_gives_itself_away() -> None:
         (handshake(step=0.1), "watchdog"),
     ],
 )
-def test_a_refusal_says_why(asked: Handshake, word: str) -> None:
+def test_a_refusal_names_its_reason(asked: Handshake, word: str) -> None:
     with (
         served(make_device()) as uri,
         UdpLink(uri, timeout=1e4) as link,
@@ -240,7 +240,7 @@ def test_a_refusal_says_why(asked: Handshake, word: str) -> None:
         link.open(asked)
 
 
-def test_a_second_sender_learns_that_the_device_is_in_use_and_disturbs_nobody() -> None:
+def test_a_second_sender_is_refused_and_the_run_goes_on() -> None:
     device = make_device(watchdog=10.0)
     with served(device) as uri, UdpLink(uri) as link:
         link.open(handshake(watchdog=10.0))
@@ -251,7 +251,7 @@ def test_a_second_sender_learns_that_the_device_is_in_use_and_disturbs_nobody() 
         assert device.run_id == link.run_id
 
 
-def test_a_device_becomes_free_while_somebody_waits() -> None:
+def test_a_device_becomes_free_during_the_handshake() -> None:
     """The run before was killed: its watchdog frees the device."""
     with served(make_device(watchdog=0.2)) as uri:
         killed = UdpLink(uri)
@@ -283,7 +283,7 @@ def test_the_device_restarts_in_a_run() -> None:
         assert link.run_id != old_run
 
 
-def test_nobody_but_the_connected_peer_is_heard() -> None:
+def test_only_frames_of_the_connected_peer_are_received() -> None:
     """Frames that would be right come from another port: the system drops them."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.bind(("127.0.0.1", 0))
@@ -365,7 +365,7 @@ def test_the_newest_state_wins_and_copies_are_dropped() -> None:
     assert line.counters["stale"] == 4
 
 
-def test_a_late_state_is_news_until_its_successor_comes() -> None:
+def test_a_late_state_is_new_until_the_next_one_comes() -> None:
     line = open_line()
     held: list[bytes] = []
     line.inward = lambda data: held.append(data) or []  # type: ignore[func-returns-value]
@@ -377,7 +377,7 @@ def test_a_late_state_is_news_until_its_successor_comes() -> None:
     assert came.round_trip < SOON
 
 
-def test_what_is_missed_is_reported() -> None:
+def test_missed_states_are_reported() -> None:
     line = open_line()
     assert math.isinf(pull_nothing(line).age)
     line.outward = lambda data: [data]
@@ -396,7 +396,7 @@ def pull_nothing(line: Line) -> Exchange:
 
 
 @pytest.mark.parametrize("lost", ["outward", "inward"])
-def test_in_lock_step_what_is_lost_is_sent_again(lost: str) -> None:
+def test_in_lock_step_lost_frames_are_sent_again(lost: str) -> None:
     """And the robot takes each step once."""
     line = open_line(lockstep=True)
     sent = 0
@@ -414,7 +414,7 @@ def test_in_lock_step_what_is_lost_is_sent_again(lost: str) -> None:
     assert line.counters["repeated"] == 10
 
 
-def test_a_state_of_a_set_point_that_was_never_sent_is_no_news() -> None:
+def test_a_state_of_a_set_point_that_was_not_sent_is_dropped() -> None:
     line = open_line()
     forged = Frame(Kind.STATE, 0, line.run_id, 1000, 0.0, 1, 1, np.zeros(STATES))
     line.inward = lambda data: [pack(forged)]
@@ -444,7 +444,7 @@ def test_bad_answers_do_no_harm(key: bytes | None) -> None:
         line.waiting.clear()
 
 
-def test_a_flood_does_not_hold_an_exchange() -> None:
+def test_a_flood_of_frames_does_not_stall_an_exchange() -> None:
     line = open_line()
     line.inward = lambda data: [b"noise"] * 5000
     assert pull(line, within=0.0).state is None
@@ -460,7 +460,7 @@ def test_a_flood_does_not_hold_an_exchange() -> None:
         (Faults(jitter=0.002, seed=3), 0.5),
     ],
 )
-def test_faults_on_the_way_are_survived(faults: Faults, missed: float) -> None:
+def test_exchanges_survive_faults_of_the_line(faults: Faults, missed: float) -> None:
     device = make_device(watchdog=10.0)
     states = []
     with served(device, line=FaultyLine(device, faults)) as uri, UdpLink(uri, timeout=5.0) as link:
@@ -503,7 +503,7 @@ def test_serving_ends_after_its_duration() -> None:
     assert time.monotonic() - begin >= 0.1
 
 
-def test_an_address_is_taken_once() -> None:
+def test_an_address_in_use_is_refused() -> None:
     with served(make_device()) as uri, pytest.raises(HardwareError, match="cannot listen at"):
         DeviceServer(make_device(), uri)
 
@@ -546,18 +546,18 @@ def test_addresses_by_udp(uri: str, address: tuple[str, int]) -> None:
         "127.0.0.1:5005",
     ],
 )
-def test_addresses_that_are_none(uri: str) -> None:
+def test_invalid_addresses_are_refused(uri: str) -> None:
     with pytest.raises(InputError):
         open_link(uri)
 
 
-def test_a_host_that_does_not_exist() -> None:
+def test_an_unknown_host_is_refused() -> None:
     with pytest.raises(HardwareError, match="no host"):
         UdpLink("udp://no.such.host.invalid:5005").open(handshake())
 
 
 @pytest.mark.parametrize("host", ["224.0.0.1", "255.255.255.255", "[ff02::1]", "[ff02::1%1]"])
-def test_a_run_is_with_one_machine(host: str) -> None:
+def test_addresses_of_many_machines_are_refused(host: str) -> None:
     """Not with all that hear: each of them would move its robot."""
     with pytest.raises(HardwareError, match=r"no address of one machine|no host"):
         UdpLink(f"udp://{host}:5005").open(handshake())
@@ -565,7 +565,7 @@ def test_a_run_is_with_one_machine(host: str) -> None:
         DeviceServer(make_device(), f"udp://{host}:0")
 
 
-def test_a_device_that_goes_in_the_middle_of_quick_exchanges_and_comes_back() -> None:
+def test_a_device_that_stops_and_restarts_during_exchanges() -> None:
     """A connected socket reports that nobody listens: no wait ends early by that."""
     device, fresh = make_device(), make_device()
     with served(device) as uri:
@@ -587,7 +587,7 @@ def test_a_device_that_goes_in_the_middle_of_quick_exchanges_and_comes_back() ->
         assert pull(link).seq == 1
 
 
-def test_by_ipv6() -> None:
+def test_a_link_by_ipv6() -> None:
     try:
         with served(make_device(), "udp://[::1]:0") as uri, UdpLink(uri) as link:
             link.open(handshake(lockstep=True))
@@ -596,7 +596,7 @@ def test_by_ipv6() -> None:
         pytest.skip(str(error))
 
 
-def test_a_bind_address_that_is_not_of_this_machine() -> None:
+def test_a_bind_address_of_another_machine_is_refused() -> None:
     with pytest.raises(HardwareError, match="no link"):
         UdpLink("udp://127.0.0.1:5005", bind="192.0.2.1").open(handshake())
 
@@ -607,12 +607,12 @@ def test_a_serial_link_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
         open_link("serial:///dev/null").open(handshake())
 
 
-def test_a_serial_line_that_is_not_there() -> None:
+def test_a_missing_serial_line_is_an_error() -> None:
     with pytest.raises(HardwareError, match="no link to serial:///dev/no-such-line"):
         open_link("serial:///dev/no-such-line").open(handshake())
 
 
-def test_noise_on_a_serial_line() -> None:
+def test_noise_on_a_serial_line_costs_at_most_one_frame() -> None:
     """Garbage between frames costs a frame at most."""
     with linked("serial", make_device()) as link:
         link.open(handshake(lockstep=True))
@@ -623,7 +623,7 @@ def test_noise_on_a_serial_line() -> None:
             np.testing.assert_allclose(came.state[:3], k * STEP * PULL, rtol=1e-13)
 
 
-def test_a_serial_line_that_takes_no_more_holds_nobody_up() -> None:
+def test_a_full_serial_line_does_not_block() -> None:
     """Its buffer is full: what cannot be sent is lost, and what was cut short harms no other."""
     ours, theirs = os.openpty()
     tty.setraw(ours)
@@ -641,7 +641,7 @@ def test_a_serial_line_that_takes_no_more_holds_nobody_up() -> None:
     time.sleep(0.01)
     found += unstuffer.take(os.read(ours, 4096))
     assert found[-1] == frame
-    for stump in set(found) - {frame}:  # that it is whole is for its length and checksum to tell
+    for stump in set(found) - {frame}:  # its length or checksum is wrong
         with pytest.raises(FrameError):
             unpack(stump)
     link.close()
@@ -655,7 +655,7 @@ def test_an_exchange_needs_an_open_link() -> None:
     assert not UdpLink("udp://127.0.0.1:5005").stop()
 
 
-def test_a_device_that_agrees_to_something_else() -> None:
+def test_an_answer_that_differs_from_the_handshake_is_refused() -> None:
     line = Line(make_device())
 
     def other_step(data: bytes) -> list[bytes]:

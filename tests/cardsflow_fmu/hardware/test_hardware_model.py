@@ -25,7 +25,7 @@ from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
-from cardsflow_fmu.hardware.session import connect as opening
+from cardsflow_fmu.hardware.session import connect as connect
 from cardsflow_fmu.hardware.session.safety import TripError
 from cardsflow_fmu.hardware.session.session import (
     HOLDING,
@@ -59,7 +59,7 @@ def devices(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Device]]:
         made.append(emulated_device(*arguments))
         return made[-1]
 
-    monkeypatch.setattr(opening, "emulated_device", make)
+    monkeypatch.setattr(connect, "emulated_device", make)
     yield made
     gc.collect()
     assert all(device.state in ("idle", "safe") for device in made)
@@ -98,7 +98,7 @@ def test_the_ports_are_those_of_the_plant_and_diagnostics(folder: Path) -> None:
     ]
 
 
-def test_the_fmu_promises_no_more_than_the_world_can_do(tmp_path: Path, fmi: FmiVersion) -> None:
+def test_the_fmu_declares_no_states_or_derivatives(tmp_path: Path, fmi: FmiVersion) -> None:
     files = build(experiment(), tmp_path, fmi=fmi)
     flags = fmpy.read_model_description(str(files["hardware"])).coSimulation
     assert not flags.canGetAndSetFMUstate
@@ -109,7 +109,9 @@ def test_the_fmu_promises_no_more_than_the_world_can_do(tmp_path: Path, fmi: Fmi
 
 
 @pytest.mark.parametrize("host", few(["direct", "in-process", "worker"], 2))
-def test_in_lock_step_it_goes_the_plants_way(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
+    host: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
     through: Any = "direct" if host == "direct" else "fmu"
     with_hardware = simulate(experiment(), through=through)
@@ -147,7 +149,7 @@ def test_in_lock_step_it_goes_the_plants_way(host: str, monkeypatch: pytest.Monk
         (ARM, {"run.step": 0.002, "controller.period": 0.004, "plant.step": 0.001}),
     ],
 )
-def test_and_so_it_does_with_other_steps_motors_and_sensors(
+def test_in_lock_step_so_it_does_with_other_steps_motors_and_sensors(
     folder: Path, settings: dict[str, Any]
 ) -> None:
     length = {"run.duration": 0.04}
@@ -160,7 +162,7 @@ def test_and_so_it_does_with_other_steps_motors_and_sensors(
         )
 
 
-def test_a_step_of_the_host_may_be_several_exchanges(devices: list[Device]) -> None:
+def test_a_step_of_the_master_may_be_several_exchanges(devices: list[Device]) -> None:
     fine, coarse = started(), started()
     stepped(fine, 4)
     coarse.inputs[:4] = HOLDING_FORCES
@@ -170,7 +172,7 @@ def test_a_step_of_the_host_may_be_several_exchanges(devices: list[Device]) -> N
         coarse.step(0.004, 0.0015)
 
 
-def test_without_tensions_there_are_no_such_ports() -> None:
+def test_without_measured_tensions_there_are_no_such_ports() -> None:
     names = [p.name for p in HardwareModel.table(experiment({"hardware.has_tensions": False}))]
     assert not [name for name in names if name.startswith("tension")]
     model = stepped(started({"hardware.has_tensions": False}), 3)
@@ -225,7 +227,7 @@ def test_a_reset_connects_again(devices: list[Device]) -> None:
     model.close()
 
 
-def test_after_an_error_only_a_reset_leads_on(devices: list[Device]) -> None:
+def test_only_a_reset_is_allowed_after_an_error(devices: list[Device]) -> None:
     model = started()
     with pytest.raises(TripError):
         stepped(model, 1, math.nan)
@@ -279,7 +281,7 @@ def test_a_limit_that_is_passed_ends_the_run(devices: list[Device]) -> None:
     assert output(model, "tension.cable_1") == 41.0
 
 
-def test_its_state_cannot_be_saved() -> None:
+def test_the_state_of_hardware_cannot_be_saved() -> None:
     model = HardwareModel(experiment())
     with pytest.raises(InputError, match="cannot be saved"):
         model.get_state()
@@ -289,7 +291,7 @@ def test_its_state_cannot_be_saved() -> None:
         model.step(0.0, 1e-3)
 
 
-def test_it_wants_to_know_where_the_hardware_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hardware_without_an_address_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     model = HardwareModel(Experiment.load(PLANAR_2R))
     with pytest.raises(InputError, match=r"hardware\.link: missing.*CARDSFLOW_HARDWARE_LINK"):
         model.initialize()
@@ -298,12 +300,12 @@ def test_it_wants_to_know_where_the_hardware_is(monkeypatch: pytest.MonkeyPatch)
         model.initialize()
 
 
-def test_nobody_there_is_an_error_in_bounded_time() -> None:
+def test_a_missing_device_is_an_error_after_two_seconds() -> None:
     with pytest.raises(HardwareError, match=r"nobody answers at udp://127\.0\.0\.1:9 within 2 s"):
         started({"hardware.link": "udp://127.0.0.1:9"})
 
 
-def test_in_real_time_a_step_takes_its_time(devices: list[Device]) -> None:
+def test_in_real_time_a_step_is_paced(devices: list[Device]) -> None:
     patient = {"hardware.watchdog": 10.0, "hardware.max_missed": 10_000}
     model = started(patient | {"hardware.mode": "realtime", "hardware.ramp_down": 0.02})
     begin = time.monotonic()
@@ -374,13 +376,13 @@ def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
         assert one.mode == STOPPED
 
 
-def test_silence_in_lock_step_is_the_end() -> None:
+def test_a_missing_answer_in_lock_step_ends_the_run() -> None:
     one = session(SilentLink([False]), {"hardware.mode": "lockstep", "hardware.timeout": 0.5})
     with pytest.raises(HardwareError, match=r"no answer within 0\.5 s, in lock step"):
         one.exchange(0.0, HOLDING_FORCES)
 
 
-def test_a_ramp_down_into_silence_is_short() -> None:
+def test_a_ramp_down_without_answers_is_short() -> None:
     link = SilentLink([True] * 5)
     one = session(link, {"hardware.ramp_down": 3.0})
     for k in range(5):
@@ -391,7 +393,7 @@ def test_a_ramp_down_into_silence_is_short() -> None:
     assert link.stops == 1
 
 
-def test_a_ramp_down_bridges_what_the_run_would_bridge() -> None:
+def test_a_ramp_down_tolerates_as_many_missed_states_as_a_run() -> None:
     """On a line that loses frames a ramp that gave up would let go of the robot all at once."""
     link = SilentLink([True] * 5 + [False, False, False, True] * 10)
     one = session(link, {"hardware.ramp_down": 0.02})
@@ -420,7 +422,7 @@ def test_an_exception_in_a_step_still_ramps_down() -> None:
     assert link.stops == 1
 
 
-def test_the_way_out_is_taken_even_when_the_link_breaks() -> None:
+def test_a_session_ends_even_when_the_link_breaks() -> None:
     link = SilentLink([True])
     one = session(link)
     one.exchange(0.0, HOLDING_FORCES)

@@ -84,7 +84,7 @@ def require_equal(recording: HardwareRecording, written: list[tuple]) -> None:
         assert recording.flags[k] == came.device_flags | (MISSED if came.state is None else 0)
 
 
-def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
+def test_a_recording_reads_back(tmp_path: Path) -> None:
     file = tmp_path / "hardware.rec"
     written = write(file, 23)
     recording = read_recording(file)
@@ -94,7 +94,7 @@ def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
     require_equal(recording, written)
 
 
-def test_an_empty_recording_is_one(tmp_path: Path) -> None:
+def test_a_recording_without_records_is_valid(tmp_path: Path) -> None:
     write(tmp_path / "empty.rec", 0)
     recording = read_recording(tmp_path / "empty.rec")
     assert len(recording) == 0
@@ -132,7 +132,7 @@ def test_records_that_are_not_in_order_end_the_recording(tmp_path: Path) -> None
 
 
 @given(data=st.data())
-def test_a_damaged_file_is_read_as_what_is_left_or_refused(
+def test_a_damaged_file_is_read_in_part_or_refused(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     folder = tmp_path_factory.mktemp("damaged", numbered=True)
@@ -206,12 +206,12 @@ def test_a_damaged_header_is_refused(tmp_path: Path, content: bytes, message: st
     assert str(caught.value).startswith(str(file))
 
 
-def test_a_file_that_is_not_there_is_reported(tmp_path: Path) -> None:
+def test_a_missing_recording_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_recording(tmp_path / "none.rec")
 
 
-def test_other_files_are_not_replaced(tmp_path: Path) -> None:
+def test_files_that_are_no_recordings_are_not_replaced(tmp_path: Path) -> None:
     file = tmp_path / "thesis.txt"
     file.write_text("mine")
     with pytest.raises(InputError, match="is there already, and is no hardware recording"):
@@ -223,7 +223,7 @@ def test_other_files_are_not_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["", "none/hardware.rec", "file/hardware.rec"])
-def test_a_place_that_cannot_be_written_is_reported(tmp_path: Path, place: str) -> None:
+def test_a_recording_that_cannot_be_written_is_refused(tmp_path: Path, place: str) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"cannot be written|is not a regular file"):
         Recorder(tmp_path / place, HEADER)
@@ -271,8 +271,8 @@ def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.commands[:, 0], np.arange(500))
 
 
-def test_a_replay_in_lock_step_tells_the_states_in_order(tmp_path: Path) -> None:
-    """Where nothing came, the state before is repeated."""
+def test_a_replay_in_lock_step_has_the_states_in_order(tmp_path: Path) -> None:
+    """Where no state came, the one before is repeated."""
     written = write(tmp_path / "a.rec", 5000, (7.0, 8.0, 9.0))
     robot = ReplayedRobot(read_recording(tmp_path / "a.rec"))
     assert (robot.commands, robot.states) == (2, 3)
@@ -290,7 +290,7 @@ def test_a_replay_in_lock_step_tells_the_states_in_order(tmp_path: Path) -> None
             robot.advance(STEP)
 
 
-def test_a_replay_in_real_time_goes_by_time(tmp_path: Path) -> None:
+def test_a_replay_in_real_time_follows_the_clock(tmp_path: Path) -> None:
     """With a clock four times as fine as the recording's."""
     header = RecordingHeader(("f",), ("N",), ("q",), ("rad",), signature=1, step=0.01)
     with Recorder(tmp_path / "a.rec", header) as recorder:

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 import pytest
 from support.cases import few
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.hardware.device.server import DeviceServer
@@ -85,11 +85,11 @@ def test_the_controller_is_the_same_file_byte_for_byte(tmp_path: Path) -> None:
     assert with_table["hardware"].read_bytes() != without["hardware"].read_bytes()
 
 
-def test_the_command_drives_hardware(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_drives_hardware(tmp_path: Path, cardsflow: CommandLine) -> None:
     out = tmp_path / "out"
     settings = words(SHORT | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0})
-    assert main(["run", str(PLANAR_2R), "--hardware", "loopback:", *settings, "-o", str(out)]) == 0
-    text = capsys.readouterr().out
+    code, text, _ = cardsflow("run", PLANAR_2R, "--hardware", "loopback:", *settings, "-o", out)
+    assert code == 0
     assert "hardware    loopback:, lockstep: 0 exchanges missed" in text
     names = {path.name for path in out.iterdir()}
     assert {"hardware.fmu", "hardware.rec", "controller.fmu", "summary.json"} < names
@@ -97,7 +97,7 @@ def test_the_command_drives_hardware(tmp_path: Path, capsys: pytest.CaptureFixtu
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == "complete"
     assert summary["files"]["hardware.rec"] == "hardware.rec"
-    assert main(["run", str(PLANAR_2R), *words(SHORT), "-o", str(out)]) == 0
+    assert cardsflow("run", PLANAR_2R, *words(SHORT), "-o", out)[0] == 0
     names = {path.name for path in out.iterdir()}
     assert "plant.fmu" in names
     assert not {"hardware.fmu", "hardware.rec"} & names
@@ -113,7 +113,7 @@ def test_every_exchange_is_recorded(tmp_path: Path) -> None:
     assert result.files["hardware.rec"] == tmp_path / "out" / "hardware.rec"
 
 
-def test_a_recording_of_a_run_that_was_killed_is_no_obstacle(tmp_path: Path) -> None:
+def test_the_recording_of_a_killed_run_is_replaced(tmp_path: Path) -> None:
     out = tmp_path / "out"
     run(load(LOCKSTEP), out)
     for path in out.iterdir():
@@ -128,38 +128,34 @@ def test_a_recording_of_a_run_that_was_killed_is_no_obstacle(tmp_path: Path) -> 
     assert mine.read_text() == "my own notes"
 
 
-def test_a_limit_ends_the_run_with_what_there_is(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_limit_ends_the_run_with_partial_results(tmp_path: Path, cardsflow: CommandLine) -> None:
     out = tmp_path / "out"
     settings = words(LOCKSTEP | {"hardware.tension_max": 20.0})
-    assert main(["run", str(PLANAR_2R), *settings, "-o", str(out)]) == 1
-    streams = capsys.readouterr()
-    assert "'cable_1' pulls with 41.33 N, above its limit of 20 N" in streams.err
-    assert "Traceback" not in streams.err
-    assert "incomplete" in streams.out
+    code, text, err = cardsflow("run", PLANAR_2R, *settings, "-o", out)
+    assert code == 1
+    assert "'cable_1' pulls with 41.33 N, above its limit of 20 N" in err
+    assert "Traceback" not in err
+    assert "incomplete" in text
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == "incomplete"
     assert "above its limit" in summary["error"]
     assert (out / "hardware.rec").exists()
 
 
-def test_nobody_there_and_nowhere_to_go_are_distinguished(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
+    tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     out = ["-o", str(tmp_path / "out")]
-    assert main(["run", str(PLANAR_2R), "--hardware", "udp://127.0.0.1:9", *out]) == 1
-    assert "nobody answers at udp://127.0.0.1:9" in capsys.readouterr().err
+    silent = "udp://127.0.0.1:9"
+    line = cardsflow.refused("run", PLANAR_2R, "--hardware", silent, *out, code=1)
+    assert f"nobody answers at {silent}" in line
     assert not (tmp_path / "out").exists()
     unknown = ("smoke:signals", "5005", "UDP//127.0.0.1")
     for uri in (*unknown, "udp://", "udp://127.0.0.1:99999", "udp://127.0.0.1"):
-        assert main(["run", str(PLANAR_2R), "--hardware", uri, *out]) == 2
-        error = capsys.readouterr().err
-        assert uri in error
-        assert error.count("\n") == 1
+        assert uri in cardsflow.refused("run", PLANAR_2R, "--hardware", uri, *out)
 
 
-def test_by_the_clock_a_run_takes_its_time_and_says_how_well(tmp_path: Path) -> None:
+def test_a_paced_run_reports_its_timeliness(tmp_path: Path) -> None:
     begin = time.monotonic()
     settings = SHORT | {"run.duration": 0.2}
     result = simulate(load(settings), through="direct", realtime=True)
@@ -174,7 +170,7 @@ def test_by_the_clock_a_run_takes_its_time_and_says_how_well(tmp_path: Path) -> 
     np.testing.assert_array_equal(plain.rows, result.rows)
 
 
-def test_who_cannot_keep_up_gets_a_report(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_cannot_keep_up_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     step = PlantModel.step
 
     def slow(self: PlantModel, t: float, h: float) -> None:
@@ -201,7 +197,7 @@ def test_hardware_in_real_time(tmp_path: Path) -> None:
     assert exchanges["oldest_state"] >= 0.0
 
 
-def test_a_run_may_begin_where_the_hardware_is(tmp_path: Path) -> None:
+def test_a_run_may_approach_from_the_measured_positions(tmp_path: Path) -> None:
     """The device is 0.3 rad from the trajectory's start; an approach leads there."""
     away = {"start.q": [-0.2, 0.3], "hardware.link": "loopback:", "hardware.use": True}
     settings = LOCKSTEP | away | {"run.duration": 0.2, "hardware.approach": 0.5}
@@ -212,7 +208,7 @@ def test_a_run_may_begin_where_the_hardware_is(tmp_path: Path) -> None:
     assert result.summary["tracking"]["max"] < 1e-3
 
 
-def test_an_approach_in_operational_space_replaces_the_own_one() -> None:
+def test_an_approach_in_operational_space_replaces_that_of_the_reference() -> None:
     settings = LOCKSTEP | {"hardware.approach": 0.05, "run.duration": 2.01}
     made = load(settings, ARM)
     driven = with_approach(made)
@@ -224,7 +220,7 @@ def test_an_approach_in_operational_space_replaces_the_own_one() -> None:
 
 
 def test_the_second_variant_of_the_system_is_the_hardware(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cardsflow: CommandLine
 ) -> None:
     settings = {k: v for k, v in LOCKSTEP.items() if k not in ("hardware.link", "hardware.use")}
     build(load(settings), tmp_path)
@@ -239,8 +235,9 @@ def test_the_second_variant_of_the_system_is_the_hardware(
         np.testing.assert_array_equal(result[name], ours[name], err_msg=name)
     monkeypatch.delenv(LINK)
     out = tmp_path / "out"
-    assert main(["run", str(system), "--hardware", "loopback:", "--realtime", "-o", str(out)]) == 0
-    assert "real time" in capsys.readouterr().out
+    driven = cardsflow("run", system, "--hardware", "loopback:", "--realtime", "-o", out)
+    assert driven[0] == 0
+    assert "real time" in driven[1]
     summary = json.loads((out / "summary.json").read_text())
     assert summary["files"][RECORDING_FILE] == RECORDING_FILE
     hardware = summary["hardware"]
@@ -248,7 +245,7 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     assert hardware["round_trip"]["max"] > 0.0
     joint = read_recording(out / RECORDING_FILE).states[: len(ours.rows) - 1, 0]
     np.testing.assert_array_equal(joint, ours["q.joint_1"][1:])
-    assert main(["run", str(system), "-o", str(out)]) == 0  # without hardware there is none
+    assert cardsflow("run", system, "-o", out)[0] == 0  # without hardware there is none
     assert not (out / RECORDING_FILE).exists()
 
 
@@ -276,7 +273,7 @@ def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:
     return file
 
 
-def test_no_fmu_knows_of_a_key(tmp_path: Path) -> None:
+def test_fmus_do_not_contain_the_key(tmp_path: Path) -> None:
     file = key_file(tmp_path)
     files = build(load(LOCKSTEP | {"hardware.key_file": str(file)}), tmp_path / "fmus")
     for fmu in files.values():
@@ -297,7 +294,7 @@ def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         simulate(load(LOCKSTEP))
 
 
-def test_keys_that_are_none_are_refused_and_open_ones_reported(tmp_path: Path) -> None:
+def test_invalid_keys_are_refused_and_readable_ones_cause_a_warning(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds 8 bytes; a key needs at least 16"):
         read_key(key_file(tmp_path, length=8))
     with pytest.raises(InputError):
@@ -318,31 +315,22 @@ def test_keys_that_are_none_are_refused_and_open_ones_reported(tmp_path: Path) -
         ({"hardware.link": "udp://127.0.0.1:9", "hardware.key_file": "none.key"}, "none.key"),
     ],
 )
-def test_what_cannot_be_reached_is_bad_input_before_anything_is_built(
-    settings: dict[str, Any], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_unreachable_hardware_is_bad_input_before_anything_is_built(
+    settings: dict[str, Any], message: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     given = words(settings | {"hardware.use": True})
-    assert main(["run", str(PLANAR_2R), *given, "-o", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
+    assert message in cardsflow.refused("run", PLANAR_2R, *given, "-o", tmp_path / "out")
 
 
-def test_an_error_with_a_long_trace_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_error_with_a_long_trace_is_one_line(tmp_path: Path, cardsflow: CommandLine) -> None:
     """FMI 2.0's messages are cut into pieces; that of a serial line has a chain of causes."""
     gone = "serial:///dev/nowhere-at-all"
     out = ["-o", str(tmp_path / "out")]
-    assert main(["run", str(PLANAR_2R), "--hardware", gone, *out]) == 1
-    error = capsys.readouterr().err
+    error = cardsflow.refused("run", PLANAR_2R, "--hardware", gone, *out, code=1)
     assert error.startswith("cardsflow: hardware.fmu failed at the start: initialization: no link")
-    assert error.count("\n") == 1
 
 
-def test_the_environment_is_as_before_afterwards(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_environment_is_restored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(LINK, "udp://1.2.3.4:5")
     monkeypatch.delenv(RECORDING, raising=False)
     with Connection("loopback:", recording=tmp_path / "a.rec").exported():
@@ -381,7 +369,7 @@ offset = "start"
 """
 
 
-def test_all_settings_read_and_travel(tmp_path: Path) -> None:
+def test_all_settings_are_read_and_packed(tmp_path: Path) -> None:
     made = load({"hardware": tomllib.loads(FULL)})
     own = made.hardware
     assert (own.link, own.use, own.mode, own.max_missed) == (
@@ -406,7 +394,7 @@ def test_all_settings_read_and_travel(tmp_path: Path) -> None:
 
 
 def vars_of(settings: HardwareSettings) -> dict[str, Any]:
-    return {name: getattr(settings, name) for name in HardwareSettings.__dataclass_fields__}
+    return {name: getattr(settings, name) for name in HardwareSettings.model_fields}
 
 
 def test_without_a_table_there_are_defaults() -> None:
@@ -429,7 +417,7 @@ def test_without_a_table_there_are_defaults() -> None:
         ({"hardware.watchdog": 0}, "hardware.watchdog: must be above 0"),
         ({"hardware.scale": 0.0}, "hardware.scale: must be above 0"),
         ({"hardware.ramp_in": -1}, "hardware.ramp_in: must not be negative"),
-        ({"hardware.ramp_down": 60.0}, "hardware.ramp_down: must be at most 3 s"),
+        ({"hardware.ramp_down": 60.0}, "hardware.ramp_down: must be at most 3"),
         ({"hardware.approach": 0.00015}, "hardware.approach: 0.00015 s is not a whole multiple"),
         ({"hardware.force_rate": 0.0}, "hardware.force_rate: must be above 0"),
         ({"hardware.force_rate": [1.0]}, "hardware.force_rate: must have 4 numbers"),
@@ -456,20 +444,20 @@ def test_without_a_table_there_are_defaults() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_named(settings: dict[str, Any], message: str) -> None:
+def test_wrong_settings_are_named(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
         load(settings)
     assert message in str(caught.value)
 
 
-def test_an_approach_cannot_lead_an_external_fmu(tmp_path: Path) -> None:
+def test_an_approach_is_refused_with_an_external_reference(tmp_path: Path) -> None:
     reference = build(load(SHORT), tmp_path)["reference"]
     settings = LOCKSTEP | {"hardware.approach": 0.1, "fmus.reference": str(reference)}
     with pytest.raises(InputError, match=r"hardware\.approach: cannot lead an external FMU"):
         simulate(load(settings))
 
 
-def test_an_external_fmu_may_stand_for_the_hardware(tmp_path: Path) -> None:
+def test_an_external_fmu_may_replace_the_hardware(tmp_path: Path) -> None:
     other = build(load(SHORT | {"start.q": [0.1, 0.2]}), tmp_path)["plant"]
     settings = SHORT | {"fmus.hardware": str(other), "hardware.use": True}
     assert simulate(load(settings))["q.joint_1"][0] == 0.1
@@ -501,8 +489,8 @@ def wait_for(condition: Callable[[], bool]) -> None:
 
 @pytest.mark.parametrize("host", few(["in-process", "worker"]))
 @pytest.mark.parametrize("times", few([1, 2]))
-def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> None:
-    """It is reported as any Ctrl-C is, and leaves nothing behind."""
+def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> None:
+    """It ends like any Ctrl-C, and leaves nothing behind."""
     out = tmp_path / "out"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
         silent.bind(("127.0.0.1", 0))
@@ -539,7 +527,7 @@ def test_ctrl_c_while_nobody_answers(tmp_path: Path, host: str, times: int) -> N
         2,
     ),
 )
-def test_whatever_ends_a_run_the_robot_ends_safe(
+def test_every_end_of_a_run_leads_to_the_safe_state(
     served: DeviceServer, tmp_path: Path, host: str, signal_: signal.Signals
 ) -> None:
     out = tmp_path / "out"

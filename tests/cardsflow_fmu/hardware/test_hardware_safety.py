@@ -1,4 +1,4 @@
-"""The guard between controller and hardware, the forces it ramps from, and commands of motors."""
+"""The guard between controller and hardware, gravity compensation, and commands of motors."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def test_forces_are_always_within_bounds_and_rates(
         before = given_
 
 
-def test_the_ramp_leads_from_rest_to_what_is_desired() -> None:
+def test_the_ramp_leads_from_rest_to_the_desired_forces() -> None:
     one, desired = guard(ramp_in=0.4), np.array([50.0, 60.0, 10.0, 200.0])
     bounded = np.array([50.0, 60.0, 10.0, 100.0])
     for t, s in ((1.0, 0.0), (1.1, 0.25), (1.3, 0.75), (1.4, 1.0), (9.0, 1.0)):
         np.testing.assert_allclose(one.limit(t, 0.1, desired), REST + s * (bounded - REST))
 
 
-def test_without_a_ramp_what_is_desired_goes_out_unchanged() -> None:
+def test_without_a_ramp_desired_forces_are_unchanged() -> None:
     desired = np.array([11.1, 22.2, 33.3, 44.4])
     np.testing.assert_array_equal(guard(ramp_in=0.0).limit(1.0, 1e-3, desired), desired)
 
@@ -72,7 +72,7 @@ def test_the_ramp_down_falls_evenly_to_f_min() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_force_that_is_no_number_trips(value: float) -> None:
+def test_a_force_that_is_not_finite_trips(value: float) -> None:
     with pytest.raises(TripError, match=f"desired force of muscle 'cable_3' is {value} N"):
         guard().limit(1.0, 1e-3, np.array([10.0, 10.0, value, 10.0]))
 
@@ -141,7 +141,7 @@ def mapped(command: Any, **settings: Any) -> MotorMap:
     return MotorMap(settings_, SPRINGS.muscle_names)
 
 
-def test_forces_pass_where_motors_take_forces() -> None:
+def test_force_commands_are_the_forces() -> None:
     motors = MotorMap(MotorSettings(), SPRINGS.muscle_names)
     motors.calibrate(LENGTHS, RATES, PULL)
     np.testing.assert_array_equal(motors.commands(PULL, LENGTHS, RATES, NONE, 1e-3), PULL)
@@ -160,13 +160,13 @@ def test_forces_pass_where_motors_take_forces() -> None:
         ),
     ],
 )
-def test_set_points_make_the_forces_desired(settings: dict[str, float], decode: Any) -> None:
+def test_set_points_make_the_desired_forces(settings: dict[str, float], decode: Any) -> None:
     """The springs' own law f = K (l - l0) + D l' is the oracle."""
     u = mapped("length", **settings).commands(PULL, LENGTHS, RATES, NONE, 1e-3)
     np.testing.assert_allclose(SPRINGS.forces(LENGTHS, RATES, decode(u)), PULL, rtol=1e-9)
 
 
-def test_counting_from_the_start_begins_at_zero() -> None:
+def test_counts_from_the_start_begin_at_zero() -> None:
     motors = mapped("length", offset=None, spindle_radius=R)
     motors.calibrate(LENGTHS, RATES, PULL)
     u = motors.commands(PULL, LENGTHS, RATES, NONE, 1e-3)
@@ -176,7 +176,7 @@ def test_counting_from_the_start_begins_at_zero() -> None:
 
 
 @pytest.mark.parametrize("radius", [None, R])
-def test_rates_lead_to_the_set_points_desired(radius: float | None) -> None:
+def test_rates_lead_to_the_desired_set_points(radius: float | None) -> None:
     h, per = 2e-3, 1.0 if radius is None else -R
     motors = mapped("velocity", **({} if radius is None else {"spindle_radius": R}))
     motors.calibrate(LENGTHS, RATES, np.full(4, 10.0))
@@ -189,7 +189,7 @@ def test_rates_lead_to_the_set_points_desired(radius: float | None) -> None:
         np.testing.assert_allclose(tensions, desired, rtol=1e-9)
 
 
-def test_reckoned_set_points_come_back_to_what_tensions_tell() -> None:
+def test_integrated_set_points_are_corrected_by_tensions() -> None:
     """A motor that has slipped by 1 mm: without measured tensions its force stays wrong."""
     h, desired = 1e-3, np.full(4, 40.0)
     errors = []
@@ -199,8 +199,8 @@ def test_reckoned_set_points_come_back_to_what_tensions_tell() -> None:
         l0 = SPRINGS.set_points(LENGTHS, AT_REST, desired) + 1e-3
         for _ in range(400):
             tensions = SPRINGS.forces(LENGTHS, AT_REST, l0)
-            feedback = tensions if measured else NONE
-            l0 = l0 + h * motors.commands(desired, LENGTHS, AT_REST, feedback, h)
+            given_ = tensions if measured else NONE
+            l0 = l0 + h * motors.commands(desired, LENGTHS, AT_REST, given_, h)
         errors.append(np.abs(SPRINGS.forces(LENGTHS, AT_REST, l0) - desired).max())
     assert errors[0] < 1e-6
     assert errors[1] == pytest.approx(K * 1e-3)

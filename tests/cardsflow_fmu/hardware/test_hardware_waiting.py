@@ -144,7 +144,7 @@ def test_a_wait_ends_at_its_limit(world: World, is_polling: bool, limit: float) 
         assert receiver.receive(world.now - past) == "came"
 
 
-def test_by_a_socket() -> None:
+def test_waits_on_a_socket() -> None:
     """Two threads that send in turn; then one stops, and closes."""
     with (
         closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as ours,

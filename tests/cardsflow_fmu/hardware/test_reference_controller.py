@@ -268,7 +268,7 @@ def test_far_from_the_start_nothing_moves(planar: Path) -> None:
         assert device.state == "safe"
 
 
-def test_what_is_wrong_is_reported(planar: Path, tmp_path: Path) -> None:
+def test_errors_are_messages(planar: Path, tmp_path: Path) -> None:
     (tmp_path / "key.bin").write_bytes(b"short")
     assert driven(planar, "9", "lockstep", str(tmp_path / "key.bin")).returncode == 2
     assert driven(planar, "9").returncode == 2

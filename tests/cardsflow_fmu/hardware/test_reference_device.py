@@ -149,7 +149,7 @@ def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
 
 
 def test_refusals(built: Path, tmp_path: Path) -> None:
-    wishes = [
+    requests = [
         (Handshake(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
         (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
         (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
@@ -158,7 +158,7 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
         (handshake(step=0.011), "watchdog"),
     ]
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
-        for request, word in wishes:
+        for request, word in requests:
             with pytest.raises(HardwareError, match=f"refuses: .*{word}"):
                 link.open(request)
         link.open(handshake(lockstep=True))

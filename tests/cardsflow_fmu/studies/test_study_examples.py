@@ -33,7 +33,7 @@ def test_attachments_need_less_than_seven_tenths_of_the_papers_peak_force(tmp_pa
     assert summary["infeasible_ticks"] == 0
 
 
-def test_the_flower_bears_what_is_not_known(tmp_path: Path) -> None:
+def test_the_flower_tolerates_unknown_masses(tmp_path: Path) -> None:
     study = replace(Study.load(STUDIES / "flower"), count=8)
     result = run_study(study, jobs=2, output=tmp_path / "out")
     assert result.summary["complete"] == 8

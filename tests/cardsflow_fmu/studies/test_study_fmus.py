@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 from support.cases import few
-from support.small_studies import PLANAR, ROOT, SHORT, one_thread, small_study
+from support.small_studies import PLANAR, ROOT, SHORT, run_here, small_study
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.studies import Study, run_study
+from cardsflow_fmu.studies import Study
 from cardsflow_fmu.studies.execution import fmu_cache as fmu_store
 from cardsflow_fmu.studies.execution.fmu_cache import prepared_fmus
 
@@ -61,8 +61,7 @@ def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, tex
     engines = ("direct", "fmu", "native")
     for engine in engines:
         study = small_study(tmp_path, text, f"{TOP}engine = '{engine}'")
-        with one_thread() as executor:
-            run_study(study, executor, jobs=1, output=tmp_path / engine)
+        run_here(study, tmp_path / engine)
     direct, fmu, native = (numbers(tmp_path / engine) for engine in engines)
     assert len(direct) >= 4
     for one, other, in_c in zip(direct, fmu, native, strict=True):
@@ -78,8 +77,7 @@ def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
         top = f"experiment = '{HILL}'\nengine = '{engine}'\nmetrics = ['force.peak.*']\n"
         file = tmp_path / "study.toml"
         file.write_text(f"{top}[settings]\nrun.duration = 0.02\n{LAWS}")
-        with one_thread() as executor:
-            run_study(Study.load(file), executor, jobs=1, output=tmp_path / engine)
+        run_here(Study.load(file), tmp_path / engine)
         rows.append(numbers(tmp_path / engine))
     assert rows[0] == rows[1]
     assert rows[0][0] != rows[0][1]
@@ -125,8 +123,7 @@ def test_few_sets_of_fmus_are_kept(tmp_path: Path) -> None:
 
 def test_fmus_of_the_experiment_are_built_once_for_all(tmp_path: Path) -> None:
     study = small_study(tmp_path, PARAMETERS, "engine = 'fmu'", SHORT)
-    with one_thread() as executor:
-        run_study(study, executor, jobs=1, output=tmp_path / "out")
+    run_here(study, tmp_path / "out")
     assert {file.name for file in (tmp_path / "out" / "fmus").iterdir()} == {
         "system.ssp",
         "plant.fmu",

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.small_studies import PLANAR, one_thread, small_study
+from support.small_studies import PLANAR, run_here, small_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.simulation.run import simulate
-from cardsflow_fmu.studies import run_study
 
 EMULATED = """
 [settings]
@@ -43,12 +40,6 @@ values = [5.0, 20.0]
 TOP = "count = 6\nmetrics = ['tracking.rms', 'force.low', 'missed']"
 
 
-@pytest.fixture
-def executor() -> Iterator[Executor]:
-    with one_thread() as threads:
-        yield threads
-
-
 def emulated(**faults: object) -> Result:
     settings = {f"hardware.emulator.{name}": value for name, value in faults.items()}
     always = {"hardware.use": True, "hardware.link": "emulated:", "run.duration": 0.5}
@@ -62,13 +53,13 @@ def test_an_emulated_robot_does_the_same_every_time() -> None:
     assert not np.array_equal(one.rows, other.rows, equal_nan=True)
 
 
-def test_it_takes_no_time_of_the_clock() -> None:
+def test_emulated_hardware_runs_in_virtual_time() -> None:
     summary = emulated().summary
     assert "real_time" not in summary
     assert summary["hardware"]["missed"] == 0
 
 
-def test_frames_are_lost_as_often_as_is_said() -> None:
+def test_the_loss_of_a_study_is_the_share_of_missed_exchanges() -> None:
     """Of 500 exchanges the part (1 - p)² comes back, and none is late without a delay."""
     loss = 0.1
     missed = emulated(loss=loss, seed=2).summary["hardware"]["missed"]
@@ -82,7 +73,7 @@ def test_a_delay_is_seen_twice_in_the_round_trip() -> None:
     assert report["missed"] == 0
 
 
-def test_encoders_count() -> None:
+def test_encoders_quantise() -> None:
     q = emulated(joint_counts=1000.0)["q.joint_1"]
     assert np.allclose(q * 1000.0, np.round(q * 1000.0), rtol=0, atol=1e-9)
 
@@ -93,11 +84,11 @@ def test_an_outage_loses_the_hardware() -> None:
 
 
 @pytest.mark.slow
-def test_faults_are_varied_the_same_through_fmus(tmp_path: Path, executor: Executor) -> None:
+def test_faults_are_varied_the_same_through_fmus(tmp_path: Path) -> None:
     rows = {}
     for engine in ("direct", "fmu"):
         study = small_study(tmp_path, FAULTS, f"{TOP}\nengine = '{engine}'", EMULATED)
-        result = run_study(study, executor, jobs=1, output=tmp_path / engine)
+        result = run_here(study, tmp_path / engine)
         assert result.summary["complete"] == 6
         rows[engine] = [outcome.metrics for _, outcome in result.rows()]
     for direct, fmu in zip(rows["direct"], rows["fmu"], strict=True):
@@ -106,13 +97,13 @@ def test_faults_are_varied_the_same_through_fmus(tmp_path: Path, executor: Execu
     assert {round(row["force.low"]) for row in rows["direct"]} == {5, 20}
 
 
-def test_a_study_drives_no_robot(tmp_path: Path, executor: Executor) -> None:
+def test_a_study_drives_no_robot(tmp_path: Path) -> None:
     driven = "[settings]\nhardware.use = true\nhardware.link = 'udp://127.0.0.1:5005'\n"
     with pytest.raises(InputError, match="drives no robot"):
         small_study(tmp_path, short=driven)
     text = "[[vary]]\npath = 'hardware.use'\nvalues = [false, true]\n"
     driven = "[settings]\nhardware.link = 'udp://127.0.0.1:5005'\nrun.duration = 0.01\n"
-    result = run_study(small_study(tmp_path, text, "", driven), executor, jobs=1)
+    result = run_here(small_study(tmp_path, text, "", driven))
     (_, off), (_, on) = result.rows()
     assert off.complete
     assert "drives no robot" in str(on.error)

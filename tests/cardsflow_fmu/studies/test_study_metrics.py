@@ -48,7 +48,7 @@ def test_forces_are_those_of_their_closed_forms(result: Result) -> None:
     assert rms == pytest.approx(np.sqrt(200.0**2 + 30.0**2 / 2.0), rel=1e-12)
 
 
-def test_energy_is_force_times_way(result: Result) -> None:
+def test_energy_is_force_times_distance(result: Result) -> None:
     """A steady 50 N over 0.2 m in and 0.2 m out again is 20 J."""
     count = len(result.rows)
     way = 1.0 + 0.2 * (1.0 - np.abs(np.linspace(-1.0, 1.0, count)))

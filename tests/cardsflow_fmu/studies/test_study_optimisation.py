@@ -10,17 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command_line import CommandLine
 from support.designs.small_designs import arm, via
-from support.small_studies import PLANAR, one_thread, small_study, write_study
+from support.small_studies import PLANAR, run_here, small_study, write_study
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.muscles.csv_writer import csv_text, imported, read_csv
 from addin_sdfusion.muscles.rows import MuscleTable
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.simulation.run import simulate
-from cardsflow_fmu.studies import run_study
 from cardsflow_fmu.studies.analysis.best_robot import muscle_table, write_best
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
@@ -75,7 +74,7 @@ def test_searches_find_the_bottom_of_a_bowl(tmp_path: Path, method: str) -> None
     assert all(0.02 <= run.values["end_1[0]"] <= 0.25 for run, _ in found.runs)
 
 
-def test_what_misses_a_constraint_is_above_all_that_meets_it() -> None:
+def test_costs_of_missed_constraints_are_above_all_others() -> None:
     limits = (Constraint(metric="a", at_least=1.0), Constraint(metric="b", at_most=0.0))
     settings = Optimise(
         method="cma_es", objective="f", population=8, generations=1, constraints=limits
@@ -98,13 +97,12 @@ def test_maximising_turns_the_objective_round() -> None:
 def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> None:
     search = SEARCH % ("differential_evolution", 3, "[4]")
     study = small_study(tmp_path, BOX + search, "metrics = ['tracking.rms']")
-    with one_thread() as executor:
-        result = run_study(study, executor, jobs=1, output=tmp_path / "out")
-        table = (tmp_path / "out" / "table.csv").read_bytes()
-        removed = sorted((tmp_path / "out" / "runs").iterdir())[::2]
-        for file in removed:
-            file.unlink()
-        run_study(study, executor, jobs=1, output=tmp_path / "out", resume=True)
+    result = run_here(study, tmp_path / "out")
+    table = (tmp_path / "out" / "table.csv").read_bytes()
+    removed = sorted((tmp_path / "out" / "runs").iterdir())[::2]
+    for file in removed:
+        file.unlink()
+    run_here(study, tmp_path / "out", resume=True)
     assert removed
     assert (tmp_path / "out" / "table.csv").read_bytes() == table
     best = result.summary["best"]
@@ -115,22 +113,20 @@ def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> No
     assert "force.peak" in (tmp_path / "out" / "report.html").read_text()
 
 
-def test_nothing_that_meets_the_constraints_is_said(tmp_path: Path) -> None:
+def test_a_search_without_valid_robots_says_so(tmp_path: Path) -> None:
     search = (SEARCH % ("differential_evolution", 1, "[4]")).replace("at_most = 0", "at_most = -1")
-    with one_thread() as executor:
-        study = small_study(tmp_path, BOX + search)
-        result = run_study(study, executor, jobs=1, output=tmp_path / "out")
+    result = run_here(small_study(tmp_path, BOX + search), tmp_path / "out")
     assert result.summary["best"] is None
     assert "No run meets" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_a_search_of_which_every_run_fails_ends_and_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     negative = "[[vary]]\npath = 'controller.kp'\nuniform = [-2.0, -1.0]\n"
     file = write_study(tmp_path, negative + SEARCH % ("differential_evolution", 2, "[0]"))
-    assert main(["study", str(file), "-j", "1"]) == 1
-    text = capsys.readouterr().out
+    code, text, _ = cardsflow("study", file, "-j", 1)
+    assert code == 1
     assert "none meets the constraints" in text
     assert "kp: must be above 0" in text
     assert json.loads((tmp_path / "results/summary.json").read_text())["best"] is None

@@ -24,7 +24,7 @@ def test_the_examples_are_studies(name: str) -> None:
     assert "results" in study.output.parts
 
 
-def test_a_star_stands_for_every_name(tmp_path: Path) -> None:
+def test_a_star_matches_every_name(tmp_path: Path) -> None:
     study = small_study(tmp_path, vary("plant.mass_scale.*", "uniform = [0.8, 1.2]"), "count = 2")
     assert [v.paths for v in study.variations] == [
         ("plant.mass_scale.link_1",),
@@ -135,7 +135,7 @@ def test_bad_input_says_what_is_wrong(tmp_path: Path, text: str, top: str, messa
     assert caught.value.file == tmp_path / "study.toml"
 
 
-def test_a_folder_stands_for_the_study_in_it(tmp_path: Path) -> None:
+def test_a_folder_names_the_study_in_it(tmp_path: Path) -> None:
     write_study(tmp_path)
     study = Study.load(tmp_path)
     assert study.name == tmp_path.name
@@ -152,14 +152,14 @@ def test_a_study_of_no_experiment_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"a = ", b"[" * 5000])
-def test_what_is_no_toml_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_invalid_toml_is_refused(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "study.toml"
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"study\.toml"):
         Study.load(file)
 
 
-def test_an_unknown_word_as_value_is_the_runs_own_trouble(tmp_path: Path) -> None:
+def test_an_unknown_name_as_a_value_fails_the_run_only(tmp_path: Path) -> None:
     study = small_study(tmp_path, vary("controller.solver", "values = ['daqp', 'nope']"))
     assert len(study.variations) == 1
 

@@ -113,7 +113,7 @@ def test_nominal_values_are_those_of_the_file(path: str, number: Any) -> None:
         ("controller.kpp", "values = [1.0]\nrelative = 'factor'", "kp"),
     ],
 )
-def test_what_cannot_be_relative_is_refused(
+def test_values_without_a_nominal_one_are_refused(
     tmp_path: Path, path: str, values: str, message: str
 ) -> None:
     with pytest.raises(InputError, match=message) as caught:
@@ -125,7 +125,7 @@ def test_what_cannot_be_relative_is_refused(
     ("first", "second"),
     [("controller.kp.joint_1", "controller.kp"), (f"{POINT}[0]", POINT)],
 )
-def test_a_path_that_undoes_another_is_refused(tmp_path: Path, first: str, second: str) -> None:
+def test_a_path_that_overwrites_another_is_refused(tmp_path: Path, first: str, second: str) -> None:
     given = {"controller.kp": "values = [900.0]", POINT: "values = [[0.1, 0.0, 0.8]]"}
     texts = vary(first, "values = [1.0]"), vary(second, given[second])
     with pytest.raises(InputError, match="undoes"):

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.small_studies import one_thread, small_study, write_study
+from support.command_line import CommandLine
+from support.small_studies import run_here, small_study, write_study
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.studies import StudyError, StudyResult, run_study
+from cardsflow_fmu.studies import StudyError, run_study
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.studies.execution.executors import ExecutorAdapter
@@ -32,11 +32,6 @@ BOUNDS = """
 path = "muscles.cable_1.f_min"
 values = [10.0, 200.0, 20.0]
 """
-
-
-def run_here(study: Study, output: Path, **options: Any) -> StudyResult:
-    with one_thread() as executor:
-        return run_study(study, executor, jobs=1, output=output, **options)
 
 
 def table(folder: Path) -> list[dict[str, str]]:
@@ -64,6 +59,14 @@ class Counting(ExecutorAdapter):
         return super().submit(job, settings)
 
 
+def runs_of(study: Study, output: Path, **options: Any) -> int:
+    """Number of runs that a study does."""
+    with ThreadPoolExecutor(1) as threads:
+        executor = Counting(threads)
+        run_study(study, executor, output=output, **options)
+    return len(executor.handed)
+
+
 def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
     result = run_here(small_study(tmp_path), tmp_path / "out")
     rows = table(tmp_path / "out")
@@ -81,15 +84,14 @@ def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
     }
 
 
-def test_numbers_are_those_of_the_run_alone(tmp_path: Path, capsys: Any) -> None:
+def test_numbers_are_those_of_the_run_alone(tmp_path: Path, cardsflow: CommandLine) -> None:
     """The command of the worst case gives the worst case, to the last bit."""
     result = run_here(small_study(tmp_path), tmp_path / "out")
     worst = result.summary["worst"]["tracking.rms"][0]
     words = shlex.split(worst["command"])
     assert words[0] == "cardsflow"
     words[-1] = str(tmp_path / "again")
-    assert main([*words[1:], "--json"]) == 0
-    again = json.loads(capsys.readouterr().out)
+    again = cardsflow.json(*words[1:])
     assert again["tracking"]["rms"] == worst["value"]
     assert float(table(tmp_path / "out")[worst["run"]]["tracking.rms"]) == worst["value"]
 
@@ -108,18 +110,17 @@ def test_a_run_that_is_no_robot_is_a_row_with_the_finding(tmp_path: Path) -> Non
     assert "is above f_max" in (tmp_path / "out" / "report.html").read_text()
 
 
-def test_resuming_does_what_is_missing_and_nothing_twice(tmp_path: Path) -> None:
+def test_resuming_does_the_missing_runs_only(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
-    with ThreadPoolExecutor(1) as executor:
-        first = Counting(executor, most=3)
-        with pytest.raises(StudyError, match="interrupted; 3 of 6 runs are done, --resume goes on"):
-            run_study(study, executor=first, output=output)
-        before = stamps(output)
-        second = Counting(executor)
-        run_study(study, executor=second, output=output, resume=True)
+    with (
+        ThreadPoolExecutor(1) as threads,
+        pytest.raises(StudyError, match="interrupted; 3 of 6 runs are done, --resume goes on"),
+    ):
+        run_study(study, Counting(threads, most=3), output=output)
+    before = stamps(output)
+    assert runs_of(study, output, resume=True) == 3
     assert len(before) == 3
     assert before.items() <= stamps(output).items()
-    assert len(second.handed) == 3
     run_here(study, tmp_path / "whole")
     assert (output / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
 
@@ -132,19 +133,13 @@ def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
     one.write_text(one.read_text()[:50])
     two.write_text(two.read_text().replace('"error": null', '"error": "none"'))
     three.write_bytes(b"")
-    with ThreadPoolExecutor(1) as executor:
-        executor = Counting(executor)
-        run_study(study, executor=executor, output=output, resume=True)
-    assert len(executor.handed) == 3
+    assert runs_of(study, output, resume=True) == 3
     assert (output / "table.csv").read_bytes() == good
 
 
 def test_equal_runs_are_done_once(tmp_path: Path) -> None:
     text = '[[vary]]\npath = "controller.kp"\nvalues = [1000.0, 1000.0, 1500.0]\n'
-    with ThreadPoolExecutor(1) as executor:
-        executor = Counting(executor)
-        run_study(small_study(tmp_path, text), executor=executor, output=tmp_path / "out")
-    assert len(executor.handed) == 2
+    assert runs_of(small_study(tmp_path, text), tmp_path / "out") == 2
     assert len(table(tmp_path / "out")) == 3
 
 
@@ -198,17 +193,14 @@ def test_an_experiment_that_changed_meanwhile_is_another_study(tmp_path: Path) -
     study, output = small_study(tmp_path), tmp_path / "out"
     run_here(study, output)
     more = small_study(tmp_path, short=study_text(duration=0.3))
-    with ThreadPoolExecutor(1) as executor:
-        executor = Counting(executor)
-        run_study(more, executor=executor, output=output, resume=True)
-    assert len(executor.handed) == 6
+    assert runs_of(more, output, resume=True) == 6
 
 
 def study_text(duration: float) -> str:
     return f"[settings]\ncontroller.period = 0.01\nrun.step = 0.01\nrun.duration = {duration}\n"
 
 
-def test_one_run_again(tmp_path: Path) -> None:
+def test_only_repeats_one_run(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     result = run_here(study, tmp_path / "out")
     run, outcome = list(result.rows())[2]
@@ -243,19 +235,16 @@ def test_parquet_holds_what_csv_holds(tmp_path: Path) -> None:
                 assert ("" if value is None else str(value)) == text[name]
 
 
-def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line(tmp_path: Path, cardsflow: CommandLine) -> None:
     study = small_study(tmp_path)
     run_here(study, tmp_path / "out")
-    assert main(["study", str(study.file), "-o", str(tmp_path / "out")]) == 2
-    assert "--resume" in capsys.readouterr().err
-    assert main(["study", str(tmp_path / "nothing.toml")]) == 2
-    assert main(["study", str(study.file), "-o", str(tmp_path / "new"), "-j", "0"]) == 2
-    assert main(["study", str(study.file), "-o", str(tmp_path / "out"), "--only", "zz"]) == 2
+    words = "study", study.file, "-o", tmp_path / "out"
+    assert "--resume" in cardsflow.refused(*words)
+    cardsflow.refused("study", tmp_path / "nothing.toml")
+    cardsflow.refused("study", study.file, "-o", tmp_path / "new", "-j", 0)
+    cardsflow.refused(*words, "--only", "zz")
     first = table(tmp_path / "out")[0]
-    capsys.readouterr()
-    only = ["--only", first["hash"][:10], "-o", str(tmp_path / "out")]
-    assert main(["study", str(study.file), *only]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = cardsflow.json(*words, "--only", first["hash"][:10])
     assert printed["metrics"]["tracking.rms"] == float(first["tracking.rms"])
 
 
@@ -269,31 +258,27 @@ class Instant(Executor):
         return future
 
 
-def test_a_study_of_which_every_run_fails_says_why(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_study_of_which_every_run_fails_says_why(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path, "[[vary]]\npath = 'controller.kp'\nvalues = [-1.0, -2.0]\n")
-    assert main(["study", str(file), "-j", "1"]) == 1
-    text = capsys.readouterr().out
+    code, text, _ = cardsflow("study", file, "-j", 1)
+    assert code == 1
     assert "2 runs, 2 failed" in text
     assert "kp: must be above 0: -1.0" in text
 
 
 @pytest.mark.parametrize("beginning", ["", "*", "../x", "zz", "abcdef"])
 def test_only_takes_the_begin_of_a_hash(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], beginning: str
+    tmp_path: Path, cardsflow: CommandLine, beginning: str
 ) -> None:
-    assert main(["study", str(write_study(tmp_path)), "--only", beginning]) == 2
-    assert "hash" in capsys.readouterr().err
+    assert "hash" in cardsflow.refused("study", write_study(tmp_path), "--only", beginning)
     assert not (tmp_path / "results").exists()
 
 
 @pytest.mark.extra("sweep")
-def test_numbers_of_workers_are_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_numbers_of_workers_are_checked(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path)
     for words in (["-j", "0"], ["--dask", "local", "-j", "0"]):
-        assert main(["study", str(file), *words]) == 2
-        assert "must be at least 1, not 0" in capsys.readouterr().err
+        assert "must be at least 1, not 0" in cardsflow.refused("study", file, *words)
 
 
 @pytest.mark.skipif(

@@ -22,7 +22,7 @@ def test_paths_come_apart_as_they_were_joined(parts: list[str]) -> None:
 
 
 @pytest.mark.parametrize("path", ["", ".", "a..b", "a.", ".a", 'a."b', '"a"b'])
-def test_what_is_no_path_is_refused(path: str) -> None:
+def test_invalid_paths_are_refused(path: str) -> None:
     with pytest.raises(InputError):
         split_path(path)
 

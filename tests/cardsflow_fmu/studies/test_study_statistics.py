@@ -94,8 +94,8 @@ def test_ranks_tell_the_direction(tmp_path: Path) -> None:
     assert abs(found["b"]["rank"]) < 0.3
 
 
-def test_shares_of_variance_see_what_has_no_direction(tmp_path: Path) -> None:
-    """Y = (a - 3/2)²: no rank tells of it; in K groups 1 - 5 (1 - 1/K²) / K² - 1/K⁴ is seen."""
+def test_shares_of_variance_detect_symmetric_influences(tmp_path: Path) -> None:
+    """Y = (a - 3/2)²: rank correlation 0, share in K groups 1 - 5 (1 - 1/K²) / K² - 1/K⁴."""
     study = small_study(tmp_path, TWO, "count = 1000\nsampler = 'sobol'\nmetrics=['force.peak']")
     found = sensitivities(study, collected(study, lambda a, b: (a - 1.5) ** 2))["force.peak"]
     assert abs(found["a"]["rank"]) < 0.05
@@ -118,7 +118,7 @@ def test_worst_is_large_unless_large_is_good() -> None:
     assert worst_runs(data) == {"force.peak": [0, 3, 2], "margin.upper": [2, 3, 0]}
 
 
-def test_infinities_are_no_trouble() -> None:
+def test_infinities_are_null_in_the_summary() -> None:
     numbers = np.array([np.inf, np.inf, 1.0])
     data = Collected(["x", "y", "z"], {}, {"margin.gain": numbers})
     assert worst_runs(data) == {"margin.gain": [2, 0, 1]}

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import pytest
 from support.deadly_runs import DEADLY, DeadlyExecutor
-from support.small_studies import one_thread, small_study, write_study
+from support.small_studies import run_here, small_study, write_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study
@@ -68,8 +68,7 @@ def test_workers_that_die_of_everything_stop_the_study() -> None:
 
 def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
     study = small_study(tmp_path, MANY, "count = 12")
-    with one_thread() as executor:
-        run_study(study, executor, jobs=1, output=tmp_path / "one")
+    run_here(study, tmp_path / "one")
     run_study(study, jobs=2, output=tmp_path / "two")
     one, two = ((tmp_path / name / "table.csv").read_bytes() for name in ("one", "two"))
     assert one == two

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 from support.browser import Page, opened_browser
+from support.command_line import CommandLine
 from support.recorded import waving
 from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
 from cardsflow_fmu.viewer.html.page_data import Act
@@ -40,7 +40,7 @@ def opened() -> Iterator[Any]:
         yield server
 
 
-def cardsflow(*words: object) -> subprocess.Popen[str]:
+def started(*words: object) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
@@ -184,7 +184,7 @@ def wait_until(condition: Any) -> None:
 
 @pytest.mark.extra("viewer")
 def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
-    process = cardsflow("view", results, "--no-browser")
+    process = started("view", results, "--no-browser")
     address_of(process)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
@@ -195,7 +195,7 @@ def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
 @pytest.mark.extra("viewer")
 def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     settings = ("--set", "run.duration=0.5", "-o", tmp_path)
-    process = cardsflow("run", PLANAR_2R, *settings, "--view", "--no-browser")
+    process = started("run", PLANAR_2R, *settings, "--view", "--no-browser")
     address_of(process)
     assert process.stdout is not None
     assert "complete" in process.stdout.readline()
@@ -208,12 +208,11 @@ def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
 
 
 def test_the_command_writes_pages_of_runs_and_robots(
-    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     for words in ([results], [results, results], [PLANAR_2R / "robot"]):
         file = tmp_path / f"{len(words)}.html"
-        assert main(["view", *map(str, words), "--html", str(file)]) == 0
-        assert capsys.readouterr().out == f"{file}\n"
+        assert cardsflow("view", *words, "--html", file)[:2] == (0, f"{file}\n")
         assert file.read_text().startswith("<!DOCTYPE html>")
 
 
@@ -225,11 +224,10 @@ def test_the_command_writes_pages_of_runs_and_robots(
         ([PLANAR_2R / "robot", "--cable-set", "basik"], "did you mean 'basic"),
     ],
 )
-def test_wrong_words_are_bad_input(
-    words: list[Any], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_wrong_options_are_bad_input(
+    words: list[Any], message: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    assert main(["view", *map(str, words), "--html", str(tmp_path / "page.html")]) == 2
-    assert message in capsys.readouterr().err
+    assert message in cardsflow.refused("view", *words, "--html", tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()
 
 
@@ -250,7 +248,7 @@ TIME = "[...document.querySelectorAll('input[type=text]')].find(i => i.inputMode
 @pytest.mark.extra("viewer")
 @pytest.mark.browser
 def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path: Path) -> None:
-    process = cardsflow("view", results, "--no-browser")
+    process = started("view", results, "--no-browser")
     try:
         url = address_of(process)
         with opened_browser(tmp_path, size=(480, 320)) as page:
@@ -270,8 +268,6 @@ def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path:
     assert process.returncode == 0
 
 
-def test_the_cable_set_of_a_run_is_not_to_be_chosen(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["view", str(results), "--cable-set", "basic", "--html", "page.html"]) == 2
-    assert "--cable-set: is for a robot" in capsys.readouterr().err
+def test_the_cable_set_of_a_run_is_not_to_be_chosen(results: Path, cardsflow: CommandLine) -> None:
+    words = "view", results, "--cable-set", "basic", "--html", "page.html"
+    assert "--cable-set: is for a robot" in cardsflow.refused(*words)

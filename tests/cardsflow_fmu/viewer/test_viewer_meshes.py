@@ -52,7 +52,7 @@ def test_links_without_a_readable_mesh_stay_capsules(folder: Path, uri: str) -> 
     assert link_meshes(robot, folder) == {}
 
 
-def test_collision_meshes_are_not_what_a_link_looks_like(folder: Path) -> None:
+def test_collision_meshes_are_not_drawn(folder: Path) -> None:
     assert link_meshes(arm_with(Mesh("collision", "box.stl")), folder) == {}
 
 

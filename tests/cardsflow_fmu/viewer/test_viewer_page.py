@@ -56,7 +56,7 @@ def decoded(page: str) -> tuple[dict[str, Any], Any]:
     return json.loads(data[4 : 4 + length]), table
 
 
-def test_what_a_page_carries_is_the_scene_of_every_frame(half_a_minute: Act) -> None:
+def test_a_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
     stage = half_a_minute.stage
     header, table = decoded(replay_page([half_a_minute]))
     (shown,) = header["acts"]
@@ -79,7 +79,7 @@ def test_half_a_minute_of_eleven_muscles_is_far_below_three_megabytes(half_a_min
     assert len(replay_page([half_a_minute])) < 1_000_000
 
 
-def test_a_page_names_no_address_and_runs_no_foreign_words() -> None:
+def test_a_page_names_no_address_and_escapes_names() -> None:
     hostile = "</script><img src=http://example.org onerror=alert(1)>"
     page = replay_page([act(planar_2r(), 0.1, hostile)])
     assert re.findall(r"(?:https?|wss?|ftp):", page) == ["http:"]  # the title's, escaped
@@ -149,9 +149,7 @@ def test_a_page_opens_from_disk_without_a_network_and_plays(
 
 
 @pytest.mark.browser
-def test_two_runs_stand_side_by_side_and_a_still_robot_has_no_bar(
-    page: Page, tmp_path: Path
-) -> None:
+def test_two_runs_are_side_by_side_and_a_still_robot_has_no_bar(page: Page, tmp_path: Path) -> None:
     robot = planar_2r()
     file = write_page([act(robot, 2.0), act(robot, 3.0, "longer")], tmp_path / "two.html")
     page.open(f"{file.as_uri()}#t=2.5", offline=True)

@@ -82,7 +82,7 @@ def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
             assert np.sum(pulls(path)[1] * speed) == pytest.approx(-L[i, k], abs=1e-7)
 
 
-def test_the_two_link_arm_stands_where_the_closed_form_says() -> None:
+def test_the_two_link_arm_is_drawn_at_its_closed_form() -> None:
     a, b = 0.4, -0.9
     stage = Stage(planar_2r(), Motion.still([a, b]))
     shapes = by_name(stage.scene(0))
@@ -101,7 +101,7 @@ def test_the_two_link_arm_stands_where_the_closed_form_says() -> None:
     assert (label.position - elbow) @ [0.0, 0.0, 1.0] > 0.0
 
 
-def test_the_whole_list_of_things_to_see_is_there() -> None:
+def test_a_scene_has_all_groups_of_shapes() -> None:
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
     result = waving(robot)
     hand = {f"y_d.hand.{axis}": np.full(len(result.rows), 0.1) for axis in "xyz"}
@@ -140,7 +140,7 @@ def test_a_scene_at_a_row_is_that_of_the_row() -> None:
         scene(robot, result, len(result.rows))
 
 
-def test_joint_references_are_drawn_where_they_lead_the_hand() -> None:
+def test_joint_references_are_drawn_as_the_path_of_the_hand() -> None:
     robot = planar_2r()
     result = waving(robot)
     followed = {f"q_d.joint_{k}": result[f"q.joint_{k}"] + 0.1 for k in (1, 2)}
@@ -151,7 +151,7 @@ def test_joint_references_are_drawn_where_they_lead_the_hand() -> None:
     np.testing.assert_allclose(way, expected, atol=1e-12)
 
 
-def test_axes_that_nothing_follows_are_taken_from_the_way() -> None:
+def test_axes_without_reference_are_taken_from_the_actual_path() -> None:
     robot = planar_2r()  # its task counts x and z
     result = waving(robot)
     followed = {"y_d.tip.x": np.ones(len(result.rows)), "y_d.tip.z": np.zeros(len(result.rows))}
@@ -216,7 +216,7 @@ def test_wrap_surfaces_move_with_their_link() -> None:
     assert shapes["wrap surfaces/ball"].opacity < 1.0
 
 
-def test_frames_stand_at_an_even_rate_and_end_with_the_run() -> None:
+def test_frames_have_an_even_rate_and_end_with_the_run() -> None:
     time = np.arange(1001) * 1e-3
     rows = frame_rows(time, 25.0)
     assert rows[0] == 0
@@ -227,7 +227,7 @@ def test_frames_stand_at_an_even_rate_and_end_with_the_run() -> None:
     np.testing.assert_array_equal(frame_rows(np.array([0.0])), [0])
 
 
-def test_results_that_cannot_be_shown_say_why() -> None:
+def test_results_that_cannot_be_drawn_are_refused() -> None:
     robot = planar_2r()
     result = waving(robot)
     nothing = SystemResult(result.names, result.rows[:0], {}, {})

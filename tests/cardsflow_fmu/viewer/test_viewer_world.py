@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 import trimesh
 from support.browser import opened_browser
+from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import shapes as s
 from cardsflow_fmu.viewer.scene.camera import view_of
@@ -85,7 +85,7 @@ def test_a_box_that_spins_is_drawn_turned(act: Act) -> None:
         np.testing.assert_allclose(size, [0.2, 0.2, 0.2], atol=1e-12)
 
 
-def test_things_at_rest_stand_where_they_are_put(act: Act) -> None:
+def test_objects_at_rest_are_drawn_at_their_poses(act: Act) -> None:
     for k in (0, 7):
         shapes = at(act, k)
         rod, tin, die = (shapes[f"objects/{name}"] for name in ("rod", "tin", "die"))
@@ -97,7 +97,7 @@ def test_things_at_rest_stand_where_they_are_put(act: Act) -> None:
         assert all(shape.group == s.OBJECTS for shape in (rod, tin, die))
 
 
-def test_the_ground_is_where_things_lie(act: Act) -> None:
+def test_the_ground_is_drawn_below_objects(act: Act) -> None:
     ground = at(act, 3)["ground"]
     corners = ground.triangles.vertices @ ground.T[:3, :3].T + ground.T[:3, 3]
     np.testing.assert_allclose(corners[:, 2], -0.4, atol=1e-12)
@@ -128,7 +128,7 @@ def test_a_box_is_closed_and_its_faces_look_outwards() -> None:
     assert mesh.volume == pytest.approx(0.2 * 0.4 * 0.6)
 
 
-def test_a_mesh_that_is_gone_shows_where_it_would_be(tmp_path: Path) -> None:
+def test_a_missing_mesh_is_drawn_as_a_small_sphere(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     world = {"objects": [{"name": "die", "shape": "mesh", "file": str(mesh)}], "links": "none"}
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.01, "world": world})
@@ -227,10 +227,9 @@ def test_without_rerun_the_message_names_the_extra(
     assert not any(tmp_path.iterdir())
 
 
-def test_wrong_words_for_a_recording(
-    falling: tuple[Path, Result], tmp_path: Path, capsys: Any
+def test_wrong_options_for_a_recording(
+    falling: tuple[Path, Result], tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    assert main(["view", str(falling[0]), "--rrd", str(tmp_path / "run.txt")]) == 2
-    assert "must end in .rrd" in capsys.readouterr().err
-    assert main(["view", str(falling[0]), "--json"]) == 2
-    assert "--html or --rrd" in capsys.readouterr().err
+    line = cardsflow.refused("view", falling[0], "--rrd", tmp_path / "run.txt")
+    assert "must end in .rrd" in line
+    assert "--html or --rrd" in cardsflow.refused("view", falling[0], "--json")

@@ -24,7 +24,7 @@ KEY = b"a key that is long enough"
 
 
 class Integrator:
-    """x' = u; its state is x, the time and how often it was told to be safe.
+    """x' = u; its state is x, the time and the number of calls of `safe`.
 
     Attributes:
         given: Every command it was given.

@@ -1,4 +1,4 @@
-"""Frames that nobody ought to send: random ones, damaged ones, and old ones of other runs."""
+"""Invalid frames: random ones, damaged ones, and old ones of other runs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A link to an emulated robot in virtual time: no test waits, and every run is the same.
 
-The whole of both sides is in it, but for sockets: session, link and frames on ours; faults, device
-and robot on the other. Time passes only where our side waits.
+Both sides are complete but for sockets: session, link and frames on one; faults, device and robot
+on the other. Time passes only while the link waits.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from cardsflow_fmu.hardware.emulator.emulated_device import device_of
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
-from cardsflow_fmu.hardware.session import connect as opening
+from cardsflow_fmu.hardware.session import connect as connect
 
 PEER = "ours"
 
 
 class WatchedRobot(EmulatedRobot):
-    """An emulated robot that notes what it was told, and requires forces within bounds."""
+    """An emulated robot that records its commands, and requires forces within bounds."""
 
     now: Callable[[], float] = staticmethod(lambda: 0.0)
 
@@ -50,13 +50,13 @@ class WatchedRobot(EmulatedRobot):
 
 
 class World:
-    """A clock, a device with its robot, and the way there.
+    """A clock, a device with its robot, and the line to it.
 
     Args:
-        experiment: Whose robot.
-        faults: What happens to frames.
+        experiment: The experiment.
+        faults: Faults of the line.
         key: The pre-shared key of the device.
-        events: What happens at a time, by the time in [s]; called once.
+        events: Functions by the time in [s] at which they are called, once.
     """
 
     def __init__(
@@ -72,16 +72,16 @@ class World:
             ((self.now + t, event) for t, event in (events or {}).items()), key=lambda e: e[0]
         )
         self.answers: list[bytes] = []
-        self.foreign: list[bytes] = []
+        self.intruders: list[bytes] = []
         self.restart()
 
     def restart(self) -> None:
-        """Another device in the place of the first, which knows nothing of its run."""
+        """Replace the device by a new one."""
         robot = WatchedRobot.of_experiment(self.experiment)
         robot.now = lambda: self.now
         self.robot = robot
         self.device: Device = device_of(robot, self.experiment.hardware, self.key)
-        self.way = FaultyLine(self.device, self.faults)
+        self.line = FaultyLine(self.device, self.faults)
         self._reached = self.now
 
     def monotonic(self) -> float:
@@ -96,7 +96,7 @@ class World:
     def wait(self, until: float, over: Callable[[], object]) -> None:
         """Let time pass, event by event."""
         while not over():
-            event = min(until, self._reached + self.device.step, self.way.next_due)
+            event = min(until, self._reached + self.device.step, self.line.next_due)
             event = min(event, self.device.next_deadline + 1e-9)
             event = min([event, *(t for t, _ in self._events[:1])])
             if event >= until:
@@ -113,8 +113,8 @@ class World:
             self.device.advance(self.device.step)
             self._reached += self.device.step
         self.device.tick(self.now)
-        for data, peer in self.way.due(self.now):
-            (self.answers if peer == PEER else self.foreign).append(data)
+        for data, peer in self.line.due(self.now):
+            (self.answers if peer == PEER else self.intruders).append(data)
         self._require_watchdog()
 
     def _require_watchdog(self) -> None:
@@ -125,7 +125,7 @@ class World:
 
 
 class VirtualLink(FramedLink):
-    """Our side's end of the way into a world."""
+    """The link into a world."""
 
     def __init__(self, world: World, key: bytes | None = None) -> None:
         super().__init__("virtual:", key=key, clock=world)
@@ -138,7 +138,7 @@ class VirtualLink(FramedLink):
         pass
 
     def _send(self, data: bytes) -> None:
-        self.world.way.send(data, PEER, self.world.now)
+        self.world.line.send(data, PEER, self.world.now)
         self.world.wait(self.world.now, lambda: False)
 
     def _receive(self, deadline: float) -> bytes | None:
@@ -149,5 +149,5 @@ class VirtualLink(FramedLink):
 
 
 def live_in(monkeypatch: pytest.MonkeyPatch, world: World) -> None:
-    """Whatever link is opened from now on leads to the world's device, by the world's clock."""
-    monkeypatch.setattr(opening, "open_link", lambda uri, key, **_: VirtualLink(world, key))
+    """Let all links opened from now on lead to the world's device, by the world's clock."""
+    monkeypatch.setattr(connect, "open_link", lambda uri, key, **_: VirtualLink(world, key))
