@@ -7,7 +7,7 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 from support.robots.robots import planar_2r
@@ -34,9 +34,7 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[DesignSnapshot]:
         robot = planar_2r()
         return SimpleNamespace(robot=robot, findings=findings, T_world_link={}, bodies_of_link={})
 
-    module = ModuleType("build_robot")
-    module.build_robot = build_robot  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "addin_sdfusion.building.build_robot", module)
+    monkeypatch.setattr("addin_sdfusion.exporting.export.build_robot", build_robot)
     return seen
 
 
