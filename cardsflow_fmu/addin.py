@@ -1,4 +1,4 @@
-"""The add-in for Fusion from outside: exports without Fusion, installs it, packs it."""
+"""The add-in for Fusion from outside: export without Fusion, installation, archive."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def install(folder: str | Path | None = None) -> Path:
         The folder of the add-in.
 
     Raises:
-        InputError: This system has no such folder, something else stands there, or it cannot be
+        InputError: This system has no such folder, something else is there, or it cannot be
             written.
     """
     target = (_add_ins() if folder is None else Path(folder)) / NAME

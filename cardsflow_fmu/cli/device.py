@@ -111,9 +111,9 @@ def _add_faults(parser: argparse.ArgumentParser) -> None:
     ):
         text = f"part of the frames that {what}, 0 to 1"
         group.add_argument(f"--{name}", type=float, default=0.0, metavar="P", help=text)
-    group.add_argument("--delay", type=float, default=0.0, metavar="MS", help="time on the way")
+    group.add_argument("--delay", type=float, default=0.0, metavar="MS", help="delay of frames")
     group.add_argument(
-        "--jitter", type=float, default=0.0, metavar="MS", help="largest additional time on the way"
+        "--jitter", type=float, default=0.0, metavar="MS", help="largest additional delay"
     )
     group.add_argument(
         "--outage",
@@ -247,7 +247,7 @@ def _serve(
         say("\n".join(_lines(totals)), **totals)
 
 
-def _lines(totals: Mapping[str, Any], place: str = "") -> list[str]:
+def _lines(totals: Mapping[str, Any], prefix: str = "") -> list[str]:
     """Totals for people, a line a group."""
     groups = {name: value for name, value in totals.items() if isinstance(value, Mapping)}
     numbers = {name: value for name, value in totals.items() if name not in groups}
@@ -255,9 +255,9 @@ def _lines(totals: Mapping[str, Any], place: str = "") -> list[str]:
         f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
         for name, value in numbers.items()
     )
-    lines = [f"{place or 'totals'}: {shown}"] if shown else []
+    lines = [f"{prefix or 'totals'}: {shown}"] if shown else []
     for name, group in groups.items():
-        lines += _lines(group, f"{place} {name}".strip())
+        lines += _lines(group, f"{prefix} {name}".strip())
     return lines
 
 

@@ -17,7 +17,7 @@ def progress_bar(steps: int | None = None) -> Iterator[Progress | None]:
     """A progress bar on a terminal, nothing elsewhere.
 
     Args:
-        steps: How many there will be; None if nobody knows.
+        steps: Number of steps; None if unknown.
     """
     if not sys.stderr.isatty():
         yield None

@@ -78,7 +78,7 @@ def _view(options: argparse.Namespace) -> int:
         files += [write_recording(acts, options.rrd)] if options.rrd else []
         print_files(files, options.json)
     elif options.json:
-        raise InputError("tells of files: give --html or --rrd besides", key="--json")
+        raise InputError("lists files: give --html or --rrd besides", key="--json")
     else:
         view(
             paths,

@@ -1,4 +1,4 @@
-"""Studies: many runs of one experiment, varied; optimisation; what the runs tell together."""
+"""Studies: many runs of a varied experiment, optimisation, statistics."""
 
 from __future__ import annotations
 

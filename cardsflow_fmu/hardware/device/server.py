@@ -139,7 +139,7 @@ class DeviceServer:
         for _ in range(_MOST_FRAMES):
             try:
                 came = self._receiver.receive(until)
-            except OSError:  # an earlier answer found nobody listening
+            except OSError:  # an earlier answer had no receiver
                 continue
             if came is None:
                 return

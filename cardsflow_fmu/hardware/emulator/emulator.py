@@ -140,7 +140,7 @@ class EmulatedRobot:
         """Advance by dt, in [s]; the remainder beyond whole steps is kept for the next call.
 
         Raises:
-            SimulationError: The state has diverged; from then on time stands still.
+            SimulationError: The state has diverged; from then on it does not advance.
         """
         if self._failed:
             return

@@ -142,7 +142,7 @@ class FramedLink(ABC):
         elif self._pre_shared.pre_shared is not None:
             remedy = "is it running, is the address right, and has it the same key?"
         raise HardwareError(
-            f"nobody answers at {self.uri} within {self._timeout:g} s: {remedy} "
+            f"no device answers at {self.uri} within {self._timeout:g} s: {remedy} "
             "(a device with a key does not answer frames that are not signed with it)"
         )
 

@@ -85,7 +85,7 @@ class UdpLink(FramedLink):
         while receiver is not None:
             try:
                 return receiver.receive(deadline)
-            except OSError:  # an earlier frame found nobody listening
+            except OSError:  # an earlier frame had no receiver
                 self.counters["refused"] += 1
                 if time.monotonic() >= deadline:
                     break

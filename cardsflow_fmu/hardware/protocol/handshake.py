@@ -35,7 +35,7 @@ REFUSALS = {
     "1000 whole ones",
     ErrorCode.WATCHDOG: "its watchdog is shorter than two steps; take shorter steps, or give the "
     "device a longer watchdog",
-    ErrorCode.MODE: "it does not offer this mode; choose the other of realtime and lockstep",
+    ErrorCode.MODE: "it does not support this mode; choose the other of realtime and lockstep",
     ErrorCode.FAULT: "its robot has failed; look at the hardware",
 }
 

@@ -16,7 +16,7 @@ Little-endian:
     32  f64s      commands, then states, in SI units; states are NaN where none came
     end u32       record number, from 0;  u32  CRC-32 of the record before this field
 
-A record that is cut off or damaged ends the recording: what stands before it is kept.
+A record that is cut off or damaged ends the recording: records before it are kept.
 """
 
 from __future__ import annotations

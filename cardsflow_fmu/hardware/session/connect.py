@@ -32,7 +32,7 @@ RECORDING = "CARDSFLOW_HARDWARE_RECORDING"
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """How a run reaches its hardware, and where its exchanges are recorded.
+    """The way of a run to its hardware, and its recording.
 
     Attributes:
         link: Address of the hardware; the experiment's when empty.
@@ -46,7 +46,7 @@ class Connection:
 
     @classmethod
     def from_environment(cls) -> Connection:
-        """What the environment variables say, which is all that an FMU is given."""
+        """The connection of the environment variables, for FMUs."""
         link, *files = (os.environ.get(name, "") for name in (LINK, KEY_FILE, RECORDING))
         key_file, recording = (Path(file) if file else None for file in files)
         return cls(link, key_file, recording)

@@ -1,4 +1,4 @@
-"""What all runs of a study have in common, as a hash: results of something else do not count."""
+"""The hash of the common part of all runs of a study."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def fingerprint(study: Study, experiment: str) -> str:
 def experiment_digest(experiment: Experiment) -> str:
     """The hash of an experiment with all files that it, or a variation of it, rests on.
 
-    The same on every machine: places of files do not count.
+    The same on every machine: paths of files are left out.
 
     Args:
         experiment: The experiment without variations.

@@ -1,4 +1,4 @@
-"""What a study looks at in a run: numbers by name, with units."""
+"""The metrics of a run: numbers by name, with units."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def _rms(forces: FloatArray) -> float:
 
 
 def _energy(result: Result, box: Box | None, muscle: str | None) -> float:
-    """Work of all muscles, pulling or giving way: sum of f |dl|, f being held over a step."""
+    """Work of all muscles, concentric and eccentric: sum of f |dl|, f being held over a step."""
     robot = result.experiment.robot
     names = [m.name for m in robot.muscles]
     kept = range(len(names)) if muscle is None else [names.index(muscle)]

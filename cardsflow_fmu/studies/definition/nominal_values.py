@@ -1,4 +1,4 @@
-"""What an experiment has at a path where nothing is varied: what relative variations begin at."""
+"""Nominal values at paths, which relative variations begin at."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a path of a study leads to something that the experiment can vary."""
+"""The check of a study's paths on its experiment."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cardsflow_fmu.config.key_path import PathError, split_path
 from cardsflow_fmu.experiment.experiment import Experiment
 
 
-class Trial:
-    """An experiment on which paths are tried.
+class PathCheck:
+    """A check of paths on an experiment.
 
     Args:
         path: The experiment.toml, or the folder that holds one.
@@ -55,7 +55,7 @@ class Trial:
 
 
 def require_simulated(experiment: Experiment) -> None:
-    """Refuse an experiment that drives a robot: nobody watches it through thousands of runs.
+    """Refuse an experiment that drives a real robot, which must be supervised.
 
     Args:
         experiment: Of a study, or of one of its runs.

@@ -1,4 +1,4 @@
-"""Reading study.toml: every error with file and key."""
+"""The reader of study.toml."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cardsflow_fmu.experiment.settings.names import robot_names
 from cardsflow_fmu.signals.roles import ROLES
 
 from .metrics import DEFAULT_METRICS, spelled_out
-from .path_check import Trial
+from .path_check import PathCheck
 from .tables import MOST_RUNS, Box, Sampler, StudyTables
 from .variation_reader import read_variations, require_free_names
 from .variations import Variation
@@ -48,9 +48,9 @@ def read_study(path: Path) -> dict[str, Any]:
         return InputError(what, file=file, key=key)
 
     settings = _settings(tables.settings, problem)
-    trial = Trial(tables.experiment, settings)
-    base = trial.base  # what is wrong with the experiment itself comes first
-    variations = tuple(read_variations(tables.vary, trial, file))
+    check = PathCheck(tables.experiment, settings)
+    base = check.base  # what is wrong with the experiment itself comes first
+    variations = tuple(read_variations(tables.vary, check, file))
     if tables.optimise is not None and not _can_search(variations):
         what = "needs variations with a range to search, and no seeds"
         raise problem("optimise.method", what)

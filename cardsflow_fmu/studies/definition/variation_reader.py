@@ -1,4 +1,4 @@
-"""Reading [[vary]]: paths, and `*` for all names."""
+"""The reader of [[vary]]: paths, and `*` for all names."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ from cardsflow_fmu.signals.ports import task_names
 
 from .nominal_values import nominal_value
 from .outcome import LEADING_COLUMNS, TRAILING_COLUMNS
-from .path_check import Trial
+from .path_check import PathCheck
 from .tables import VarySettings
 from .variations import Relative, Variation
 
 
-def read_variations(tables: Sequence[VarySettings], trial: Trial, file: Path) -> list[Variation]:
+def read_variations(
+    tables: Sequence[VarySettings], check: PathCheck, file: Path
+) -> list[Variation]:
     """The variations of a study.
 
     Args:
         tables: Its tables [[vary]].
-        trial: The experiment, to try paths on.
+        check: The check of paths.
         file: The study, for messages.
 
     Raises:
@@ -36,7 +38,7 @@ def read_variations(tables: Sequence[VarySettings], trial: Trial, file: Path) ->
     found: list[Variation] = []
     for k, table in enumerate(tables):
         try:
-            found += _variations(table, trial)
+            found += _variations(table, check)
         except InputError as error:
             raise InputError(error.what, file=file, key=f"vary[{k}].path") from None
     paths = [path for variation in found for path in variation.paths]
@@ -79,17 +81,17 @@ def _require_order(paths: Sequence[str], file: Path) -> None:
             before.add(join_path([*parts[:-1], name]))
 
 
-def _variations(table: VarySettings, trial: Trial) -> Iterator[Variation]:
+def _variations(table: VarySettings, check: PathCheck) -> Iterator[Variation]:
     name = table.name or table.paths[0]
     for axis, values in table.ranges():
         one = Variation(f"{name}{axis}", tuple(f"{path}{axis}" for path in table.paths), values)
-        for own in _spelled_out(one, table.together, trial):
-            yield own if table.relative is None else _related(own, table.relative, trial)
+        for own in _spelled_out(one, table.together, check):
+            yield own if table.relative is None else _related(own, table.relative, check)
 
 
-def _related(variation: Variation, relative: Relative, trial: Trial) -> Variation:
+def _related(variation: Variation, relative: Relative, check: PathCheck) -> Variation:
     """The variation with what the experiment has at its paths."""
-    nominal = tuple(nominal_value(trial.base, path) for path in variation.paths)
+    nominal = tuple(nominal_value(check.base, path) for path in variation.paths)
     for path, value in zip(variation.paths, nominal, strict=True):
         if relative == "factor" and not np.any(value):
             raise InputError(f"{path} is 0, and so is every factor of it; use relative = 'offset'")
@@ -98,40 +100,40 @@ def _related(variation: Variation, relative: Relative, trial: Trial) -> Variatio
     return replace(variation, relative=relative, nominal=nominal)
 
 
-def _spelled_out(variation: Variation, together: bool, trial: Trial) -> Iterator[Variation]:
-    """The variation with the names that `*` stands for, tried on the experiment."""
+def _spelled_out(variation: Variation, together: bool, check: PathCheck) -> Iterator[Variation]:
+    """The variation with the names that `*` matches, checked on the experiment."""
     value = variation.range.at(0.5)
-    paths = [_names(path, value, trial) for path in variation.paths]
+    paths = [_names(path, value, check) for path in variation.paths]
     if together:
         everything = tuple(path for several in paths for path in several)
         yield Variation(variation.name, everything, variation.range)
         return
     if len({len(several) for several in paths}) > 1:
-        raise InputError("with `*` the paths stand for different numbers of names")
+        raise InputError("with `*` the paths match different numbers of names")
     for same in zip(*paths, strict=True):
         name = variation.name if len(paths[0]) == 1 else same[0]
         yield Variation(name, tuple(same), variation.range)
 
 
-def _names(path: str, value: Any, trial: Trial) -> list[str]:
-    """A path, or those that it stands for."""
+def _names(path: str, value: Any, check: PathCheck) -> list[str]:
+    """A path, or those that it matches."""
     parts = split_path(path)
     if EVERY_OTHER not in parts:
-        trial.require(path, value)
+        check.require(path, value)
         return [path]
-    place = parts.index(EVERY_OTHER)
+    k = parts.index(EVERY_OTHER)
     trouble: list[UnknownNameError] = []
-    for names in _candidates(trial.base):
-        spelled = [join_path([*parts[:place], name, *parts[place + 1 :]]) for name in names]
+    for names in _candidates(check.base):
+        spelled = [join_path([*parts[:k], name, *parts[k + 1 :]]) for name in names]
         try:
-            return [inner for one in spelled for inner in _names(one, value, trial)]
+            return [inner for one in spelled for inner in _names(one, value, check)]
         except UnknownNameError as error:
             trouble.append(error)
     raise max(trouble, key=lambda error: len((error.key or "").split(".")))  # got the farthest
 
 
 def _candidates(experiment: Experiment) -> Iterator[Sequence[str]]:
-    """What names there are, where `*` may stand for all of a kind."""
+    """The lists of names that `*` may match."""
     robot: Robot = experiment.robot
     yield from (
         names

@@ -1,4 +1,4 @@
-"""What is varied, and over which values: each variation maps a number from 0 to 1 to a value."""
+"""Variations: each maps a number from 0 to 1 to a value."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Seed:
     """A whole number of its own for every run, from the seed of the study."""
 
     def at(self, u: float) -> int:
-        """Any; runs get theirs from their place in the study."""
+        """Any; runs get theirs from their index in the study."""
         return int(u * 2**32)
 
 

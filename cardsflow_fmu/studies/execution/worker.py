@@ -101,7 +101,7 @@ def _simulate(job: Job, base: Experiment, experiment: Experiment) -> Result:
 
 
 def _simulated(result: Result, ready: float) -> float:
-    """How long the steps took, in [s]."""
+    """Time of the steps, in [s]."""
     factor = result.summary["real_time_factor"]
     return float(result.summary["duration"] / factor) if factor else time.perf_counter() - ready
 

@@ -197,7 +197,7 @@ def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path
     key.write_bytes(bytes(range(32)))
     key.chmod(0o644)
     with served("device", ARM, CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
-        with pytest.raises(HardwareError, match="nobody answers"):
+        with pytest.raises(HardwareError, match="no device answers"):
             Line(device.uri, recorded, timeout=0.5).__enter__()
         with Line(device.uri, recorded, bytes(range(32))) as line:
             line.exchange(2)

@@ -200,17 +200,17 @@ def test_a_missing_answer_is_an_error() -> None:
         for key, word in ((None, "is it running"), (KEY, "the same key")):
             link = UdpLink(uri, key=key, timeout=0.2)
             begin = time.monotonic()
-            with pytest.raises(HardwareError, match=f"nobody answers at {uri}.*{word}"):
+            with pytest.raises(HardwareError, match=f"no device answers at {uri}.*{word}"):
                 link.open(handshake())
             assert time.monotonic() - begin >= 0.2
-    with pytest.raises(HardwareError, match="nobody answers"):
+    with pytest.raises(HardwareError, match="no device answers"):
         UdpLink(uri, timeout=0.1).open(handshake())  # the port is closed now
 
 
 def test_a_device_with_a_key_drops_unsigned_frames() -> None:
     with served(make_device(KEY)) as uri:
         for key in (None, KEY[::-1]):
-            with pytest.raises(HardwareError, match="nobody answers"):
+            with pytest.raises(HardwareError, match="no device answers"):
                 UdpLink(uri, key=key, timeout=0.15).open(handshake())
         with UdpLink(uri, key=KEY) as link:
             link.open(handshake())

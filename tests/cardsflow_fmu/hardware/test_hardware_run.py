@@ -148,7 +148,7 @@ def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
     out = ["-o", str(tmp_path / "out")]
     silent = "udp://127.0.0.1:9"
     line = cardsflow.refused("run", PLANAR_2R, "--hardware", silent, *out, code=1)
-    assert f"nobody answers at {silent}" in line
+    assert f"no device answers at {silent}" in line
     assert not (tmp_path / "out").exists()
     unknown = ("smoke:signals", "5005", "UDP//127.0.0.1")
     for uri in (*unknown, "udp://", "udp://127.0.0.1:99999", "udp://127.0.0.1"):
