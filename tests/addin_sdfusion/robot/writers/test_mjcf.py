@@ -11,23 +11,21 @@ import pytest
 import trimesh
 from hypothesis import assume, given
 from support.robots.every_joint import every_joint
+from support.robots.one_link import CASPR_ROBOTS, cable, one_link, round_a_circle
 from support.robots.random_robots import random_robot, robots
 from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,
     CableModel,
-    CableSet,
     Coordinate,
     Inertia,
     Joint,
     Link,
     Mesh,
-    Muscle,
     Pose,
     Robot,
     RobotError,
-    ViaPoint,
     Wrap,
     WrapSurface,
     read_robot,
@@ -35,9 +33,6 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.writers.mujoco.model import mjcf_losses, write_mjcf
 from sim_dart import DartDynamics
-
-FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")
-FIXTURES += ("Example_2R_planar_XZ", "RoboyLeftArm")
 
 
 def load(robot, folder, **options):
@@ -97,7 +92,7 @@ def test_mujoco_reads_the_papers_arm_in_spite_of_its_zero_moments(tmp_path):
     assert re.search(r"\de-14 kg·m² added to each$", reported[0].message)
 
 
-@pytest.mark.parametrize("name", FIXTURES)
+@pytest.mark.parametrize("name", CASPR_ROBOTS)
 def test_mujoco_reads_the_published_robots_with_equal_dynamics_and_paths(shared, name, tmp_path):
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
@@ -114,13 +109,6 @@ def test_any_sound_robot_is_written(robot):
         assert_equal_terms(robot, folder, 1)
 
 
-def arm(inertia=None, muscles=(), surfaces=(), **limits):
-    inertia = inertia or Inertia(1.0, (0.1, 0.2, 0.3), 1.0, 1.0, 1.0)
-    joint = Joint("j", WORLD, "a", revolute((0.0, 0.0, 1.0)), (Coordinate("q", **limits),))
-    sets = (CableSet("all", tuple(muscles)),)
-    return Robot("r", (Link("a", inertia),), (joint,), sets, "all", wrap_surfaces=tuple(surfaces))
-
-
 def test_a_control_is_a_tension(tmp_path):
     robot = planar_2r()
     model = load(robot, tmp_path)
@@ -135,7 +123,7 @@ def test_a_control_is_a_tension(tmp_path):
 
 def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
     q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5, "actuated": True}
-    model = load(arm(**q), tmp_path)
+    model = load(one_link(**q), tmp_path)
     assert model.jnt_limited.all()
     assert model.jnt_range.tolist() == [[-1.0, math.inf]]
     assert model.dof_damping.tolist() == [0.5]
@@ -144,7 +132,7 @@ def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
 
 
 def test_equal_limits_hold_the_coordinate(tmp_path):
-    model = load(arm(lower=0.5, upper=0.5), tmp_path)
+    model = load(one_link(lower=0.5, upper=0.5), tmp_path)
     data = mujoco.MjData(model)
     for _ in range(2000):
         mujoco.mj_step(model, data)
@@ -153,8 +141,8 @@ def test_equal_limits_hold_the_coordinate(tmp_path):
 
 @pytest.mark.parametrize(("f_min", "f_max"), [(5.0, 5.0), (5.0, math.inf)])
 def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
-    points = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("a", (0.0, 1.0, 0.0)))
-    robot = arm(muscles=[Muscle("m", points, f_min, f_max)])
+    muscle = cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), f_min=f_min, f_max=f_max)
+    robot = one_link(muscles=[muscle])
     model = load(robot, tmp_path)
     codes = {finding.code for finding in mjcf_losses(robot)}
     assert bool(model.actuator_ctrllimited[0]) == (f_min < f_max)
@@ -164,20 +152,11 @@ def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [1, -1, 0])
 def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
-    """From (-1, 0.1) to (1, 0.1) round a circle of radius 0.5 about the origin."""
-    pose = Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0))
-    surface = WrapSurface("round", WORLD, shape, 0.5, pose)
-    points = (ViaPoint(WORLD, (-1.0, 0.1, 0.2)), ViaPoint("a", (1.0, 0.1, 0.2)))
-    robot = arm(muscles=[Muscle("m", points, wraps=(Wrap("round", 0, side),))], surfaces=[surface])
+    robot, length = round_a_circle(shape, side)
     model = load(robot, tmp_path)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    radius = math.hypot(1.0, 0.1)
-    reach, tangent = math.acos(0.5 / radius), math.sqrt(radius**2 - 0.25)
-    above = math.pi - 2 * math.atan2(0.1, 1.0)  # the angle between the ends seen from the origin
-    angle = 2 * math.pi - above if side == 1 else above
-    expected = 2 * tangent + 0.5 * (angle - 2 * reach)
-    assert data.ten_length[0] == pytest.approx(expected, abs=1e-9)
+    assert data.ten_length[0] == pytest.approx(length, abs=1e-9)
     assert ("side-by-place" in {f.code for f in mjcf_losses(robot)}) == bool(side)
 
 
@@ -185,9 +164,8 @@ def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_pat
 def test_a_tendon_is_led_through_its_surface(shape, tmp_path):
     """From (-1, 0.6) to (1, 0.6) through a circle of radius 0.5 about the origin: by (0, 0.5)."""
     surface = WrapSurface("ring", WORLD, shape, 0.5, Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0)))
-    points = (ViaPoint(WORLD, (-1.0, 0.6, 0.2)), ViaPoint("a", (1.0, 0.6, 0.2)))
-    wraps = (Wrap("ring", 0, inside=True),)
-    robot = arm(muscles=[Muscle("m", points, wraps=wraps)], surfaces=[surface])
+    muscle = cable((-1.0, 0.6, 0.2), (1.0, 0.6, 0.2), wraps=(Wrap("ring", 0, inside=True),))
+    robot = one_link(muscles=[muscle], surfaces=[surface])
     model = load(robot, tmp_path)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -198,9 +176,9 @@ def test_a_tendon_is_led_through_its_surface(shape, tmp_path):
 def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
     surfaces = [WrapSurface("c", WORLD, "cylinder", 0.1, length=0.5)]
     surfaces += [WrapSurface("s", "a", "sphere", 0.1)]
-    points = (ViaPoint(WORLD, (-1.0, 0.1, 0.2)), ViaPoint("a", (1.0, 0.1, 0.2)))
     wraps = (Wrap("c", 0, 0, 1), Wrap("s", 0))
-    robot = arm(muscles=[Muscle("m", points, 0.0, 1.0, wraps=wraps)], surfaces=surfaces)
+    muscle = cable((-1.0, 0.1, 0.2), (1.0, 0.1, 0.2), f_max=1.0, wraps=wraps)
+    robot = one_link(muscles=[muscle], surfaces=surfaces)
     codes = [finding.code for finding in mjcf_losses(robot)]
     assert codes == ["cylinder-ends-left-out", "turns-left-out", "wrap-left-out"]
     assert load(robot, tmp_path).geom("c").size[:2].tolist() == [0.1, 0.25]
@@ -213,7 +191,7 @@ def test_the_published_upper_body_is_refused_for_its_inertias(shared, tmp_path):
 
 
 def test_a_matrix_that_no_body_has_is_refused(tmp_path):
-    robot = arm(Inertia(1.0, (0.1, 0.0, 0.0), 0.1, 0.1, 0.3))
+    robot = one_link(Inertia(1.0, (0.1, 0.0, 0.0), 0.1, 0.1, 0.3))
     with pytest.raises(RobotError, match="link 'a': MuJoCo refuses a principal moment"):
         write_mjcf(robot, tmp_path / "new")
     assert not (tmp_path / "new").exists()
@@ -229,16 +207,16 @@ def test_a_matrix_that_no_body_has_is_refused(tmp_path):
     ],
 )
 def test_mujoco_takes_what_is_added_to_small_moments(inertia, tmp_path):
-    model = load(arm(inertia), tmp_path)
+    model = load(one_link(inertia), tmp_path)
     assert model.body_mass[1] == pytest.approx(inertia.mass, abs=1e-11)
     moments = sorted((inertia.ixx, inertia.iyy, inertia.izz), reverse=True)
     np.testing.assert_allclose(model.body_inertia[1], moments, rtol=1e-11, atol=2e-14)
-    codes = {finding.code for finding in mjcf_losses(arm(inertia))}
+    codes = {finding.code for finding in mjcf_losses(one_link(inertia))}
     assert codes & {"inertia-increased", "mass-increased"}
 
 
 def test_a_fixed_link_without_mass_has_none_in_mujoco(tmp_path):
-    robot = arm()
+    robot = one_link()
     links = (*robot.links, Link("b", Inertia(0.0)))
     robot = replace(robot, links=links, joints=(*robot.joints, Joint("f", "a", "b")))
     assert load(robot, tmp_path).body_mass.tolist() == [0.0, 1.0, 0.0]
@@ -248,7 +226,7 @@ def test_meshes_whose_files_are_known_are_shown_and_touch_nothing(tmp_path):
     trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "box.stl")
     visual = Mesh("visual", "model://r/box.stl", Pose((1.0, 0.0, 0.0)), (0.1, 0.1, 0.1))
     meshes = (visual, replace(visual, role="collision"), replace(visual, uri="other.stl"))
-    robot = arm()
+    robot = one_link()
     robot = replace(robot, links=(replace(robot.links[0], meshes=meshes),))
     files = {visual.uri: tmp_path / "box.stl"}
     model = load(robot, tmp_path, meshes=files)

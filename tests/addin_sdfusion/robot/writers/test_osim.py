@@ -10,25 +10,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from support.robots.every_joint import every_joint
+from support.robots.one_link import CASPR_ROBOTS, cable, one_link, round_a_circle
 from support.robots.random_robots import random_robot, robots
 from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.robot import (
     WORLD,
-    CableSet,
-    Coordinate,
     Inertia,
     Joint,
     Link,
     Mesh,
-    Muscle,
     Pose,
-    Robot,
-    ViaPoint,
     Wrap,
     WrapSurface,
     read_robot,
-    revolute,
 )
 from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim
 from addin_sdfusion.robot.writers.opensim.names import with_legal_names
@@ -39,9 +34,6 @@ with warnings.catch_warnings():
     opensim = pytest.importorskip("opensim", reason="needs the extra opensim, which is for tests")
 
 opensim.Logger.setLevelString("Error")
-
-FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")
-FIXTURES += ("Example_2R_planar_XZ", "RoboyLeftArm", "RoboyUpperBody")
 
 
 def load(robot, folder, **options):
@@ -137,7 +129,7 @@ def test_opensim_reads_the_papers_arm_with_its_zero_moments(tmp_path):
     assert_equal_terms(planar_2r(), tmp_path)
 
 
-@pytest.mark.parametrize("name", FIXTURES)
+@pytest.mark.parametrize("name", [*CASPR_ROBOTS, "RoboyUpperBody"])
 def test_opensim_reads_the_published_robots_with_equal_dynamics_and_paths(shared, name, tmp_path):
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
@@ -146,13 +138,6 @@ def test_opensim_reads_the_published_robots_with_equal_dynamics_and_paths(shared
 def test_any_sound_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:
         assert_equal_terms(robot, folder, 1)
-
-
-def arm(inertia=None, muscles=(), surfaces=(), **limits):
-    inertia = inertia or Inertia(1.0, (0.1, 0.2, 0.3), 1.0, 1.0, 1.0)
-    joint = Joint("j", WORLD, "a", revolute((0.0, 0.0, 1.0)), (Coordinate("q", **limits),))
-    sets = (CableSet("all", tuple(muscles)),)
-    return Robot("r", (Link("a", inertia),), (joint,), sets, "all", wrap_surfaces=tuple(surfaces))
 
 
 def test_a_control_is_a_tension(tmp_path):
@@ -170,48 +155,39 @@ def test_a_control_is_a_tension(tmp_path):
 
 def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
     q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5, "actuated": True}
-    model, state = load(arm(**q), tmp_path)
+    model, state = load(one_link(**q), tmp_path)
     c = model.getCoordinateSet().get("q")
     assert (c.getRangeMin(), c.getRangeMax(), c.getValue(state)) == (-1.0, math.inf, 0.25)
     forces = model.getForceSet()
     assert opensim.CoordinateActuator.safeDownCast(forces.get("q_motor")).getOptimalForce() == 1.0
     damper = opensim.SpringGeneralizedForce.safeDownCast(forces.get("q_damping"))
     assert damper.getViscosity() == 0.5
-    assert "limits-are-ranges" in {finding.code for finding in osim_losses(arm(**q))}
+    assert "limits-are-ranges" in {finding.code for finding in osim_losses(one_link(**q))}
 
 
 @pytest.mark.parametrize("initial", [0.25, 3.0])
 def test_initial_values_outside_the_limits_are_kept(initial, tmp_path):
-    model, state = load(arm(lower=-1.0, upper=1.0, initial=initial), tmp_path)
+    model, state = load(one_link(lower=-1.0, upper=1.0, initial=initial), tmp_path)
     assert model.getCoordinateSet().get("q").getValue(state) == initial
 
 
 def test_equal_limits_lock_the_coordinate(tmp_path):
-    model, state = load(arm(lower=0.5, upper=0.5), tmp_path)
+    model, state = load(one_link(lower=0.5, upper=0.5), tmp_path)
     c = model.getCoordinateSet().get("q")
     assert (c.getLocked(state), c.getValue(state)) == (True, 0.5)
 
 
 def test_an_open_force_limit_stays_open(tmp_path):
-    points = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("a", (0.0, 1.0, 0.0)))
-    theirs = Terms(arm(muscles=[Muscle("m", points, 5.0, math.inf)]), tmp_path)
+    muscle = cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), f_min=5.0)
+    theirs = Terms(one_link(muscles=[muscle]), tmp_path)
     assert theirs.muscles[0].getMaxControl() == math.inf
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [1, -1, 0])
 def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
-    """From (-1, 0.1) to (1, 0.1) round a circle of radius 0.5 about the origin."""
-    pose = Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0))
-    surface = WrapSurface("round", WORLD, shape, 0.5, pose)
-    points = (ViaPoint(WORLD, (-1.0, 0.1, 0.2)), ViaPoint("a", (1.0, 0.1, 0.2)))
-    robot = arm(muscles=[Muscle("m", points, wraps=(Wrap("round", 0, side),))], surfaces=[surface])
-    radius = math.hypot(1.0, 0.1)
-    reach, tangent = math.acos(0.5 / radius), math.sqrt(radius**2 - 0.25)
-    above = math.pi - 2 * math.atan2(0.1, 1.0)  # the angle between the ends seen from the origin
-    angle = 2 * math.pi - above if side == 1 else above
-    expected = 2 * tangent + 0.5 * (angle - 2 * reach)
-    assert Terms(robot, tmp_path).lengths[0] == pytest.approx(expected, abs=1e-5)
+    robot, length = round_a_circle(shape, side)
+    assert Terms(robot, tmp_path).lengths[0] == pytest.approx(length, abs=1e-5)
     codes = {finding.code for finding in osim_losses(robot)}
     assert ("side-by-place" in codes) == bool(side)
     assert ("cylinder-has-ends" in codes) == (shape == "cylinder")
@@ -219,22 +195,21 @@ def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path)
 
 def test_a_way_inside_a_surface_is_left_out_and_said(tmp_path):
     surface = WrapSurface("ring", WORLD, "sphere", 0.5)
-    points = (ViaPoint(WORLD, (-1.0, 0.6, 0.0)), ViaPoint("a", (1.0, 0.6, 0.0)))
-    wraps = (Wrap("ring", 0, inside=True),)
-    robot = arm(muscles=[Muscle("m", points, wraps=wraps)], surfaces=[surface])
+    muscle = cable((-1.0, 0.6, 0.0), (1.0, 0.6, 0.0), wraps=(Wrap("ring", 0, inside=True),))
+    robot = one_link(muscles=[muscle], surfaces=[surface])
     assert Terms(robot, tmp_path).lengths[0] == pytest.approx(2.0, abs=1e-12)
     assert "wrap-left-out" in {finding.code for finding in osim_losses(robot)}
 
 
 def test_a_body_without_mass_keeps_its_inertia(tmp_path):
-    robot = arm(Inertia(0.0, (0.1, 0.0, 0.0), 1.0, 1.0, 1.0))
+    robot = one_link(Inertia(0.0, (0.1, 0.0, 0.0), 1.0, 1.0, 1.0))
     assert_equal_terms(robot, tmp_path)
     assert "mass-increased" in {finding.code for finding in osim_losses(robot)}
 
 
 @pytest.mark.parametrize("on", ["a", WORLD])
 def test_fixed_links_without_mass_are_read(on, tmp_path):
-    robot = arm()
+    robot = one_link()
     links = (*robot.links, Link("b", Inertia(0.0)))
     assert_equal_terms(
         replace(robot, links=links, joints=(*robot.joints, Joint("f", on, "b"))), tmp_path
@@ -244,7 +219,7 @@ def test_fixed_links_without_mass_are_read(on, tmp_path):
 def test_meshes_are_seen_where_they_are(tmp_path):
     mesh = Mesh("visual", "a.stl", scale=(0.1, 0.1, 0.1))
     placed = replace(mesh, pose=Pose((1.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
-    robot = arm()
+    robot = one_link()
     meshes = (mesh, placed, replace(mesh, role="collision"))
     robot = replace(robot, links=(replace(robot.links[0], meshes=meshes),))
     model, state = load(robot, tmp_path, meshes={"a.stl": "b.stl"})
@@ -267,7 +242,7 @@ def test_task_frames_are_markers(tmp_path):
 
 
 def test_names_that_opensim_refuses_are_changed_and_reported(tmp_path):
-    robot = arm()
+    robot = one_link()
     links = [replace(robot.links[0], name=name) for name in ("a b", "a_b", "ground", "..")]
     joints = [Joint(f"f{k}", "a b", link.name) for k, link in enumerate(links[1:])]
     first = replace(robot.joints[0], child="a b")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from support.robots.every_joint import every_joint
+from support.robots.one_link import CASPR_ROBOTS, one_link
 from support.robots.random_robots import random_robot, robots
 from support.robots.robots import planar_2r
 
@@ -30,9 +31,6 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot.transforms.joint_chains import single_joints
 from addin_sdfusion.robot.writers.urdf import urdf_losses, write_urdf
 from sim_dart import DartDynamics
-
-FIXTURES = ("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical")
-FIXTURES += ("Example_2R_planar_XZ", "RoboyLeftArm", "RoboyUpperBody")
 
 
 def load(robot, folder):
@@ -70,7 +68,7 @@ def test_dart_reads_every_joint_of_caspr_with_the_same_mass_matrix(tmp_path):
     assert chained == {j.name for j in robot.joints if len(j.motions) > 1}
 
 
-@pytest.mark.parametrize("name", FIXTURES)
+@pytest.mark.parametrize("name", [*CASPR_ROBOTS, "RoboyUpperBody"])
 def test_dart_reads_the_published_robots_with_the_same_mass_matrix(shared, name, tmp_path):
     assert_equal_mass_matrices(read_robot(shared / "robots/caspr" / name), tmp_path)
 
@@ -82,14 +80,8 @@ def test_any_sound_robot_is_written(robot):
         assert not any(finding.is_error for finding in urdf_losses(robot))
 
 
-def one_joint(motions, **coordinate):
-    unit = motions[0].unit if motions else "rad"
-    joint = Joint("j", WORLD, "a", motions, (Coordinate("q", unit=unit, **coordinate),))
-    return Robot("r", (Link("a", Inertia(1.0, (0.1, 0.2, 0.3), 1.0, 1.0, 1.0)),), (joint,))
-
-
 def test_limits_and_damping_arrive(tmp_path):
-    limited = one_joint(revolute((0.0, 0.0, 1.0)), lower=-1.0, upper=0.5, damping=0.25)
+    limited = one_link(lower=-1.0, upper=0.5, damping=0.25)
     dof = load(limited, tmp_path).getDof(0)
     assert (dof.getPositionLowerLimit(), dof.getPositionUpperLimit()) == (-1.0, 0.5)
     assert dof.getDampingCoefficient() == 0.25
@@ -104,7 +96,7 @@ def test_limits_and_damping_arrive(tmp_path):
     ],
 )
 def test_joint_types(motions, limits, kind, tmp_path):
-    (file,) = write_urdf(one_joint(motions, **limits), tmp_path)
+    (file,) = write_urdf(one_link(motions=motions, **limits), tmp_path)
     joint = ElementTree.parse(file).find("joint")
     assert (file.name, joint.get("type"), joint.get("name")) == ("r.urdf", kind, "q")
     assert (joint.find("limit") is None) == (kind == "continuous")
@@ -112,7 +104,7 @@ def test_joint_types(motions, limits, kind, tmp_path):
 
 def test_meshes_stand_in_the_frame_of_the_joint(tmp_path):
     mesh = Mesh("visual", "package://r/a.stl", Pose((1.0, 0.0, 0.0)), (0.001,) * 3, "shell")
-    robot = one_joint(revolute((0.0, 0.0, 1.0)))
+    robot = one_link()
     link = replace(robot.links[0], meshes=(mesh, replace(mesh, role="collision", name="")))
     joint = replace(robot.joints[0], T_child_joint=Pose((0.25, 0.0, 0.0)))
     (file,) = write_urdf(replace(robot, links=(link,), joints=(joint,)), tmp_path)
@@ -124,7 +116,7 @@ def test_meshes_stand_in_the_frame_of_the_joint(tmp_path):
 
 
 def test_a_fixed_joint_gives_way_to_a_coordinate_of_its_name(tmp_path):
-    robot = one_joint(revolute((0.0, 0.0, 1.0)))
+    robot = one_link()
     fixed = (Link("b", Inertia(1.0)), Joint("q", "a", "b"))
     robot = replace(robot, links=(*robot.links, fixed[0]), joints=(*robot.joints, fixed[1]))
     (file,) = write_urdf(robot, tmp_path)
@@ -148,7 +140,7 @@ def test_what_is_left_out_is_said():
         "cable-sets-left-out",
         "link-ends-left-out",
     }
-    other = one_joint(revolute((0.0, 0.0, 1.0)), lower=0.0, initial=1.0, actuated=True)
+    other = one_link(lower=0.0, initial=1.0, actuated=True)
     other = replace(other, gravity=(0.0, 0.0, 0.0))
     codes = {finding.code for finding in urdf_losses(other)}
     assert codes == {"gravity-left-out", "initial-left-out", "motor-left-out", "one-sided-limit"}
@@ -156,5 +148,5 @@ def test_what_is_left_out_is_said():
 
 def test_a_broken_robot_is_not_written(tmp_path):
     with pytest.raises(RobotError, match="axis is zero"):
-        write_urdf(one_joint(revolute((0.0, 0.0, 0.0))), tmp_path / "new")
+        write_urdf(one_link(motions=revolute((0.0, 0.0, 0.0))), tmp_path / "new")
     assert not (tmp_path / "new").exists()
