@@ -52,10 +52,10 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.fixture
 def shared() -> Path:
-    """Robot files of others, beside the repository; without them, tests that need them skip."""
+    """Published robots, beside the repository; without them, tests that need them skip."""
     folder = Path(__file__).parents[1] / "../shared"
     if not folder.is_dir():
-        pytest.skip("the robot files of others are not beside this repository")
+        pytest.skip("the published robots are not in a folder beside this repository")
     return folder
 
 
