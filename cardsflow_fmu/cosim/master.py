@@ -15,7 +15,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 from .coupling import Coupling
 from .pacing import Pacer
-from .participant import Participant
+from .participant import Participant, Wired
 from .recording import Recording
 from .step_loop import StepLoop
 from .wiring import Copy, Wiring, connect, runs
@@ -156,7 +156,7 @@ class Master(StepLoop):
 
 
 def columns_of(
-    participants: Sequence[Participant],
+    participants: Sequence[Wired],
 ) -> tuple[tuple[str, ...], dict[str, str], list[tuple[FloatArray, slice]]]:
     """Names of the columns, their units, and their values, as views of the outputs.
 

@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.signals.units import Conversion, conversion
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .participant import Participant
+from .participant import Wired
 
 Indices = slice | list[int]
 Wiring = Mapping[str, str | float]
@@ -74,7 +74,7 @@ class ConvertingCopy(Copy):
 
 
 def connect(
-    participants: Sequence[Participant],
+    participants: Sequence[Wired],
     wiring: Wiring,
     *,
     by_name: bool = True,
@@ -188,7 +188,7 @@ def _add_equal_names(
         by_target[target] = sources[0]
 
 
-def _hold(participants: Sequence[Participant], by_target: Wiring) -> None:
+def _hold(participants: Sequence[Wired], by_target: Wiring) -> None:
     """Set the inputs that are held at a number, once."""
     for p in participants:
         for k, name in enumerate(p.input_names):
@@ -198,8 +198,8 @@ def _hold(participants: Sequence[Participant], by_target: Wiring) -> None:
 
 
 def _copies(
-    target: Participant,
-    participants: Sequence[Participant],
+    target: Wired,
+    participants: Sequence[Wired],
     by_target: Wiring,
     changes: Mapping[str, Conversion],
 ) -> list[Copy]:
@@ -220,8 +220,8 @@ def _copies(
 
 
 def _copy(
-    source: Participant,
-    target: Participant,
+    source: Wired,
+    target: Wired,
     pairs: Sequence[tuple[int, int]],
     changes: Sequence[Conversion],
 ) -> Copy:
@@ -235,7 +235,7 @@ def _copy(
     return ConvertingCopy(*places, factors, np.array([change.offset for change in changes]))
 
 
-def _conversion(source: Participant, j: int, target: Participant, k: int) -> Conversion:
+def _conversion(source: Wired, j: int, target: Wired, k: int) -> Conversion:
     output, input_ = source.output_names[j], target.input_names[k]
     try:
         return conversion(source.units.get(output), target.units.get(input_))

@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
+from cardsflow_fmu.cosim.participant import WiredPorts
 
 from .model import FmuModel
 
 
-class DirectParticipant:
+class DirectParticipant(WiredPorts):
     """A model stepped as a plain Python object."""
 
     def __init__(self, name: str, model: FmuModel) -> None:
-        self.name = name
-        self.input_names = tuple(p.name for p in model.ports if p.causality == "input")
-        self.output_names = tuple(p.name for p in model.ports if p.causality == "output")
-        self.units: Mapping[str, Unit] = {
-            p.name: KNOWN_UNITS[p.unit] for p in model.ports if p.unit
-        }
-        self.inputs = model.inputs
-        self.outputs = model.outputs
-        self.step = model.step
-        self.close = model.close
+        super().__init__(name, model.ports, model.inputs, model.outputs)
+        self.step, self.close = model.step, model.close
         model.initialize()

@@ -7,9 +7,8 @@ Python's lock: loops run in threads.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 from cardsflow_fmu.cosim.master import columns_of
 from cardsflow_fmu.cosim.pacing import Pacer
+from cardsflow_fmu.cosim.participant import WiredPorts
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
@@ -27,7 +27,6 @@ from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.signals.ports import SOLVE_TIME, Port
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .library import native_library, native_models, opened_loop
@@ -40,25 +39,6 @@ MODELS: dict[str, type[ExperimentModel]] = {
 """In the order of the columns of a run."""
 
 _CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C takes effect
-
-
-@dataclass(slots=True)
-class _Part:
-    """A model in C, as the wiring sees it: its inputs and outputs are the model's own memory."""
-
-    name: str
-    input_names: tuple[str, ...]
-    output_names: tuple[str, ...]
-    units: Mapping[str, Unit]
-    inputs: FloatArray
-    outputs: FloatArray
-
-    def step(self, t: float, h: float) -> None:
-        """The loop in C does that."""
-        raise AssertionError
-
-    def close(self) -> None:
-        """The loop in C does that."""
 
 
 class NativeLoop(StepLoop):
@@ -135,19 +115,16 @@ class NativeLoop(StepLoop):
         self._done, self._recorded = first + done[0], first + done[1]
         return self._error(failed, f"at t = {self._done * self._step:.6g} s") if failed else None
 
-    def _part(self, k: int, name: str, ports: Sequence[Port]) -> _Part:
+    def _part(self, k: int, name: str, ports: Sequence[Port]) -> WiredPorts:
         size = ctypes.c_size_t()
         address = self._library.native_loop_values(self._loop, k, ctypes.byref(size))
         assert size.value == len(ports)
         values = np.ctypeslib.as_array(address, (size.value,))
-        inputs = tuple(p.name for p in ports if p.causality == "input")
-        outputs = tuple(p.name for p in ports if p.causality == "output")
-        units = {p.name: KNOWN_UNITS[p.unit] for p in ports if p.unit}
-        end = len(inputs)
-        taken, given = values[:end], values[end : end + len(outputs)]
-        return _Part(name, inputs, outputs, units, taken, given)
+        end = sum(port.causality == "input" for port in ports)
+        last = end + sum(port.causality == "output" for port in ports)
+        return WiredPorts(name, ports, values[:end], values[end:last])
 
-    def _plan(self, parts: Sequence[_Part]) -> None:
+    def _plan(self, parts: Sequence[WiredPorts]) -> None:
         """Hand the order of a step, its copies and its columns over."""
         experiment = self._experiment
         copies = connect(parts, experiment.wiring)
@@ -222,7 +199,7 @@ def _run_one(experiment: Experiment) -> Recording:
 
 
 def _routes(
-    copy: Copy, target: str, parts: Sequence[_Part]
+    copy: Copy, target: str, parts: Sequence[WiredPorts]
 ) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
     """Of every value: source, value there, target, value there; and factor and offset."""
     source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
@@ -239,6 +216,6 @@ def _routes(
     ]
 
 
-def _places(part: _Part) -> tuple[str, ...]:
+def _places(part: WiredPorts) -> tuple[str, ...]:
     """Inputs and outputs in the order of the values."""
     return (*part.input_names, *part.output_names)
