@@ -10,8 +10,9 @@ import controllers
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller_types import TYPES
-from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
-from cardsflow_fmu.signals.ports import Port, controller_ports, load_signals
+from cardsflow_fmu.signals.groups import Groups
+from cardsflow_fmu.signals.muscles import modelled_muscles
+from cardsflow_fmu.signals.ports import controller_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import whole_steps
 from controllers import (
@@ -51,7 +52,6 @@ class ControllerModel(ExperimentModel):
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
         robot, settings = experiment.robot, experiment.controller
-        n, m, r = len(robot.coordinates), len(robot.muscles), len(settings.kp)
         self._dynamics = CONTROL_DYNAMICS[settings.engine](robot)
         self._law = control_law(experiment, self._dynamics)
         names = (
@@ -71,24 +71,25 @@ class ControllerModel(ExperimentModel):
         modelled = bool(modelled_muscles(robot))
         self._muscles = MuscleControl(robot, settings.muscle_horizon) if modelled else None
         self._begin = start(robot, experiment.start.q)
-        ends = np.cumsum([n, n, 3 * r, len(load_signals(robot))])
-        self._q, self._qd, rows, self._loads, self._states = np.split(self.inputs, ends)
-        self._reference = rows.reshape(3, r)
-        driven = len(driven_muscles(robot))
-        ends = np.cumsum([m, driven, r])
-        self._forces, self._commands, self._slack, self._report = np.split(self.outputs, ends)
-        self._kp, self._kd, self._f_min, self._f_max, self._period = np.split(
-            self.parameters, [r, 2 * r, 2 * r + m, 2 * r + 2 * m]
+        views = self.views
+        self._q, self._qd, self._loads, self._states = (
+            views[name] for name in ("q", "qd", "loads", "states")
         )
-        counted = self.inputs.size + m + driven + r
-        self.steady_outputs = counted + np.arange(self._report.size)
+        self._reference = views["reference"].reshape(3, -1)
+        self._forces, self._commands, self._slack, self._report = (
+            views[name] for name in ("forces", "commands", "slack", "report")
+        )
+        self._kp, self._kd, self._f_min, self._f_max, self._period = (
+            views[name] for name in ("kp", "kd", "f_min", "f_max", "period")
+        )
+        self.steady_outputs = self.indices("report")
         self._applied = np.empty(0)
 
     @staticmethod
-    def table(experiment: Experiment) -> list[Port]:
-        """The table of variables for an experiment."""
+    def groups(experiment: Experiment) -> Groups:
+        """The variables for an experiment in named groups."""
         settings = experiment.controller
-        return controller_ports(
+        return controller_groups(
             experiment.robot,
             settings.space,
             settings.kp,

@@ -6,10 +6,14 @@ from abc import abstractmethod
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.groups import Groups, all_ports, group_places, group_views
+from cardsflow_fmu.signals.port import Port
 from cardsflow_fmu.utils.arrays import FloatArray
 
+from .derivatives import Indices
 from .model import FmuModel
 
 
@@ -19,15 +23,31 @@ class ExperimentModel(FmuModel):
     Args:
         experiment: What to simulate.
         values: Memory for the variables; allocated when None.
+
+    Attributes:
+        views: The values of each group.
     """
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
-        super().__init__(self.table(experiment), values)
+        groups = self.groups(experiment)
+        super().__init__(all_ports(groups), values)
+        self._places = group_places(groups)
+        self.views = group_views(groups, self.values)
+
+    def indices(self, *names: str) -> Indices:
+        """Where the variables of some groups are in `values`."""
+        every: Indices = np.arange(self.values.size, dtype=np.intp)
+        return np.concatenate([every[self._places[name]] for name in names])
 
     @staticmethod
     @abstractmethod
-    def table(experiment: Experiment) -> list[Port]:
+    def groups(experiment: Experiment) -> Groups:
+        """The variables for an experiment in named groups, without making the model."""
+
+    @classmethod
+    def table(cls, experiment: Experiment) -> list[Port]:
         """The table of variables for an experiment, without making the model."""
+        return all_ports(cls.groups(experiment))
 
     @classmethod
     def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import weakref
 
-import numpy as np
-
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.protocol.signals import require_forces
 from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
-from cardsflow_fmu.signals.hardware import hardware_ports
-from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.groups import Groups
+from cardsflow_fmu.signals.hardware import hardware_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart import MusclePaths
@@ -48,28 +46,27 @@ class HardwareModel(ExperimentModel):
         super().__init__(experiment, values)
         self._connection = connection
         robot = experiment.robot
-        n, m = len(robot.coordinates), len(robot.muscles)
-        tasks = len([axis for frame in robot.task_frames for axis in frame.axes])
+        views = self.views
         self._experiment = experiment
         self._paths = MusclePaths(robot)
-        self._forces = self.inputs[:m]
-        ends = np.cumsum([n, n, m, tasks])
-        self._q, self._qd, self._lengths, self._tasks, rest = np.split(self.outputs, ends)
-        self._tensions, self._report = np.split(rest, [rest.size - 5])
-        self._q_start = self.parameters[:n]
+        self._forces, self._q_start = views["commands"], views["q_start"]
+        self._q, self._qd, self._lengths, self._tasks = (
+            views[name] for name in ("q", "qd", "lengths", "tasks")
+        )
+        self._tensions, self._report = views["measured_tensions"], views["diagnostics"]
         self._session: HardwareSession | None = None
         self._ending: weakref.finalize[[], HardwareModel] | None = None
 
     @staticmethod
-    def table(experiment: Experiment) -> list[Port]:
-        """The table of variables for an experiment.
+    def groups(experiment: Experiment) -> Groups:
+        """The variables for an experiment in named groups.
 
         Raises:
             InputError: A muscle takes something else than its force.
         """
         require_forces(experiment.robot, experiment.file)
         start = experiment.start
-        return hardware_ports(
+        return hardware_groups(
             experiment.robot,
             start.q,
             start.qd,

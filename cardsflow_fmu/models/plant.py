@@ -6,14 +6,9 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.muscles import (
-    ENERGIES,
-    driven_muscles,
-    ideal_muscles,
-    modelled_muscles,
-    state_order,
-)
-from cardsflow_fmu.signals.ports import Port, load_signals, plant_ports
+from cardsflow_fmu.signals.groups import Groups
+from cardsflow_fmu.signals.muscles import commanded_muscles, modelled_muscles, state_order
+from cardsflow_fmu.signals.ports import plant_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart import Plant
@@ -30,34 +25,32 @@ class PlantModel(ExperimentModel):
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
-        robot = experiment.plant_robot
-        n, m = len(robot.coordinates), len(robot.muscles)
+        robot, views = experiment.plant_robot, self.views
         self._robot = robot
         self._settings, self._scene = experiment.plant, experiment.scene
         self._plant = self._make(experiment.plant.step)
         self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
-        self._commanded = [*ideal_muscles(robot), *driven_muscles(robot)]
-        self._commands, self._loads = np.split(self.inputs, [len(self._commanded)])
-        self._all_commands = np.zeros(m)
-        k, s, t = len(load_signals(robot)), len(self._state_order), len(self._modelled)
-        self._loads, self._wrenches = np.split(self._loads, [k])
-        tasks = sum(len(frame.axes) for frame in robot.task_frames)
-        parts = np.cumsum([n, n, m, tasks, t, s, len(ENERGIES) * experiment.plant.energy])
-        self._q, self._qd, self._lengths, self._tasks, self._tensions, self._states, *rest = (
-            np.split(self.outputs, parts)
+        self._commanded = commanded_muscles(robot)
+        self._all_commands = np.zeros(len(robot.muscles))
+        self._commands, self._loads, self._wrenches = (
+            views[name] for name in ("commands", "loads", "wrenches")
         )
-        self._energy, self._world = rest
-        first = self.inputs.size
-        self.states = first + np.concatenate(
-            [np.arange(2 * n), parts[-3] + np.arange(s)], dtype=np.intp
+        self._q, self._qd, self._lengths, self._tasks = (
+            views[name] for name in ("q", "qd", "lengths", "tasks")
         )
-        self._q_start, self._qd_start, self._step = np.split(self.parameters, [n, 2 * n])
+        self._tensions, self._states, self._energies, self._world = (
+            views[name] for name in ("tensions", "states", "energies", "world")
+        )
+        self._q_start, self._qd_start, self._step = (
+            views[name] for name in ("q_start", "qd_start", "step")
+        )
+        self.states = self.indices("q", "qd", "states")
 
     @staticmethod
-    def table(experiment: Experiment) -> list[Port]:
-        """The table of variables for an experiment."""
+    def groups(experiment: Experiment) -> Groups:
+        """The variables for an experiment in named groups."""
         begin, plant = experiment.start, experiment.plant
-        return plant_ports(
+        return plant_groups(
             experiment.robot,
             begin.q,
             begin.qd,
@@ -76,7 +69,7 @@ class PlantModel(ExperimentModel):
                 raise InputError(f"q_start of {coordinate.name!r}, {q!r}, is outside {limits}")
         if self._step[0] != self._plant.step_size:
             self._plant = self._make(float(self._step[0]))
-        self._plant.reset(self._q_start, self._qd_start, self._told())
+        self._plant.reset(self._q_start, self._qd_start, self._every_command())
         self._write_outputs()
 
     def step(self, t: float, h: float) -> None:
@@ -84,7 +77,7 @@ class PlantModel(ExperimentModel):
         plant = self._plant
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
-        commands = self._told()
+        commands = self._every_command()
         for _ in range(whole_steps(h, plant.step_size, "the plant's internal step")):
             plant.step(commands, loads=loads, wrenches=wrenches)
         self._write_outputs()
@@ -98,7 +91,7 @@ class PlantModel(ExperimentModel):
         if len(state) % 8:
             raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
         self._plant.set_state(np.frombuffer(state))
-        self._plant.hold(self._told())
+        self._plant.hold(self._every_command())
         self._write_outputs()
 
     def set_states(self, states: FloatArray) -> None:
@@ -107,7 +100,7 @@ class PlantModel(ExperimentModel):
         state[1 : 1 + 2 * n] = states[: 2 * n]
         state[1 + 2 * n + np.array(self._state_order, dtype=np.intp)] = states[2 * n :]
         self._plant.set_state(state)
-        self._plant.hold(self._told())
+        self._plant.hold(self._every_command())
         self._write_outputs()
 
     def _make(self, step: float) -> Plant:
@@ -123,7 +116,7 @@ class PlantModel(ExperimentModel):
             engine=settings.engine,
         )
 
-    def _told(self) -> FloatArray:
+    def _every_command(self) -> FloatArray:
         """The command of every muscle, in the order of f; 0 for passive ones."""
         if not self._modelled:
             return self._commands
@@ -140,9 +133,9 @@ class PlantModel(ExperimentModel):
         if self._modelled:
             self._tensions[:] = plant.tensions[self._modelled]
             self._states[:] = plant.muscle_states[self._state_order]
-        if self._energy.size:
+        if self._energies.size:
             (linear, angular) = plant.momentum
-            self._energy[:] = [*plant.energy, *linear, *angular]
+            self._energies[:] = [*plant.energy, *linear, *angular]
         if self._world.size:
             world = plant.world
             self._world[:] = [*world.contact_forces().flat, *world.object_poses().flat]

@@ -9,7 +9,8 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Trajectory
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import Port, load_signals, reference_ports
+from cardsflow_fmu.signals.groups import Groups
+from cardsflow_fmu.signals.ports import reference_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SplineReference
 from controllers.references.flower import (
@@ -51,17 +52,16 @@ class ReferenceModel(ExperimentModel):
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
         self._reference = make_reference(experiment)
-        loads = len(load_signals(experiment.robot)) if experiment.disturbance else 0
-        rows, self._loads = np.split(self.outputs, [self.outputs.size - loads])
-        self._rows = rows.reshape(3, -1)
+        self._rows = self.views["reference"].reshape(3, -1)
+        self._loads = self.views["loads"]
         self._disturbance = experiment.disturbance
         self._time = 0.0
 
     @staticmethod
-    def table(experiment: Experiment) -> list[Port]:
-        """The table of variables for an experiment."""
+    def groups(experiment: Experiment) -> Groups:
+        """The variables for an experiment in named groups."""
         space, disturbance = experiment.reference.space, experiment.disturbance
-        return reference_ports(experiment.robot, space, with_loads=disturbance is not None)
+        return reference_groups(experiment.robot, space, with_loads=disturbance is not None)
 
     def initialize(self, t: float = 0.0) -> None:
         """Go to the start time."""

@@ -5,18 +5,16 @@ from __future__ import annotations
 import ctypes
 import tempfile
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.runtime.library import library_path
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.variables import scalar_variables
 from cardsflow_fmu.version import __version__
 
+from .binding import native_library
 from .model_file import NATIVE_FILE, native_model
 
 _INSTEAD = 'run it as FMUs (without --native; in a study with engine = "fmu")'
@@ -82,30 +80,3 @@ def opened_loop(
     if not loop:
         raise CardsflowError(f"the native loop: {message.value.decode('utf-8', 'replace')}")
     return ctypes.c_void_p(loop)
-
-
-@cache
-def native_library() -> ctypes.CDLL:
-    """The library of the FMUs, whose calls let go of Python's lock.
-
-    Raises:
-        InputError: There is no library.
-    """
-    library = ctypes.CDLL(str(library_path()))
-    pointer, count, size = ctypes.c_void_p, ctypes.c_int32, ctypes.c_size_t
-    library.native_loop_open.argtypes = [count, pointer, ctypes.c_char_p, size]
-    library.native_loop_open.restype = pointer
-    library.native_loop_close.argtypes = [pointer]
-    library.native_loop_close.restype = None
-    library.native_loop_values.argtypes = [pointer, count, pointer]
-    library.native_loop_values.restype = ctypes.POINTER(ctypes.c_double)
-    table: list[Any] = [count, pointer]
-    library.native_loop_plan.argtypes = [pointer, *table, *table, pointer, *table, *table]
-    library.native_loop_initialize.argtypes = [pointer]
-    double, long = ctypes.c_double, ctypes.c_int64
-    library.native_loop_run.argtypes = [pointer, double, long, long, pointer, pointer, pointer]
-    library.native_loop_record.argtypes = [pointer, ctypes.c_double, pointer]
-    library.native_loop_record.restype = None
-    library.native_loop_message.argtypes = [pointer]
-    library.native_loop_message.restype = ctypes.c_char_p
-    return library

@@ -22,21 +22,12 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.models.controller import ControllerModel
-from cardsflow_fmu.models.experiment_model import ExperimentModel
-from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.signals.ports import SOLVE_TIME, Port
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .library import native_library, native_models, opened_loop
-
-MODELS: dict[str, type[ExperimentModel]] = {
-    "plant": PlantModel,
-    "reference": ReferenceModel,
-    "controller": ControllerModel,
-}
-"""In the order of the columns of a run."""
+from .binding import native_library
+from .library import native_models, opened_loop
+from .model_file import MODELS
 
 _CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C takes effect
 

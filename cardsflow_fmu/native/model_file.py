@@ -1,26 +1,24 @@
-"""Native model files, from which FMUs compute in C alone, without any Python; see native_file.h.
-
-The settings stand in the order that the C sources of the models say.
-"""
+"""Native model files, from which FMUs compute in C alone, without any Python."""
 
 from __future__ import annotations
 
-import struct
-import zlib
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller import ControllerSettings
+from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.muscle_control import late_periods
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.models.start_commands import start
 from cardsflow_fmu.signals.muscles import (
+    commanded_muscles,
     driven_muscles,
-    ideal_muscles,
     modelled_muscles,
     state_order,
 )
@@ -30,14 +28,17 @@ from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
 from sim_dart.plant.settings import core_lacks
 
-from .reference import reference_settings
+from .fields import Counts, Fields, encode
+from .reference import reference_fields
 
 NATIVE_FILE = "native.bin"
-NATIVE_MODELS = ("plant", "controller", "reference")
+MODELS: dict[str, type[ExperimentModel]] = {
+    "plant": PlantModel,
+    "reference": ReferenceModel,
+    "controller": ControllerModel,
+}
+"""In the order of the columns of a run."""
 
-_MAGIC = b"CARDSNAT"
-_VERSION = 1
-_HEADER_SIZE = 32
 _RULES = ("euler", "rk4")
 _LAWS = ("joint_space", "operational_space")
 
@@ -65,19 +66,18 @@ def native_model(experiment: Experiment, model: str) -> NativeModel:
 
 def _native_file(experiment: Experiment, model: str) -> bytes:
     """The contents of `resources/native.bin`."""
+    groups = MODELS[model].groups(experiment)
     if model == "reference":
-        return _encode(model, b"", reference_settings(experiment))
+        return encode(model, b"", groups, *reference_fields(experiment))
     if model == "plant":
         _require_native_plant(experiment)
         robot = experiment.plant_robot
         plant = experiment.plant
-        rule = plant.integrator, plant.energy, plant.wrenches
-        own = _plant_settings(robot, plant.substeps, *rule)
-    else:
-        robot, controller = experiment.robot, experiment.controller
-        _require_native_law(experiment)
-        own = [*_muscle_settings(experiment), *_controller_settings(robot, controller)]
-    return _encode(model, compile_blob(robot), [*_robot_settings(robot), *own])
+        settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
+        return encode(model, compile_blob(robot), groups, *settings)
+    _require_native_law(experiment)
+    fields = _controller_fields(experiment)
+    return encode(model, compile_blob(experiment.robot), groups, *fields)
 
 
 def _require_native_plant(experiment: Experiment) -> None:
@@ -105,73 +105,69 @@ def _require_native_law(experiment: Experiment) -> None:
         )
 
 
-def _encode(model: str, blob: bytes, settings: Sequence[ArrayLike]) -> bytes:
-    numbers = np.concatenate([np.ravel(np.asarray(s, dtype=np.float64)) for s in settings])
-    body = struct.pack("<III", NATIVE_MODELS.index(model), len(blob), numbers.size)
-    body += blob + bytes(-len(blob) % 8) + numbers.astype("<f8").tobytes()
-    size = _HEADER_SIZE - struct.calcsize("<III") + len(body)
-    return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
+def plant_fields(
+    robot: Robot, substeps: int, integrator: str = "euler", wrenches: Sequence[str] = ()
+) -> tuple[Counts, Fields]:
+    """Counts and fields of a plant; see `encode`.
 
-
-def _indices(indices: Sequence[int]) -> list[ArrayLike]:
-    """How many, and which."""
-    return [len(indices), indices]
-
-
-def _robot_settings(robot: Robot) -> list[ArrayLike]:
-    points = [row // 3 for row in point_rows(robot)[::3]]
-    return [*_indices(points), *_indices(task_rows(robot))]
-
-
-def _plant_settings(
-    robot: Robot,
-    substeps: int,
-    integrator: str = "euler",
-    energy: bool = False,
-    wrenches: Sequence[str] = (),
-) -> list[ArrayLike]:
-    commanded = [*ideal_muscles(robot), *driven_muscles(robot)]
-    indices = (commanded, modelled_muscles(robot), state_order(robot))
-    muscles = [number for some in indices for number in _indices(some)]
+    Args:
+        robot: The robot.
+        substeps: Steps of the integrator in one of the plant.
+        integrator: Its rule.
+        wrenches: Names of links that take external wrenches.
+    """
     frames, points = wrench_points(robot, wrenches)
-    options = _RULES.index(integrator), energy, fixed_energy(robot)
-    return [substeps, *muscles, options, len(frames), frames, points]
+    fields: Fields = {
+        "load_rows": point_rows(robot),
+        "task_rows": task_rows(robot),
+        "commanded": commanded_muscles(robot),
+        "modelled": modelled_muscles(robot),
+        "state_order": state_order(robot),
+        "external_frame": frames,
+        "external_point": points,
+        "substeps": substeps,
+        "integrator": _RULES.index(integrator),
+        "fixed_energy": fixed_energy(robot),
+    }
+    return {"external_points": len(frames)}, fields
 
 
-def _muscle_settings(experiment: Experiment) -> list[ArrayLike]:
-    """What the controller knows of muscles with laws."""
-    robot = experiment.robot
-    indices = [*_indices(state_order(robot)), *_indices(driven_muscles(robot))]
-    if not modelled_muscles(robot):
-        return [*indices, 0.0]
-    begin = start(robot, experiment.start.q)
-    ahead = experiment.controller.muscle_horizon, late_periods(robot)
-    return [*indices, 1.0, ahead, begin.forces, begin.commands]
+def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
+    robot, controller = experiment.robot, experiment.controller
+    muscles = len(robot.muscles) if modelled_muscles(robot) else 0
+    begin = start(robot, experiment.start.q) if muscles else None
+    fields: Fields = {
+        "load_rows": point_rows(robot),
+        "state_order": state_order(robot),
+        "commanded": driven_muscles(robot),
+        "muscle_horizon": controller.muscle_horizon,
+        "late_periods": late_periods(robot) if muscles else 0.0,
+        "start_forces": [] if begin is None else begin.forces,
+        "start_commands": [] if begin is None else begin.commands,
+        "observer": controller.observer,
+        "ki": controller.ki,
+        "delay": controller.delay,
+        "predict": controller.predict,
+        "H_f": controller.weights,
+    }
+    rows = [] if controller.tasks is None else task_rows(robot)
+    counts = {"tasks": len(rows), "modelled": muscles}
+    return counts, fields | {"task_rows": rows} | _task_fields(robot, controller.tasks)
 
 
-def _controller_settings(robot: Robot, controller: ControllerSettings) -> list[ArrayLike]:
-    own: list[ArrayLike] = [
-        controller.tasks is not None,
-        controller.ki,
-        controller.observer,
-        controller.delay,
-        controller.predict,
-        controller.weights,
-    ]
-    return own if controller.tasks is None else [*own, *_task_settings(robot, controller.tasks)]
-
-
-def _task_settings(robot: Robot, tasks: ControllerSettings) -> list[ArrayLike]:
-    n = len(robot.coordinates)
-    posture, rest = tasks.posture, np.zeros(n)
-    return [
-        [frame.is_orientation for frame in robot.task_frames for _ in frame.axes],
-        tasks.acceleration_weights,
-        tasks.force_rate_weights,
-        tasks.pretension,
-        tasks.task_weights,
-        rest if posture is None else posture.kp,
-        rest if posture is None else posture.kd,
-        rest if posture is None else posture.q0,
-        tasks.limit_bandwidth or 0.0,
-    ]
+def _task_fields(robot: Robot, tasks: ControllerSettings | None) -> Fields:
+    """What the law in operational space knows; nothing of it for that in joint space."""
+    rest, none = np.zeros(len(robot.coordinates)), np.zeros(len(robot.muscles))
+    posture = None if tasks is None else tasks.posture
+    is_angle = [frame.is_orientation for frame in robot.task_frames for _ in frame.axes]
+    return {
+        "is_angle": [] if tasks is None else is_angle,
+        "H_q": rest if tasks is None else tasks.acceleration_weights,
+        "H_r": none if tasks is None else tasks.force_rate_weights,
+        "f_p": none if tasks is None else tasks.pretension,
+        "W": [] if tasks is None else tasks.task_weights,
+        "posture_kp": rest if posture is None else posture.kp,
+        "posture_kd": rest if posture is None else posture.kd,
+        "q0": rest if posture is None else posture.q0,
+        "limit_bandwidth": 0.0 if tasks is None else tasks.limit_bandwidth or 0.0,
+    }

@@ -1,10 +1,13 @@
-"""Settings of native references, in the order of native_reference.c."""
+"""Counts and fields of native references; see native/layout.h."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain
+from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot.model.trajectory import Trajectory
@@ -13,21 +16,39 @@ from cardsflow_fmu.experiment.settings.reference import ApproachSettings, Flower
 from cardsflow_fmu.models.reference import make_reference
 from controllers import SplineReference
 
+from .fields import Counts, Fields
+
 _SPLINES, _ROSE, _APPROACH = range(3)
 
 
-def reference_settings(experiment: Experiment) -> list[ArrayLike]:
-    """What is to be followed, and the forces from outside, as numbers."""
-    settings, rows = experiment.reference, len(make_reference(experiment).evaluate(0.0).q)
-    parts: list[ArrayLike] = []
-    begin, count = 0.0, 1
+class _Part(NamedTuple):
+    """A part of a reference, from its beginning on."""
+
+    kind: int
+    duration: float
+    data: Sequence[ArrayLike]
+    segments: int = 0
+    powers: int = 0
+
+
+def reference_fields(experiment: Experiment) -> tuple[Counts, Fields]:
+    """What is to be followed, and the forces from outside; see `encode`."""
+    settings, parts, begins = experiment.reference, [], [0.0]
     if settings.approach is not None:
-        goal = _curve_start(experiment)
-        parts += [0.0, *_approach(settings.approach, goal)]
-        begin, count = settings.approach.duration, 2
+        parts.append(_approach(settings.approach, _curve_start(experiment)))
+        begins.append(settings.approach.duration)
     curve = settings.curve
-    own = _splines(curve) if isinstance(curve, Trajectory) else _rose(curve)
-    return [rows, *_disturbance(experiment), count, *parts, begin, *own]
+    parts.append(_splines(curve) if isinstance(curve, Trajectory) else _rose(curve))
+    data = np.concatenate([np.ravel(numbers) for part in parts for numbers in part.data])
+    fields: Fields = {
+        "part_begin": begins,
+        "part_duration": [part.duration for part in parts],
+        "part_kind": [part.kind for part in parts],
+        "part_segments": [part.segments for part in parts],
+        "part_powers": [part.powers for part in parts],
+        "data": data,
+    }
+    return {"parts": len(parts), "numbers": data.size}, fields | _disturbance(experiment)
 
 
 def _curve_start(experiment: Experiment) -> list[float]:
@@ -37,28 +58,30 @@ def _curve_start(experiment: Experiment) -> list[float]:
     return goal
 
 
-def _disturbance(experiment: Experiment) -> list[ArrayLike]:
-    """Number of loads, begin, end, the loads."""
+def _disturbance(experiment: Experiment) -> Fields:
     disturbance = experiment.disturbance
     if disturbance is None:
-        return [0, 0.0, 0.0]
-    forces = [value for force in disturbance.forces for value in force]
-    return [len(forces), disturbance.begin, disturbance.end, forces]
+        return {"load_begin": 0.0, "load_end": 0.0, "load_forces": []}
+    return {
+        "load_begin": disturbance.begin,
+        "load_end": disturbance.end,
+        "load_forces": list(chain.from_iterable(disturbance.forces)),
+    }
 
 
-def _approach(approach: ApproachSettings, goal: Sequence[float]) -> list[ArrayLike]:
+def _approach(approach: ApproachSettings, goal: Sequence[float]) -> _Part:
     displacement = [b - a for a, b in zip(approach.start, goal, strict=True)]
-    return [_APPROACH, approach.duration, approach.start, displacement]
+    return _Part(_APPROACH, approach.duration, [approach.start, displacement])
 
 
-def _rose(flower: FlowerSettings) -> list[ArrayLike]:
+def _rose(flower: FlowerSettings) -> _Part:
     last = math.pi * (1 if flower.petals % 2 else 2)
     numbers = [flower.radius, flower.petals, last]
-    return [_ROSE, flower.duration, flower.centre, *flower.axes, *numbers]
+    return _Part(_ROSE, flower.duration, [flower.centre, *flower.axes, numbers])
 
 
-def _splines(trajectory: Trajectory) -> list[ArrayLike]:
+def _splines(trajectory: Trajectory) -> _Part:
     spline = SplineReference(trajectory)
     table = spline.coefficients
     ends = trajectory.points[0].q, trajectory.points[-1].q
-    return [_SPLINES, spline.duration, *table.shape[:2], spline.times, table, *ends]
+    return _Part(_SPLINES, spline.duration, [spline.times, table, *ends], *table.shape[:2])

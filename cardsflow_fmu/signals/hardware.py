@@ -6,21 +6,22 @@ from collections.abc import Sequence
 
 from addin_sdfusion.robot import Robot
 
-from .ports import Port, muscle_signals, plant_ports
+from .groups import Groups
+from .ports import Port, muscle_signals, plant_groups
 
 MODES = {0: "starting", 1: "running", 2: "holding", 3: "stopped"}
 """What the hardware's output `mode` says."""
 
 
-def hardware_ports(
+def hardware_groups(
     robot: Robot,
     q: Sequence[float],
     qd: Sequence[float],
     step: float,
     *,
     has_tensions: bool = True,
-) -> list[Port]:
-    """Ports of the hardware: the plant's, and diagnostics behind its outputs.
+) -> Groups:
+    """Variables of the hardware: the plant's, and diagnostics behind its outputs.
 
     Args:
         robot: The robot.
@@ -29,8 +30,6 @@ def hardware_ports(
         step: Internal step of a plant, in [s].
         has_tensions: Whether tensions are measured.
     """
-    ports = plant_ports(robot, q, qd, step)
-    first_parameter = [port.causality for port in ports].index("parameter")
     tensions = [
         Port(name, "N", "output", "continuous", f"Measured tension of muscle {muscle.name}")
         for name, muscle in zip(muscle_signals("tension", robot), robot.muscles, strict=True)
@@ -44,4 +43,9 @@ def hardware_ports(
         Port("lateness", "s", "output", "continuous", "How late the step began"),
         Port("mode", "", "output", "discrete", f"What the hardware does: {modes}"),
     ]
-    return [*ports[:first_parameter], *tensions, *diagnostics, *ports[first_parameter:]]
+    groups: dict[str, Sequence[Port]] = {}
+    for name, ports in plant_groups(robot, q, qd, step).items():
+        if name == "q_start":  # the first of the parameters
+            groups |= {"measured_tensions": tensions, "diagnostics": diagnostics}
+        groups[name] = ports
+    return groups

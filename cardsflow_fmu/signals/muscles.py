@@ -51,6 +51,11 @@ def driven_muscles(robot: Robot) -> list[int]:
     return [k for k, muscle in enumerate(robot.muscles) if is_driven(muscle)]
 
 
+def commanded_muscles(robot: Robot) -> list[int]:
+    """Indices of the muscles that the plant's commands are for, in their order."""
+    return [*ideal_muscles(robot), *driven_muscles(robot)]
+
+
 def tension_signals(robot: Robot) -> list[str]:
     """The actual tension of every muscle, in the order of f.
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from addin_sdfusion.robot import Coordinate, Robot
 from addin_sdfusion.robot.model.trajectory import Space
 
+from .groups import Groups
 from .muscles import command_ports, energy_ports, ideal_muscles, state_ports, tension_ports
 from .port import (
     Causality,
@@ -34,15 +35,15 @@ __all__ = [
     "Causality",
     "Port",
     "Variability",
-    "controller_ports",
+    "controller_groups",
     "coordinate_signals",
     "force_unit",
     "identifier",
     "load_signals",
     "muscle_signals",
     "outer_signals",
-    "plant_ports",
-    "reference_ports",
+    "plant_groups",
+    "reference_groups",
     "signal_names",
     "slack_signals",
     "task_names",
@@ -149,7 +150,7 @@ def _load_ports(robot: Robot, causality: Causality) -> list[Port]:
     ]
 
 
-def plant_ports(
+def plant_groups(
     robot: Robot,
     q: Sequence[float],
     qd: Sequence[float],
@@ -159,8 +160,8 @@ def plant_ports(
     energy: bool = False,
     wrenches: Sequence[str] = (),
     scene: Scene | None = None,
-) -> list[Port]:
-    """Ports of the plant: commands and loads in; positions, velocities, lengths, task points out.
+) -> Groups:
+    """Variables of the plant: commands and loads in; positions, lengths, task points and more out.
 
     The command of an ideal cable is its force; muscles with a law have commands of their own, and
     give their tensions and states.
@@ -176,39 +177,46 @@ def plant_ports(
         scene: What stands around the robot.
     """
     forces = _force_ports(robot, "input", "continuous")
-    return [
-        *(forces[k] for k in ideal_muscles(robot)),
-        *command_ports(robot, "input", "continuous", commands),
-        *_load_ports(robot, "input"),
-        *wrench_ports(wrenches, "input"),
-        *_coordinate_ports("q", "", "Position", robot, "output", "continuous"),
-        *_coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
-        *(
+    driven = command_ports(robot, "input", "continuous", commands)
+    return {
+        "commands": [*(forces[k] for k in ideal_muscles(robot)), *driven],
+        "loads": _load_ports(robot, "input"),
+        "wrenches": wrench_ports(wrenches, "input"),
+        "q": _coordinate_ports("q", "", "Position", robot, "output", "continuous"),
+        "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
+        "lengths": [
             Port(name, "m", "output", "continuous", f"Path length of muscle {muscle.name}")
             for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
+        ],
+        "tasks": _task_ports("y", "", "Task coordinate", robot, "output"),
+        "tensions": tension_ports(robot),
+        "states": state_ports(robot, "output"),
+        "energies": energy_ports() if energy else [],
+        "world": world_ports(scene),
+        "q_start": _coordinate_ports(
+            "q_start", "", "Start position", robot, "parameter", "fixed", q
         ),
-        *_task_ports("y", "", "Task coordinate", robot, "output"),
-        *tension_ports(robot),
-        *state_ports(robot, "output"),
-        *(energy_ports() if energy else ()),
-        *world_ports(scene),
-        *_coordinate_ports("q_start", "", "Start position", robot, "parameter", "fixed", q),
-        *_coordinate_ports("qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd),
-        Port("step", "s", "parameter", "fixed", "Internal step of the plant", step),
-        WORKER_TIMEOUT,
-    ]
+        "qd_start": _coordinate_ports(
+            "qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd
+        ),
+        "step": [Port("step", "s", "parameter", "fixed", "Internal step of the plant", step)],
+        "worker_timeout": [WORKER_TIMEOUT],
+    }
 
 
-def reference_ports(robot: Robot, space: Space, *, with_loads: bool = False) -> list[Port]:
-    """Ports of a reference: desired positions, velocities and accelerations out.
+def reference_groups(robot: Robot, space: Space, *, with_loads: bool = False) -> Groups:
+    """Variables of a reference: desired positions, velocities and accelerations out.
 
     Args:
         robot: The robot.
         space: Whether they are of joints or of task coordinates.
         with_loads: Whether it gives loads from outside as well.
     """
-    loads = _load_ports(robot, "output") if with_loads else []
-    return [*_followed_ports(robot, space, "output"), *loads, WORKER_TIMEOUT]
+    return {
+        "reference": _followed_ports(robot, space, "output"),
+        "loads": _load_ports(robot, "output") if with_loads else [],
+        "worker_timeout": [WORKER_TIMEOUT],
+    }
 
 
 def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
@@ -225,7 +233,7 @@ def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Po
     return ports
 
 
-def controller_ports(
+def controller_groups(
     robot: Robot,
     space: Space,
     kp: Sequence[float],
@@ -233,8 +241,8 @@ def controller_ports(
     period: float,
     *,
     torque_gains: bool = False,
-) -> list[Port]:
-    """Ports of a controller: state, reference and known loads in; forces and diagnostics out.
+) -> Groups:
+    """Variables of a controller: state, reference and known loads in; forces and diagnostics out.
 
     Of muscles with a law, their states come in as well; the forces are what they are to come to,
     and their commands are beside them.
@@ -247,26 +255,27 @@ def controller_ports(
         period: Time between two ticks, in [s].
         torque_gains: Whether the gains make torques of errors, instead of accelerations.
     """
-    return [
-        *_coordinate_ports("q", "", "Position", robot, "input", "continuous"),
-        *_coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
-        *_followed_ports(robot, space, "input"),
-        *_load_ports(robot, "input"),
-        *state_ports(robot, "input"),
-        *_force_ports(robot, "output", "discrete"),
-        *command_ports(robot, "output", "discrete"),
-        *_slack_ports(robot, space),
-        Port("at_bound", "", "output", "discrete", "Number of muscles at a bound"),
-        Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
-        Port(
-            "infeasible", "", "output", "discrete", "No force within the bounds fits", boolean=True
-        ),
-        *_limit_ports(space),
-        *_gain_ports(robot, space, kp, kd, torque_gains),
-        *_bound_ports(robot),
-        Port("period", "s", "parameter", "fixed", "Time between two ticks", period),
-        WORKER_TIMEOUT,
-    ]
+    infeasible = "No force within the bounds fits"
+    return {
+        "q": _coordinate_ports("q", "", "Position", robot, "input", "continuous"),
+        "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
+        "reference": _followed_ports(robot, space, "input"),
+        "loads": _load_ports(robot, "input"),
+        "states": state_ports(robot, "input"),
+        "forces": _force_ports(robot, "output", "discrete"),
+        "commands": command_ports(robot, "output", "discrete"),
+        "slack": _slack_ports(robot, space),
+        "report": [
+            Port("at_bound", "", "output", "discrete", "Number of muscles at a bound"),
+            Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
+            Port("infeasible", "", "output", "discrete", infeasible, boolean=True),
+            *_limit_ports(space),
+        ],
+        **_gain_ports(robot, space, kp, kd, torque_gains),
+        **_bound_ports(robot),
+        "period": [Port("period", "s", "parameter", "fixed", "Time between two ticks", period)],
+        "worker_timeout": [WORKER_TIMEOUT],
+    }
 
 
 def _limit_ports(space: Space) -> list[Port]:
@@ -300,9 +309,9 @@ def _gain_ports(
     kp: Sequence[float],
     kd: Sequence[float],
     torque_gains: bool,
-) -> list[Port]:
+) -> Groups:
     signals = coordinate_signals if space == "joint" else task_signals
-    ports = []
+    groups = {}
     for prefix, unit, per, what, values in (
         ("kp", "1/s2", "", "Position", kp),
         ("kd", "1/s", ".s", "Velocity", kd),
@@ -310,17 +319,19 @@ def _gain_ports(
         units = [unit] * len(values)
         if torque_gains:
             units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
-        ports += [
+        groups[prefix] = [
             Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value)
             for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
         ]
-    return ports
+    return groups
 
 
-def _bound_ports(robot: Robot) -> list[Port]:
-    return [
-        Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
+def _bound_ports(robot: Robot) -> Groups:
+    return {
+        prefix: [
+            Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
+            for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
+            for value in [min(getattr(muscle, prefix), sys.float_info.max)]
+        ]
         for prefix, what in (("f_min", "Smallest"), ("f_max", "Largest"))
-        for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
-        for value in [min(getattr(muscle, prefix), sys.float_info.max)]
-    ]
+    }

@@ -17,7 +17,8 @@ from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
-from cardsflow_fmu.native.model_file import NATIVE_MODELS, native_model
+from cardsflow_fmu.native.fields import NATIVE_MODELS
+from cardsflow_fmu.native.model_file import native_model
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import HARDWARE

@@ -82,6 +82,18 @@ def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
     return packed
 
 
+def pack_field(name: str, values: NDArray[Any], size: int) -> bytes:
+    """A field's numbers, padded to 8 bytes.
+
+    Args:
+        name: Of the field.
+        values: Its numbers, of any shape.
+        size: How many there must be.
+    """
+    assert values.size == size, name
+    return _padded(values.tobytes())
+
+
 def pack_blob(
     counts: Mapping[str, int], fields: Mapping[str, ArrayLike], *, single: bool = False
 ) -> bytes:
@@ -104,11 +116,10 @@ def pack_blob(
         if kind == "count":
             sizes.append(counts[name])
             continue
-        values = np.array(fields[name]).reshape(-1)
+        values = np.asarray(fields[name])
         is_real = kind == "real"
         values = _reals(name, values.astype(float), single) if is_real else values.astype("<i4")
-        assert values.size == int(rest[0]) * counts[rest[1]], name
-        body += _padded(values.tobytes())
+        body += pack_field(name, values, int(rest[0]) * counts[rest[1]])
     numbers = _padded(struct.pack(f"<{len(sizes)}i", *sizes))
     size = _HEADER.size + len(numbers) + len(body)
     core = library()

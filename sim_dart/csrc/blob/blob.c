@@ -5,6 +5,7 @@
 #include "check_paths.h"
 #include "check_robot.h"
 #include "law_parameters.h"
+#include "layout_hash.h"
 #include "message.h"
 
 #define LAYOUT_COUNT(name, largest) "count " #name "\n"
@@ -17,12 +18,9 @@ const char *core_layout(void)
     return BLOB_COUNTS(LAYOUT_COUNT) BLOB_FIELDS(LAYOUT_FIELD) LAWS(LAYOUT_LAW);
 }
 
-/* FNV-1a */
 uint32_t core_layout_hash(void)
 {
-    uint32_t hash = 2166136261u;
-    for (const char *p = core_layout(); *p; p++) hash = (hash ^ (unsigned char)*p) * 16777619u;
-    return hash;
+    return layout_hash(core_layout());
 }
 
 uint32_t core_version(void)

@@ -32,8 +32,10 @@ from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.native.model_file import NativeModel, _encode, _plant_settings, _robot_settings
-from cardsflow_fmu.signals.ports import Port, plant_ports
+from cardsflow_fmu.native.fields import encode
+from cardsflow_fmu.native.model_file import NativeModel, plant_fields
+from cardsflow_fmu.signals.groups import all_ports
+from cardsflow_fmu.signals.ports import Port, plant_groups
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics, compile_blob
 
@@ -236,20 +238,18 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
     """A file that calls it an output: it is the force, while that is not negative."""
     robot = random_robot(1)
     n = len(robot.coordinates)
-    ports = plant_ports(robot, [0.0] * n, [0.0] * n, STEP)
-    place = next(k for k, port in enumerate(ports) if port.name.startswith("q_start"))
-    ports.insert(place, Port("t.cable", "N", "output", "continuous", "Its tension"))
-    settings = _plant_settings(robot, 1)
-    settings[3:5] = 1, 0  # the modelled muscles: one, the first
-    own = np.concatenate([np.ravel(s) for s in [*_robot_settings(robot), *settings]])
+    groups = dict(plant_groups(robot, [0.0] * n, [0.0] * n, STEP))
+    groups["tensions"] = [Port("t.cable", "N", "output", "continuous", "Its tension")]
+    counts, fields = plant_fields(robot, 1)
+    contents = encode("plant", compile_blob(robot), groups, counts, fields | {"modelled": [0]})
     file = write_fmu(
         tmp_path / "plant.fmu",
         model_class=PlantModel,
         model_name="plant",
-        ports=ports,
+        ports=all_ports(groups),
         resources={},
         step=STEP,
-        native=NativeModel(_encode("plant", compile_blob(robot), [own]), True),
+        native=NativeModel(contents, True),
     )
     slave = Slave(file, tmp_path / "unpacked")
     slave.slave.enterInitializationMode()

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.native.model_file import NativeModel, _encode, _plant_settings, _robot_settings
+from cardsflow_fmu.native.fields import encode
+from cardsflow_fmu.native.model_file import NativeModel, plant_fields
+from cardsflow_fmu.signals.groups import all_ports
 from cardsflow_fmu.signals.muscles import driven_muscles, ideal_muscles, state_order
-from cardsflow_fmu.signals.ports import plant_ports
+from cardsflow_fmu.signals.ports import plant_groups
 from sim_dart import compile_blob
 
 FloatArray = NDArray[np.float64]
@@ -89,14 +91,15 @@ def plant_file(
     robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, options: Options = PLAIN
 ) -> Path:
     """A native plant of any robot that starts anywhere."""
-    own = _plant_settings(robot, *options)
-    contents = _encode("plant", compile_blob(robot), [*_robot_settings(robot), *own])
-    more = {"energy": options.energy, "wrenches": options.wrenches}
+    substeps, integrator, energy, wrenches = options
+    groups = plant_groups(robot, q.tolist(), qd.tolist(), STEP, energy=energy, wrenches=wrenches)
+    fields = plant_fields(robot, substeps, integrator, wrenches)
+    contents = encode("plant", compile_blob(robot), groups, *fields)
     return write_fmu(
         folder / "plant.fmu",
         model_class=PlantModel,
         model_name="plant",
-        ports=plant_ports(robot, q.tolist(), qd.tolist(), STEP, **more),  # type: ignore[arg-type]
+        ports=all_ports(groups),
         resources={},
         step=STEP,
         native=NativeModel(contents, True),

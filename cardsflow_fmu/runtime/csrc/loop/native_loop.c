@@ -1,5 +1,6 @@
 #include "native_loop.h"
 
+#include "../native/layout.h"
 #include "../native/open.h"
 
 #include <stdlib.h>
@@ -23,6 +24,11 @@ enum { SOURCE, FROM, TARGET, TO, COPY };    /* of a copy */
 
 /* ---------------------------------------------------------------------------------------- opening */
 
+const char *native_loop_layout(int32_t kind)
+{
+    return kind >= 0 && kind < NATIVE_KINDS ? native_layout((enum native_kind)kind) : NULL;
+}
+
 static void say(char *message, size_t capacity, const char *text)
 {
     if (!capacity)
@@ -39,6 +45,11 @@ static int open_participant(struct participant *p, const char *folder, struct te
         return 0;
     port_table_free(&p->ports);
     return 1;
+}
+
+uint32_t native_loop_layout_hash(int32_t kind)
+{
+    return native_layout_hash((enum native_kind)kind);
 }
 
 struct native_loop *native_loop_open(int32_t count, const char *const *folders, char *message, size_t capacity)

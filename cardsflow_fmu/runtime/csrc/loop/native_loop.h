@@ -24,6 +24,11 @@
 
 struct native_loop;
 
+/* The layout of a kind of model, 0 plant, 1 controller, 2 reference: see native/layout.h. NULL if there is no
+ * such kind. */
+NATIVE_LOOP_API const char *native_loop_layout(int32_t kind);
+NATIVE_LOOP_API uint32_t native_loop_layout_hash(int32_t kind);
+
 /* Opens a model for each folder, which holds its native.bin and its ports.bin. NULL with a message. */
 NATIVE_LOOP_API struct native_loop *native_loop_open(int32_t count, const char *const *folders, char *message,
                                                      size_t capacity);

@@ -16,13 +16,15 @@ void native_close(struct native_model *native)
     free(native);
 }
 
-int native_has_values(const struct native_model *native, size_t count, struct text *error)
+double *native_values(const struct native_model *native, struct native_group group, const char *name, size_t count,
+                      struct text *error)
 {
-    if (native->ports->count == count)
-        return 1;
-    text_set(error, "the FMU has %lu variables, its model %lu", (unsigned long)native->ports->count,
-             (unsigned long)count);
-    return 0;
+    const size_t there = native->ports->count;
+    if ((count == ANY || group.count == count) && group.first <= there && group.count <= there - group.first)
+        return native->values + group.first;
+    text_set(error, "native.bin does not fit the variables of the FMU: it has %lu of %lu for %s from %lu on",
+             (unsigned long)group.count, (unsigned long)there, name, (unsigned long)group.first);
+    return NULL;
 }
 
 int native_reset(struct model *model)

@@ -19,8 +19,11 @@ struct native_model {
 /* Frees what native_open made; `own` has been freed. */
 void native_close(struct native_model *native);
 
-/* Whether the table has that many values; else a message. */
-int native_has_values(const struct native_model *native, size_t count, struct text *error);
+/* The values of a group of variables; NULL, with a message, where there are not so many of them, or where the
+ * FMU has not so many variables. */
+#define ANY ((size_t)-1)
+double *native_values(const struct native_model *native, struct native_group group, const char *name, size_t count,
+                      struct text *error);
 
 /* The start values of the ports. */
 int native_reset(struct model *model);

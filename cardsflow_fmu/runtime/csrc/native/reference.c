@@ -1,13 +1,4 @@
-/* The reference as a native model: desired positions, velocities and accelerations out, and loads.
- *
- * Values: rows (3 r), loads (3 p) where there is a disturbance; worker_timeout. There is no robot.
- *
- * Settings: r; number of loads, begin and end of the disturbance in s, the loads; number of parts; then, one
- * part behind the other, when it begins in s, its kind, its duration T in s, and
- *     0, splines:  number of segments S and of powers O; times at which they begin and the last ends
- *                  (S + 1); coefficients, lowest power first (S x O x 3 x r); first and last position (r each)
- *     1, rose:     centre, first and second axis (r each); radius R, petals k, largest angle phi
- *     2, approach: start and way (r each) */
+/* The reference as a native model: desired positions, velocities and accelerations out, and loads. */
 #include "reference.h"
 
 #include "../../../../sim_dart/csrc/math/elementary.h"
@@ -16,22 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SPLINES, ROSE, APPROACH, PARTS };
-
-struct part {
-    double begin, duration;
-    int kind;
-    size_t segments, powers;
-    const double *data; /* what follows the numbers */
-};
+enum { SPLINES, ROSE, APPROACH, PART_KINDS };
 
 struct reference {
+    struct reference_settings settings;
     double time;
-    size_t r, loads, count;
-    double begin, end;
-    const double *forces;
-    double *rows, *load;
-    struct part parts[]; /* count of them */
+    size_t r;
+    double *reference, *loads;
+    const double *data[]; /* of each part */
 };
 
 /* ---------------------------------------------------------------------------------- evaluation */
@@ -51,36 +34,36 @@ static void quintic(double t, double T, double s[3])
 
 static void rest_at(const struct reference *c, const double *position)
 {
-    memset(c->rows, 0, 3 * c->r * sizeof(double));
-    memcpy(c->rows, position, c->r * sizeof(double));
+    memset(c->reference, 0, 3 * c->r * sizeof(double));
+    memcpy(c->reference, position, c->r * sizeof(double));
 }
 
-static void follow_splines(const struct reference *c, const struct part *part, double t)
+static void follow_splines(const struct reference *c, size_t part, double t)
 {
-    const size_t S = part->segments, O = part->powers, width = 3 * c->r;
-    const double *times = part->data, *coefficients = times + S + 1, *first = coefficients + S * O * width;
+    const size_t S = c->settings.part_segments[part], O = c->settings.part_powers[part], width = 3 * c->r;
+    const double *times = c->data[part], *coefficients = times + S + 1, *first = coefficients + S * O * width;
     size_t segment = 0;
-    if (t < 0 || t > part->duration) {
+    if (t < 0 || t > c->settings.part_duration[part]) {
         rest_at(c, t < 0 ? first : first + c->r);
         return;
     }
     while (segment + 1 < S && t >= times[segment + 1])
         segment++;
     const double *table = coefficients + segment * O * width, since = t - times[segment];
-    memset(c->rows, 0, width * sizeof(double));
+    memset(c->reference, 0, width * sizeof(double));
     for (size_t k = O; k-- > 0;)
         for (size_t i = 0; i < width; i++)
-            c->rows[i] = c->rows[i] * since + table[k * width + i];
+            c->reference[i] = c->reference[i] * since + table[k * width + i];
 }
 
 /* y = c + R cos(k phi) u with u = cos(phi) e1 + sin(phi) e2, and v = u' */
-static void follow_rose(const struct reference *c, const struct part *part, double t)
+static void follow_rose(const struct reference *c, size_t part, double t)
 {
     const size_t r = c->r;
-    const double *centre = part->data, *e1 = centre + r, *e2 = e1 + r;
+    const double *centre = c->data[part], *e1 = centre + r, *e2 = e1 + r;
     const double R = e2[r], k = e2[r + 1], last = e2[r + 2];
     double s[3], sn, cs, ksn, kcs;
-    quintic(t, part->duration, s);
+    quintic(t, c->settings.part_duration[part], s);
     const double phi = last * s[0], phid = last * s[1], phidd = last * s[2];
     sine_cosine(phi, &sn, &cs);
     sine_cosine(k * phi, &ksn, &kcs);
@@ -89,36 +72,34 @@ static void follow_rose(const struct reference *c, const struct part *part, doub
         const double u = cs * e1[i] + sn * e2[i], v = cs * e2[i] - sn * e1[i];
         const double first = radius_rate * u + radius * v;
         const double second = -(k * k + 1) * radius * u + 2 * radius_rate * v;
-        c->rows[i] = centre[i] + radius * u;
-        c->rows[r + i] = first * phid;
-        c->rows[2 * r + i] = second * phid * phid + first * phidd;
+        c->reference[i] = centre[i] + radius * u;
+        c->reference[r + i] = first * phid;
+        c->reference[2 * r + i] = second * phid * phid + first * phidd;
     }
 }
 
-static void follow_approach(const struct reference *c, const struct part *part, double t)
+static void follow_approach(const struct reference *c, size_t part, double t)
 {
-    const double *start = part->data, *way = start + c->r;
+    const double *start = c->data[part], *way = start + c->r;
     double s[3];
-    quintic(t, part->duration, s);
+    quintic(t, c->settings.part_duration[part], s);
     for (size_t i = 0; i < c->r; i++)
         for (size_t d = 0; d < 3; d++)
-            c->rows[d * c->r + i] = s[d] * way[i] + (d ? 0 : start[i]);
+            c->reference[d * c->r + i] = s[d] * way[i] + (d ? 0 : start[i]);
 }
 
 static void go(struct reference *c, double time)
 {
-    size_t which = 0;
+    static void (*const follow[PART_KINDS])(const struct reference *, size_t, double) = {
+        follow_splines, follow_rose, follow_approach};
+    const struct reference_settings *s = &c->settings;
+    size_t part = 0;
     c->time = time;
-    while (which + 1 < c->count && time >= c->parts[which + 1].begin)
-        which++;
-    const struct part *part = &c->parts[which];
-    const double t = time - part->begin;
-    if (part->kind == SPLINES)
-        follow_splines(c, part, t);
-    else
-        (part->kind == ROSE ? follow_rose : follow_approach)(c, part, t);
-    for (size_t i = 0; i < c->loads; i++)
-        c->load[i] = time >= c->begin && time < c->end ? c->forces[i] : 0;
+    while (part + 1 < s->of.parts.count && time >= s->part_begin[part + 1])
+        part++;
+    follow[s->part_kind[part]](c, part, time - s->part_begin[part]);
+    for (size_t i = 0; i < s->of.loads.count; i++)
+        c->loads[i] = time >= s->load_begin[0] && time < s->load_end[0] ? s->load_forces[i] : 0;
 }
 
 /* ------------------------------------------------------------------------------------ the model */
@@ -175,87 +156,67 @@ static const struct model_functions FUNCTIONS = {
 
 /* ----------------------------------------------------------------------------------- opening it */
 
-struct settings {
-    const double *at;
-    size_t left;
-    int damaged;
-};
-
-static const double *take(struct settings *settings, size_t count)
+static int has_nan(const double *values, size_t count)
 {
-    static const double none[4];
-    if (settings->damaged || settings->left < count) {
-        settings->damaged = 1;
-        return none;
+    for (size_t i = 0; i < count; i++)
+        if (isnan(values[i]))
+            return 1;
+    return 0;
+}
+
+/* Numbers that a part has in `data`; 0 where it is none. */
+static uint64_t data_length(const struct reference_settings *s, size_t part, size_t r)
+{
+    const uint64_t S = s->part_segments[part], O = s->part_powers[part];
+    if (s->part_kind[part] == SPLINES)
+        return S >= 1 && S <= 1000000 && O <= 64 ? S + 1 + S * O * 3 * r + 2 * r : 0;
+    if (s->part_kind[part] >= PART_KINDS || !(s->part_duration[part] > 0))
+        return 0;
+    return s->part_kind[part] == ROSE ? 3 * r + 3 : 2 * r;
+}
+
+/* Where each part's data begin; nonzero where the settings are not those of a reference. */
+static int place_parts(struct reference *c)
+{
+    const struct reference_settings *s = &c->settings;
+    const size_t parts = s->of.parts.count, r = s->of.reference.count / 3;
+    uint64_t taken = 0;
+    if (!parts || !r || r > 4096 || s->of.reference.count % 3 || has_nan(s->part_begin, parts) ||
+        has_nan(s->part_duration, parts) || has_nan(s->data, s->of.numbers.count) || has_nan(s->load_begin, 1) ||
+        has_nan(s->load_end, 1) || has_nan(s->load_forces, s->of.loads.count))
+        return 1;
+    c->r = r;
+    for (size_t i = 0; i < parts; i++) {
+        const uint64_t length = data_length(s, i, r);
+        if (!length || length > s->of.numbers.count - taken)
+            return 1;
+        c->data[i] = s->data + taken;
+        taken += length;
     }
-    const double *taken = settings->at;
-    settings->at += count;
-    settings->left -= count;
-    return taken;
-}
-
-/* A whole number within 0 to the largest; 0 if it is none. */
-static size_t take_count(struct settings *settings, double largest)
-{
-    const double value = take(settings, 1)[0];
-    if (!(value >= 0 && value <= largest) || value != floor(value))
-        settings->damaged = 1;
-    return settings->damaged ? 0 : (size_t)value;
-}
-
-static void take_part(struct settings *settings, struct part *part, size_t r)
-{
-    const double *head = take(settings, 1);
-    part->begin = head[0];
-    part->kind = (int)take_count(settings, PARTS - 1);
-    part->duration = take(settings, 1)[0];
-    if (part->kind == SPLINES) {
-        part->segments = take_count(settings, 1e6);
-        part->powers = take_count(settings, 64);
-        settings->damaged |= part->segments == 0;
-        part->data = take(settings, part->segments + 1);
-        take(settings, part->segments * part->powers * 3 * r + 2 * r);
-    } else {
-        settings->damaged |= !(part->duration > 0);
-        part->data = take(settings, part->kind == ROSE ? 3 * r + 3 : 2 * r);
-    }
-}
-
-static int all_finite_or_infinite_end(const struct native_file *file)
-{
-    for (size_t i = 0; i < file->settings_count; i++)
-        if (isnan(file->settings[i]))
-            return 0;
-    return 1;
+    return taken != s->of.numbers.count;
 }
 
 int native_reference_open(struct model *model, struct native_model *native, struct text *error)
 {
-    struct settings settings = {native->file.settings, native->file.settings_count, 0};
-    const size_t r = take_count(&settings, 4096), loads = take_count(&settings, 1e5);
-    const double *times = take(&settings, 2), *forces = take(&settings, loads);
-    const size_t count = take_count(&settings, 1e4);
-    struct reference *c = calloc(1, sizeof *c + count * sizeof c->parts[0]);
-    if (c)
-        for (size_t i = 0; i < count; i++)
-            take_part(&settings, &c->parts[i], r);
-    if (!c || settings.damaged || settings.left || !r || !count || !all_finite_or_infinite_end(&native->file)) {
+    struct reference_settings s;
+    if (reference_settings_read(&s, native->file.settings, native->file.settings_size)) {
         text_set(error, "native.bin does not hold a reference");
+        return 1;
+    }
+    struct reference *c = calloc(1, sizeof *c + s.of.parts.count * sizeof c->data[0]);
+    if (!c) {
+        text_set(error, "there is no memory for the model");
+        return 1;
+    }
+    c->settings = s;
+    const int failed = place_parts(c);
+    if (failed)
+        text_set(error, "native.bin does not hold a reference");
+    if (failed || !(c->reference = native_values(native, s.of.reference, "reference", 3 * c->r, error)) ||
+        !(c->loads = native_values(native, s.of.loads, "loads", ANY, error))) {
         free(c);
         return 1;
     }
-    if (!native_has_values(native, 3 * r + loads + 1, error)) {
-        free(c);
-        return 1;
-    }
-    c->r = r;
-    c->loads = loads;
-    c->count = count;
-    c->begin = times[0];
-    c->end = times[1];
-    c->forces = forces;
-    c->rows = native->values;
-    c->load = c->rows + 3 * r;
     native->own = c;
     model->functions = &FUNCTIONS;
     return 0;

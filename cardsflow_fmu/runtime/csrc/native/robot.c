@@ -8,13 +8,7 @@ static double *array(core *c, const char *name, size_t *length)
     return core_array(c, name, length);
 }
 
-static int take_settings(struct native_robot *robot, struct native_file *file)
-{
-    return native_file_take_indices(file, robot->tasks, &robot->p, &robot->points) ||
-           native_file_take_indices(file, 3 * robot->tasks, &robot->k, &robot->rows);
-}
-
-int native_robot_open(struct native_robot *robot, struct native_file *file, struct text *error)
+int native_robot_open(struct native_robot *robot, const struct native_file *file, struct text *error)
 {
     char message[256] = "";
     memset(robot, 0, sizeof *robot);
@@ -49,11 +43,9 @@ int native_robot_open(struct native_robot *robot, struct native_file *file, stru
     robot->upper = core_coordinates(c, "upper");
     robot->damping = core_coordinates(c, "damping");
     robot->load = calloc(robot->n + 1, sizeof *robot->load);
-    if (!robot->load || take_settings(robot, file)) {
-        text_set(error, robot->load ? "native.bin does not fit its robot" : "there is no memory for the robot");
-        return 1;
-    }
-    return 0;
+    if (!robot->load)
+        text_set(error, "there is no memory for the robot");
+    return !robot->load;
 }
 
 void native_robot_close(struct native_robot *robot)
@@ -62,21 +54,21 @@ void native_robot_close(struct native_robot *robot)
     free(robot->load);
 }
 
-void native_robot_load(struct native_robot *robot, const double *w, double sign)
+int native_all_below(const uint32_t *indices, size_t count, size_t end)
+{
+    for (size_t i = 0; i < count; i++)
+        if (indices[i] >= end)
+            return 0;
+    return 1;
+}
+
+void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w, double sign)
 {
     core_task_jacobian(robot->core);
     memset(robot->load, 0, robot->n * sizeof *robot->load);
-    for (size_t i = 0; i < robot->p; i++)
-        for (size_t a = 0; a < 3; a++) {
-            const double force = sign * w[3 * i + a];
-            const double *row = robot->task_jacobian + (3 * (size_t)robot->points[i] + a) * robot->n;
-            for (size_t j = 0; j < robot->n; j++)
-                robot->load[j] += force * row[j];
-        }
-}
-
-void native_robot_tasks(const struct native_robot *robot, double *y)
-{
-    for (size_t i = 0; i < robot->k; i++)
-        y[i] = robot->task_values[(size_t)robot->rows[i]];
+    for (size_t i = 0; i < count; i++) {
+        const double force = sign * w[i], *row = robot->task_jacobian + rows[i] * robot->n;
+        for (size_t j = 0; j < robot->n; j++)
+            robot->load[j] += force * row[j];
+    }
 }

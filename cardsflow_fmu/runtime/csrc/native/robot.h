@@ -7,15 +7,10 @@
 
 #include <stddef.h>
 
-/* Settings of every kind of model begin with these:
- *     number of task points p, whose loads are inputs; index of each among the tasks
- *     number of task coordinates k; index of each among all three of every task
- */
 struct native_robot {
     core *core;
     void *memory;
-    size_t n, m, s, tasks, p, k;
-    const double *points, *rows;
+    size_t n, m, s, tasks;
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
     double *mass_matrix, *bias;
     double *tensions, *states; /* m, s: of muscles with tension laws */
@@ -24,14 +19,14 @@ struct native_robot {
     double *load; /* generalised, n: room for the models */
 };
 
-/* Takes the first settings off the file's. 0, or nonzero with a message. */
-int native_robot_open(struct native_robot *robot, struct native_file *file, struct text *error);
+/* 0, or nonzero with a message. */
+int native_robot_open(struct native_robot *robot, const struct native_file *file, struct text *error);
 void native_robot_close(struct native_robot *robot);
 
-/* load = sign J_p' w at the last q, of forces w on the task points. */
-void native_robot_load(struct native_robot *robot, const double *w, double sign);
+/* Whether all of some indices are below an end. */
+int native_all_below(const uint32_t *indices, size_t count, size_t end);
 
-/* The task coordinates at the last q, k. */
-void native_robot_tasks(const struct native_robot *robot, double *y);
+/* load = sign J' w at the last q, of forces w on rows of the tasks. */
+void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w, double sign);
 
 #endif

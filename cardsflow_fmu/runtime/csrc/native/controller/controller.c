@@ -1,8 +1,4 @@
-/* The controller as a native model: state, reference and known loads in, muscle forces and commands out.
- *
- * Values: q (n), qd (n), reference (3 r), loads (3 p), states of muscles (s); f (m), commands (d), slack
- * (r), at_bound, solve_time, infeasible, limits_dropped in operational space; kp (r), kd (r), f_min (m),
- * f_max (m), period, worker_timeout. */
+/* The controller as a native model: state, reference and known loads in, muscle forces and commands out. */
 #include "controller.h"
 
 #include "../../../../../sim_dart/csrc/math/elementary.h"
@@ -47,10 +43,10 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
     core_move(robot->core, q);
     core_task_jacobian(robot->core);
     core_task_bias(robot->core, qd);
-    for (size_t i = 0; i < robot->k; i++) {
-        const size_t row = (size_t)robot->rows[i];
+    for (size_t i = 0; i < c->k; i++) {
+        const size_t row = c->settings.task_rows[i];
         const double left = position[i] - robot->task_values[row];
-        error[i] = c->is_angle[i] != 0 ? nearest_turn(left) : left;
+        error[i] = c->settings.is_angle[i] ? nearest_turn(left) : left;
         bias[i] = robot->task_bias[row];
         memcpy(J + i * robot->n, robot->task_jacobian + row * robot->n, robot->n * sizeof(double));
     }
@@ -93,8 +89,8 @@ static int check_parameters(struct model *model)
 
 static void write_commands(const struct controller *c)
 {
-    for (size_t i = 0; i < c->muscles.d; i++)
-        c->commands[i] = c->muscles.commands[(size_t)c->muscles.driven[i]];
+    for (size_t i = 0; i < c->settings.of.commands.count; i++)
+        c->commands[i] = c->muscles.commands[c->settings.commanded[i]];
 }
 
 /* Muscles with laws hold the robot until the first tick. */
@@ -104,9 +100,9 @@ static void hold(const struct native_model *native)
     const size_t size = native->robot.m * sizeof(double);
     size_t length;
     native_muscles_reset(&c->muscles);
-    memcpy(c->forces, c->muscles.start_forces, size);
-    memcpy(loop_array(c, "acting", &length), c->muscles.start_forces, size);
-    memcpy(loop_array(c, "coming", &length), c->muscles.start_forces, size);
+    memcpy(c->forces, c->settings.start_forces, size);
+    memcpy(loop_array(c, "acting", &length), c->settings.start_forces, size);
+    memcpy(loop_array(c, "coming", &length), c->settings.start_forces, size);
     write_commands(c);
 }
 
@@ -118,10 +114,11 @@ static int initialize(struct model *model)
         return 1;
     apply_parameters(native);
     control_loop_reset(c->loop);
-    memcpy(c->forces, c->f_min, native->robot.m * sizeof(double));
+    memmove(c->forces, c->f_min, native->robot.m * sizeof(double)); /* in a damaged file they may overlap */
     if (c->muscles.are_modelled)
         hold(native);
-    memset(c->slack, 0, (size_t)(c->kp - c->slack) * sizeof(double));
+    memset(c->slack, 0, c->r * sizeof(double));
+    memset(c->report, 0, c->settings.of.report.count * sizeof(double));
     return 0;
 }
 
@@ -143,6 +140,13 @@ static int all_finite(const double *values, size_t count)
         if (!isfinite(values[i]))
             return 0;
     return 1;
+}
+
+static int are_inputs_finite(const struct controller *c)
+{
+    return all_finite(c->q, c->settings.of.q.count) && all_finite(c->qd, c->settings.of.qd.count) &&
+           all_finite(c->reference, c->settings.of.reference.count) &&
+           all_finite(c->loads, c->settings.of.loads.count) && all_finite(c->states, c->settings.of.states.count);
 }
 
 /* The loop is to choose among the forces that the muscles can come to. */
@@ -175,13 +179,13 @@ static int step(struct model *model)
         return 1;
     const double period = (double)periods * c->period[0];
     apply_parameters(native);
-    loop_array(c, "gain", &length)[0] = 1 - exponential(-c->observer * period);
-    if (!all_finite(c->q, (size_t)(c->forces - c->q)) || core_move_checked(robot->core, c->q, c->qd)) {
+    loop_array(c, "gain", &length)[0] = 1 - exponential(-c->settings.observer[0] * period);
+    if (!are_inputs_finite(c) || core_move_checked(robot->core, c->q, c->qd)) {
         text_set(&model->error, "the state or the reference of the controller is not finite");
         return 1;
     }
     const double begin = monotonic_seconds();
-    native_robot_load(robot, c->loads, -1); /* w_e = -J'F */
+    native_robot_load(robot, c->settings.load_rows, c->settings.of.loads.count, c->loads, -1); /* w_e = -J'F */
     if (c->muscles.are_modelled)
         bound_by_muscles(native, period);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
@@ -264,49 +268,21 @@ static int open_loop(struct native_model *native, struct controller *c)
     return 0;
 }
 
-static void place_values(struct native_model *native, struct controller *c)
-{
-    const struct native_robot *robot = &native->robot;
-    c->q = native->values;
-    c->qd = c->q + robot->n;
-    c->reference = c->qd + robot->n;
-    c->loads = c->reference + 3 * c->r;
-    c->states = c->loads + 3 * robot->p;
-    c->forces = c->states + c->muscles.s;
-    c->commands = c->forces + robot->m;
-    c->slack = c->commands + c->muscles.d;
-    c->report = c->slack + c->r;
-    c->kp = c->report + (c->k ? 4 : 3);
-    c->kd = c->kp + c->r;
-    c->f_min = c->kd + c->r;
-    c->f_max = c->f_min + robot->m;
-    c->period = c->f_max + robot->m;
-}
-
 int native_controller_open(struct model *model, struct native_model *native, struct text *error)
 {
-    const struct native_robot *robot = &native->robot;
     struct controller *c = calloc(1, sizeof *c);
-    if (!c) {
-        text_set(error, "there is no memory for the model");
-        return 1;
-    }
-    int failed = native_muscles_open(&c->muscles, robot, &native->file);
-    const double *operational = failed ? NULL : native_file_take(&native->file, 1);
-    c->k = operational && operational[0] != 0 ? robot->k : 0;
-    c->r = c->k ? c->k : robot->n;
-    if (!operational || open_loop(native, c) || native_controller_settings(c, native)) {
-        text_set(error, "native.bin does not fit its controller");
+    int failed = !c || native_controller_settings(c, native, error);
+    if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) || open_loop(native, c)))) {
+        text_set(error, "there is no memory for the controller");
         failed = 1;
     }
-    const size_t count = 2 * robot->n + 6 * c->r + 3 * robot->p + 3 * robot->m + (c->k ? 4 : 3) + 2 +
-                         c->muscles.s + c->muscles.d;
-    if (failed || !native_has_values(native, count, error)) {
-        free_controller(c);
+    if (failed) {
+        if (c)
+            free_controller(c);
         return 1;
     }
+    native_controller_fill(c, native);
     native->own = c;
-    place_values(native, c);
     model->functions = &FUNCTIONS;
     return 0;
 }

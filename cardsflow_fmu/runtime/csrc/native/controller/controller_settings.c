@@ -1,38 +1,51 @@
-/* The settings of a native controller, after those of the robot and of the muscles, and whether it is in
- * operational space: ki (r), bandwidth of the observer in rad/s, delay, predict; H_f (m); and in
- * operational space whether each task is an angle (k), H_q (n), H_r (m), f_p (m), W (k), posture kp (n),
- * posture kd (n), q0 (n), bandwidth of the limits, or 0. */
 #include "controller_settings.h"
 
 #include <string.h>
 
-static int take(struct native_file *file, double *to, size_t count)
+/* Whether no index is beyond what there is. */
+static int are_sound(const struct controller_settings *s, const struct native_robot *robot)
 {
-    const double *from = native_file_take(file, count);
-    if (from)
-        memcpy(to, from, count * sizeof(double));
-    return !from;
+    return native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
+           native_all_below(s->task_rows, s->of.tasks.count, 3 * robot->tasks) &&
+           native_all_below(s->state_order, s->of.states.count, robot->s) &&
+           native_all_below(s->commanded, s->of.commands.count, robot->m) &&
+           (s->of.modelled.count == 0 || s->of.modelled.count == robot->m);
 }
 
-static int take_tasks(struct controller *c, const struct native_robot *robot, struct native_file *file)
+int native_controller_settings(struct controller *c, const struct native_model *native, struct text *error)
 {
-    const size_t n = robot->n, m = robot->m, k = robot->k;
-    c->is_angle = native_file_take(file, k);
-    memcpy(law_array(c, "q_min"), robot->lower, n * sizeof(double));
-    memcpy(law_array(c, "q_max"), robot->upper, n * sizeof(double));
-    return !c->is_angle || take(file, law_array(c, "H_q"), n) || take(file, law_array(c, "H_r"), m) ||
-           take(file, law_array(c, "f_p"), m) || take(file, law_array(c, "W"), k) ||
-           take(file, law_array(c, "posture_kp"), n) || take(file, law_array(c, "posture_kd"), n) ||
-           take(file, law_array(c, "q0"), n) || take(file, law_array(c, "limit_bandwidth"), 1);
+    const struct native_robot *robot = &native->robot;
+    const size_t n = robot->n, m = robot->m;
+    struct controller_settings *s = &c->settings;
+    if (controller_settings_read(s, native->file.settings, native->file.settings_size) || !are_sound(s, robot)) {
+        text_set(error, "native.bin does not fit its controller");
+        return 1;
+    }
+    const size_t k = c->k = s->of.tasks.count, r = c->r = k ? k : n;
+#define PLACE(name, length)                                                                                   \
+    if (!(c->name = native_values(native, s->of.name, #name, length, error)))                                 \
+        return 1;
+    CONTROLLER_GROUPS(PLACE)
+#undef PLACE
+    return 0;
 }
 
-int native_controller_settings(struct controller *c, struct native_model *native)
+/* The fields have the sizes of the arrays: those of the groups that have been placed. */
+void native_controller_fill(struct controller *c, const struct native_model *native)
 {
-    struct native_file *file = &native->file;
+    const struct controller_settings *s = &c->settings;
+    const struct native_robot *robot = &native->robot;
     size_t length;
-    return take(file, loop_array(c, "ki", &length), c->r) || take(file, &c->observer, 1) ||
-           take(file, loop_array(c, "delay", &length), 1) ||
-           take(file, loop_array(c, "predict", &length), 1) ||
-           take(file, law_array(c, "H_f"), native->robot.m) ||
-           (c->k && take_tasks(c, &native->robot, file)) || file->settings_count;
+#define COPY_TO_LOOP(type, name, per_item, group)                                                             \
+    memcpy(loop_array(c, #name, &length), s->name, s->of.group.count * sizeof(double));
+#define COPY_TO_LAW(type, name, per_item, group)                                                              \
+    memcpy(law_array(c, #name), s->name, s->of.group.count * sizeof(double));
+    CONTROLLER_LOOP_FIELDS(COPY_TO_LOOP)
+    CONTROLLER_LAW_FIELDS(COPY_TO_LAW)
+#undef COPY_TO_LOOP
+#undef COPY_TO_LAW
+    if (c->k) {
+        memcpy(law_array(c, "q_min"), robot->lower, robot->n * sizeof(double));
+        memcpy(law_array(c, "q_max"), robot->upper, robot->n * sizeof(double));
+    }
 }

@@ -4,8 +4,10 @@
 
 #include "state.h"
 
-/* Fills in what the law and the loop hold, from the settings that are left. 0, or nonzero where they do not
- * fit. */
-int native_controller_settings(struct controller *c, struct native_model *native);
+/* Takes over the settings in the file, and the values of each group of variables; nonzero with a message. */
+int native_controller_settings(struct controller *c, const struct native_model *native, struct text *error);
+
+/* Fills in what the law and the loop hold, once they are open. */
+void native_controller_fill(struct controller *c, const struct native_model *native);
 
 #endif

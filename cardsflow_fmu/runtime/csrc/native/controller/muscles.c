@@ -5,31 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int take_settings(struct native_muscles *muscles, const struct native_robot *robot,
-                         struct native_file *file)
-{
-    const size_t m = robot->m;
-    if (native_file_take_indices(file, robot->s, &muscles->s, &muscles->order) ||
-        native_file_take_indices(file, m, &muscles->d, &muscles->driven))
-        return 1;
-    const double *modelled = native_file_take(file, 1);
-    if (!modelled || modelled[0] == 0)
-        return !modelled;
-    const double *ahead = native_file_take(file, 2);
-    muscles->start_forces = native_file_take(file, m);
-    muscles->start_commands = native_file_take(file, m);
-    if (!ahead || !muscles->start_forces || !muscles->start_commands)
-        return 1;
-    muscles->are_modelled = 1;
-    muscles->horizon = ahead[0];
-    muscles->periods = ahead[1];
-    return 0;
-}
-
 int native_muscles_open(struct native_muscles *muscles, const struct native_robot *robot,
-                        struct native_file *file)
+                        const struct controller_settings *settings)
 {
     const size_t m = muscles->m = robot->m;
+    muscles->settings = settings;
+    muscles->are_modelled = settings->of.modelled.count != 0;
     muscles->memory = calloc(6 * m + 1, sizeof *muscles->memory);
     if (!muscles->memory)
         return 1;
@@ -40,7 +21,7 @@ int native_muscles_open(struct native_muscles *muscles, const struct native_robo
     muscles->passive_push = muscles->applied + m;
     muscles->least = muscles->passive_push + m;
     muscles->most = muscles->least + m;
-    return take_settings(muscles, robot, file);
+    return 0;
 }
 
 void native_muscles_close(struct native_muscles *muscles)
@@ -55,14 +36,15 @@ size_t native_muscles_memory(const struct native_muscles *muscles)
 
 void native_muscles_reset(struct native_muscles *muscles)
 {
-    memcpy(muscles->commands, muscles->start_commands, muscles->m * sizeof(double));
+    memcpy(muscles->commands, muscles->settings->start_commands, muscles->m * sizeof(double));
     memset(muscles->began, 0, muscles->m * sizeof(double));
     muscles->has_ticked[0] = 0;
 }
 
 static double ahead(const struct native_muscles *muscles, double period)
 {
-    return muscles->horizon > 0 ? larger(muscles->horizon, period) : muscles->periods * period;
+    const double horizon = muscles->settings->muscle_horizon[0];
+    return horizon > 0 ? larger(horizon, period) : muscles->settings->late_periods[0] * period;
 }
 
 static void go(const struct native_robot *robot, const double *q, const double *qd)
@@ -79,8 +61,8 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
     const double *low = core_array(robot->core, "force_low", &length);
     const double *high = core_array(robot->core, "force_high", &length);
     go(robot, q, qd);
-    for (size_t i = 0; i < muscles->s; i++)
-        robot->states[(size_t)muscles->order[i]] = states[i];
+    for (size_t i = 0; i < muscles->settings->of.states.count; i++)
+        robot->states[muscles->settings->state_order[i]] = states[i];
     core_drive(robot->core, qd, muscles->commands);
     for (size_t i = 0; i < muscles->m; i++)
         muscles->applied[i] = 0.5 * (muscles->began[i] + robot->tensions[i]);

@@ -3,19 +3,14 @@
 #ifndef NATIVE_MUSCLES_H
 #define NATIVE_MUSCLES_H
 
+#include "../layout.h"
 #include "../robot.h"
 
 #include <stddef.h>
 
-/* Settings: which of all muscles' states each input is, and which muscles take commands: of both a number,
- * then the indices. Where a muscle has a law, further the horizon in s, or 0 for `periods` periods;
- * periods; the tensions before the first tick (m), and their commands (m). */
 struct native_muscles {
+    const struct controller_settings *settings;
     int are_modelled;
-    size_t s, d;
-    const double *order, *driven;
-    double horizon, periods;
-    const double *start_forces, *start_commands;
     double *memory;         /* commands, began, has_ticked: one after the other */
     double *commands;       /* m */
     double *began;          /* m: the tensions when the commands were set */
@@ -26,9 +21,9 @@ struct native_muscles {
     size_t m;
 };
 
-/* 0, or nonzero where the settings do not fit or memory lacks; to be closed in any case. */
+/* 0, or nonzero where memory lacks; to be closed in any case. The settings must outlive them. */
 int native_muscles_open(struct native_muscles *muscles, const struct native_robot *robot,
-                        struct native_file *file);
+                        const struct controller_settings *settings);
 void native_muscles_close(struct native_muscles *muscles);
 
 /* Numbers that they remember, at `memory`. */

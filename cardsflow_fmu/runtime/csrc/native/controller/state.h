@@ -8,16 +8,16 @@
 
 #include <stddef.h>
 
+#define VALUES_MEMBER(name, length) double *name;
 struct controller {
+    struct controller_settings settings;
+    CONTROLLER_GROUPS(VALUES_MEMBER) /* the values of each group */
     control_loop *loop;
     computed_torque *law;
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
     struct native_muscles muscles;
-    double *q, *qd, *reference, *loads, *states;
-    double *forces, *commands, *slack, *report, *kp, *kd, *f_min, *f_max, *period;
-    const double *is_angle;
-    double observer;
 };
+#undef VALUES_MEMBER
 
 static inline double *law_array(const struct controller *c, const char *name)
 {

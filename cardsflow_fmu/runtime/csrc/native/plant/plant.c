@@ -13,10 +13,10 @@ static int refuse_command(struct model *model, size_t muscle)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
-    for (size_t i = 0; i < plant->c; i++)
-        if ((size_t)plant->commanded[i] == muscle)
+    for (size_t i = 0; i < plant->settings.of.commands.count; i++)
+        if (plant->settings.commanded[i] == muscle)
             text_set(&model->error, "command %.17g of %s is not finite", plant->commands[i],
-                     native->ports->ports[plant->commands + i - native->values].name);
+                     native_port_name(native, plant->commands + i));
     return 1;
 }
 
@@ -25,14 +25,15 @@ static int write_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
+    const struct plant_settings *s = &plant->settings;
     const struct native_robot *robot = &native->robot;
     const int bad = core_drive(robot->core, robot->qd, native_plant_commands(plant));
     if (bad)
         return refuse_command(model, (size_t)bad - 1);
-    for (size_t i = 0; i < plant->t; i++)
-        plant->tensions[i] = robot->tensions[(size_t)plant->modelled[i]];
-    for (size_t i = 0; i < plant->s; i++)
-        plant->states[i] = robot->states[(size_t)plant->order[i]];
+    for (size_t i = 0; i < s->of.tensions.count; i++)
+        plant->tensions[i] = robot->tensions[s->modelled[i]];
+    for (size_t i = 0; i < s->of.states.count; i++)
+        plant->states[i] = robot->states[s->state_order[i]];
     return 0;
 }
 
@@ -41,7 +42,7 @@ static void write_energies(const struct plant *plant, const struct native_robot 
     double *at = plant->energies;
     core_energies(robot->core, robot->qd);
     *at++ = robot->energies[0];
-    *at++ = robot->energies[1] + plant->standing + robot->energies[2];
+    *at++ = robot->energies[1] + plant->settings.fixed_energy[0] + robot->energies[2];
     memcpy(at, plant->work, sizeof plant->work);
     memcpy(at + 3, robot->momenta, 6 * sizeof(double));
 }
@@ -55,10 +56,11 @@ static int write_outputs(struct model *model)
     memcpy(plant->q, robot->q, robot->n * sizeof(double));
     memcpy(plant->qd, robot->qd, robot->n * sizeof(double));
     memcpy(plant->lengths, robot->lengths, robot->m * sizeof(double));
-    native_robot_tasks(robot, plant->tasks);
-    if (plant->energy_count)
+    for (size_t i = 0; i < plant->settings.of.tasks.count; i++)
+        plant->tasks[i] = robot->task_values[plant->settings.task_rows[i]];
+    if (plant->settings.of.energies.count)
         write_energies(plant, robot);
-    return plant->t ? write_muscles(model) : 0;
+    return plant->settings.of.tensions.count ? write_muscles(model) : 0;
 }
 
 /* Moves the core to its q and qd, and shows where it is. */
@@ -130,8 +132,9 @@ static int refuse_step(struct model *model, int bad)
 /* One step of the plant, as of `muscle_commands` and `external_wrenches`. 0, or what core_step answers. */
 static int advance(const struct native_robot *robot, struct plant *plant)
 {
-    const int bad = plant->rule(robot->core, plant->muscle_commands, NULL, plant->step[0] / plant->substeps,
-                                (int32_t)plant->substeps);
+    const uint32_t substeps = plant->settings.substeps[0];
+    const int bad =
+        plant->rule(robot->core, plant->muscle_commands, NULL, plant->step[0] / substeps, (int32_t)substeps);
     plant->ticks++;
     for (size_t i = 0; !bad && i < 3; i++)
         plant->work[i] += robot->work[i];
@@ -160,7 +163,7 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     const struct native_robot *robot = &native->robot;
     const struct plant *plant = native->own;
     const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->energy_count ? 3 : 0};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? 3 : 0};
     return native_save(parts, sizes, 5, bytes, size, &model->error);
 }
 
@@ -170,7 +173,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const struct native_robot *robot = &native->robot;
     struct plant *plant = native->own;
     double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->energy_count ? 3 : 0};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? 3 : 0};
     return native_restore(parts, sizes, 5, bytes, size, &model->error) || go(model);
 }
 
@@ -196,8 +199,7 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
     struct plant *plant = calloc(1, sizeof *plant);
     if (!plant)
         text_set(error, "there is no memory for the model");
-    if (!plant || native_plant_settings(plant, native, error) ||
-        native_plant_place(plant, native, error)) {
+    if (!plant || native_plant_settings(plant, native, error)) {
         native_plant_free(plant);
         return 1;
     }

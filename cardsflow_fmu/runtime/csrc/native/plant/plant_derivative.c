@@ -47,48 +47,46 @@ static int open_change(struct change *change, const struct native_robot *robot, 
     return 0;
 }
 
-/* Where a value stands in a row of them; `count` if it is none of these. */
-static size_t place_in(const double *value, const double *row, size_t count)
+/* Whether a variable is of a group; `at` is its place in it. */
+static int is_in(struct native_group group, uint32_t variable, uint32_t *at)
 {
-    return value >= row && value < row + count ? (size_t)(value - row) : count;
+    *at = variable - group.first;
+    return variable >= group.first && *at < group.count;
 }
 
-/* Adds a seed to the direction. Nonzero where there is no derivative by that value. */
-static int add_seed(const struct native_model *native, const struct change *change, const double *value,
-                    double seed, int is_at_start)
+/* Adds a seed to the direction. Nonzero where there is no derivative by that variable. */
+static int add_seed(const struct plant_settings *s, const struct change *change, uint32_t known, double seed,
+                    int is_at_start)
 {
-    const struct plant *plant = native->own;
-    const struct native_robot *robot = &native->robot;
-    const size_t n = robot->n, p = 3 * robot->p;
-    const double *q = is_at_start ? plant->q_start : plant->q, *qd = q + n;
-    size_t at;
-    if ((at = place_in(value, plant->commands, plant->c)) < plant->c)
-        change->commands[(size_t)plant->commanded[at]] += seed;
-    else if ((at = place_in(value, plant->loads, p)) < p)
+    uint32_t at;
+    if (is_in(s->of.commands, known, &at))
+        change->commands[s->commanded[at]] += seed;
+    else if (is_in(s->of.loads, known, &at))
         change->wrenches[6 * (at / 3) + at % 3] += seed;
-    else if ((at = place_in(value, plant->wrenches, 6 * plant->k)) < 6 * plant->k)
-        change->wrenches[6 * robot->p + at] += seed;
-    else if ((at = place_in(value, q, n)) < n)
+    else if (is_in(s->of.wrenches, known, &at))
+        change->wrenches[2 * s->of.loads.count + at] += seed;
+    else if (is_in(is_at_start ? s->of.q_start : s->of.q, known, &at))
         change->q[at] += seed;
-    else if ((at = place_in(value, qd, n)) < n)
+    else if (is_in(is_at_start ? s->of.qd_start : s->of.qd, known, &at))
         change->qd[at] += seed;
-    else if (!is_at_start && (at = place_in(value, plant->states, plant->s)) < plant->s)
-        change->states[(size_t)plant->order[at]] += seed;
-    else
-        return !(is_at_start && value >= plant->step); /* of which nothing at the start depends */
+    else if (!is_at_start && is_in(s->of.states, known, &at))
+        change->states[s->state_order[at]] += seed;
+    else /* of which nothing at the start depends */
+        return !(is_at_start && (is_in(s->of.step, known, &at) || is_in(s->of.worker_timeout, known, &at)));
     return 0;
 }
 
 static int add_seeds(struct model *model, struct change *change, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
     const int is_at_start = native->clock[1] == 0;
     for (size_t i = 0; i < request->known_count; i++)
         change->largest = fmax(change->largest, fabs(request->seeds[i]));
     for (size_t i = 0; i < request->known_count; i++) {
         const uint32_t known = request->knowns[i];
         const double seed = change->largest > 0 ? request->seeds[i] / change->largest : 0;
-        if (add_seed(native, change, native->values + known, seed, is_at_start)) {
+        if (add_seed(&plant->settings, change, known, seed, is_at_start)) {
             text_set(&model->error, "there is no derivative with respect to %s %s",
                      native->ports->ports[known].name, is_at_start ? "at the start" : "over a step");
             return 1;
@@ -111,8 +109,8 @@ static void begin(const struct native_model *native, core_tangent *tangent, cons
 /* One step of the plant. */
 static int go_step(const struct plant *plant, core_tangent *tangent, struct change *change)
 {
-    const double h = plant->step[0] / plant->substeps;
-    const int32_t substeps = (int32_t)plant->substeps;
+    const int32_t substeps = (int32_t)plant->settings.substeps[0];
+    const double h = plant->step[0] / substeps;
     double work[3];
     if (plant->rule == core_runge_kutta ? core_tangent_runge_kutta(tangent, h, substeps)
                                         : core_tangent_step(tangent, h, substeps))
@@ -136,11 +134,11 @@ static int go_with_tangent(struct model *model, core_tangent *tangent, struct ch
     int failed = core_tangent_move(tangent) || (is_at_start && core_tangent_start(tangent));
     for (size_t i = 0; i < steps && !failed; i++)
         failed = go_step(plant, tangent, change);
-    if (failed || (plant->t && core_tangent_drive(tangent))) {
+    if (failed || (plant->settings.of.tensions.count && core_tangent_drive(tangent))) {
         text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
         return 1;
     }
-    if (plant->energy_count)
+    if (plant->settings.of.energies.count)
         core_tangent_energies(tangent);
     return 0;
 }
@@ -166,35 +164,31 @@ static double energy(const struct change *change, size_t at)
 }
 
 /* The change of an output; NaN if it is none of these. */
-static double answer(const struct native_model *native, const struct change *change, const double *value)
+static double answer(const struct plant_settings *s, const struct change *change, uint32_t unknown)
 {
-    const struct plant *plant = native->own;
-    const struct native_robot *robot = &native->robot;
-    const size_t n = robot->n;
-    size_t at;
-    if ((at = place_in(value, plant->q, n)) < n)
+    uint32_t at;
+    if (is_in(s->of.q, unknown, &at))
         return change->q[at];
-    if ((at = place_in(value, plant->qd, n)) < n)
+    if (is_in(s->of.qd, unknown, &at))
         return change->qd[at];
-    if ((at = place_in(value, plant->lengths, robot->m)) < robot->m)
+    if (is_in(s->of.lengths, unknown, &at))
         return change->lengths[at];
-    if ((at = place_in(value, plant->tasks, robot->k)) < robot->k)
-        return change->tasks[(size_t)robot->rows[at]];
-    if ((at = place_in(value, plant->tensions, plant->t)) < plant->t)
-        return change->tensions[(size_t)plant->modelled[at]];
-    if ((at = place_in(value, plant->states, plant->s)) < plant->s)
-        return change->states[(size_t)plant->order[at]];
-    if ((at = place_in(value, plant->energies, plant->energy_count)) < plant->energy_count)
-        return energy(change, at);
-    return NAN;
+    if (is_in(s->of.tasks, unknown, &at))
+        return change->tasks[s->task_rows[at]];
+    if (is_in(s->of.tensions, unknown, &at))
+        return change->tensions[s->modelled[at]];
+    if (is_in(s->of.states, unknown, &at))
+        return change->states[s->state_order[at]];
+    return is_in(s->of.energies, unknown, &at) ? energy(change, at) : NAN;
 }
 
 static int answer_all(struct model *model, const struct change *change, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
+    const struct plant *plant = native->own;
     for (size_t i = 0; i < request->unknown_count; i++) {
         const uint32_t unknown = request->unknowns[i];
-        request->answers[i] = change->largest * answer(native, change, native->values + unknown);
+        request->answers[i] = change->largest * answer(&plant->settings, change, unknown);
         if (!isfinite(request->answers[i])) {
             text_set(&model->error, "there is no derivative of %s", native->ports->ports[unknown].name);
             return 1;
@@ -221,7 +215,7 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
     const struct plant *plant = native->own;
     struct change change;
     core_tangent *tangent = open_tangent(native);
-    if (!tangent || open_change(&change, &native->robot, native->robot.p + plant->k)) {
+    if (!tangent || open_change(&change, &native->robot, plant->settings.of.external_points.count)) {
         text_set(&model->error, "there is no memory for a derivative");
         return 1;
     }

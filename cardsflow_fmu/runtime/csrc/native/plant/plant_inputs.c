@@ -5,8 +5,8 @@
 
 const double *native_plant_commands(const struct plant *plant)
 {
-    for (size_t i = 0; i < plant->c; i++)
-        plant->muscle_commands[(size_t)plant->commanded[i]] = plant->commands[i];
+    for (size_t i = 0; i < plant->settings.of.commands.count; i++)
+        plant->muscle_commands[plant->settings.commanded[i]] = plant->commands[i];
     return plant->muscle_commands;
 }
 
@@ -15,20 +15,27 @@ const char *native_port_name(const struct native_model *native, const double *va
     return native->ports->ports[value - native->values].name;
 }
 
+static int check_finite(struct model *model, const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) {
+            text_set(&model->error, "%s, %.17g, is not finite", native_port_name(model->backend, values + i),
+                     values[i]);
+            return 1;
+        }
+    return 0;
+}
+
 int native_plant_apply_inputs(struct model *model)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
-    const size_t p = native->robot.p, count = 3 * p + 6 * plant->k;
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(plant->loads[i])) {
-            text_set(&model->error, "%s, %.17g, is not finite", native_port_name(native, plant->loads + i),
-                     plant->loads[i]);
-            return 1;
-        }
-    for (size_t i = 0; i < p; i++)
-        memcpy(plant->external_wrenches + 6 * i, plant->loads + 3 * i, 3 * sizeof(double)); /* and no moment */
-    memcpy(plant->external_wrenches + 6 * p, plant->wrenches, 6 * plant->k * sizeof(double));
+    const size_t loads = plant->settings.of.loads.count, wrenches = plant->settings.of.wrenches.count;
+    if (check_finite(model, plant->loads, loads) || check_finite(model, plant->wrenches, wrenches))
+        return 1;
+    for (size_t i = 0; i < loads; i += 3)
+        memcpy(plant->external_wrenches + 2 * i, plant->loads + i, 3 * sizeof(double)); /* and no moment */
+    memcpy(plant->external_wrenches + 2 * loads, plant->wrenches, wrenches * sizeof(double));
     native_plant_commands(plant);
     return 0;
 }

@@ -4,11 +4,9 @@
 
 #include "state.h"
 
-/* Takes the settings off the file's and finds room for what they ask for; nonzero with a message. */
+/* Takes over the settings in the file, finds room for what they ask for, and the values of each group of
+ * variables; nonzero with a message. */
 int native_plant_settings(struct plant *plant, struct native_model *native, struct text *error);
-
-/* Finds where the values stand; nonzero with a message where they are not as many. */
-int native_plant_place(struct plant *plant, const struct native_model *native, struct text *error);
 
 /* Frees it. */
 void native_plant_free(struct plant *plant);

@@ -1,0 +1,69 @@
+"""The settings of native models as named fields, in the layout that the library states."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cardsflow_fmu.signals.groups import Groups, group_places
+from sim_dart.core.library import pack_field
+
+from .binding import native_library
+
+Counts = dict[str, int]
+Fields = dict[str, ArrayLike]
+
+NATIVE_MODELS = ("plant", "controller", "reference")
+"""In the order of native/layout.h."""
+
+_MAGIC = b"CARDSNAT"
+_VERSION = 2
+_KINDS = {"uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
+
+
+def encode(
+    model: str,
+    blob: bytes,
+    groups: Groups,
+    counts: Mapping[str, int],
+    fields: Mapping[str, ArrayLike],
+) -> bytes:
+    """The contents of a native model's file.
+
+    Args:
+        model: Which of `NATIVE_MODELS`.
+        blob: Its robot; empty for a reference.
+        groups: Its variables.
+        counts: Every count of the layout, by name.
+        fields: Every field of the layout, of any shape with the right number of elements.
+    """
+    library, kind = native_library(), NATIVE_MODELS.index(model)
+    layout = library.native_loop_layout(kind).decode()
+    body = struct.pack("<III", kind, len(blob), library.native_loop_layout_hash(kind))
+    body += blob + bytes(-len(blob) % 8) + _settings(layout, groups, counts, fields)
+    size = len(_MAGIC) + 12 + len(body)
+    return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
+
+
+def _settings(
+    layout: str, groups: Groups, counts: Mapping[str, int], fields: Mapping[str, ArrayLike]
+) -> bytes:
+    places, sizes = group_places(groups), {"models": 1, **counts}
+    body = b""
+    for line in layout.splitlines():
+        kind, name, *rest = line.split()
+        if kind == "group":
+            place = places[name]
+            sizes[name] = place.stop - place.start
+            body += struct.pack("<II", place.start, sizes[name])
+        elif kind == "count":
+            body += struct.pack("<II", 0, sizes[name])
+        else:
+            per_item, group = rest
+            values = np.asarray(fields[name]).astype(_KINDS[kind])
+            body += pack_field(name, values, int(per_item) * sizes[group])
+    return body

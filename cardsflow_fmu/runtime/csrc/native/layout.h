@@ -1,0 +1,155 @@
+/* What native.bin says of a model beside its robot: groups of variables, counts, and fields.
+ *
+ * This is the only place that states their order. Python asks the library for it as text (native_layout), so
+ * that both ends agree by construction; the hash of that text is in every file.
+ *
+ * Groups and counts come first, in their order, as two uint32 each: the index of a group's first variable, or 0
+ * of a count; and how many there are. The fields follow, each padded to 8 bytes. */
+#ifndef NATIVE_LAYOUT_H
+#define NATIVE_LAYOUT_H
+
+#include "../platform/text.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KINDS };
+
+/* GROUP(name, how many variables: of coordinates n, of muscles m, of rows of the reference r, of tasks k, or ANY)
+ * FIELD(element type, name, elements an item, group or count that says how many items)
+ *     load_rows         row of each load among all three of every task
+ *     task_rows         the same of each task coordinate
+ *     commanded         muscle of each command
+ *     modelled          muscle of each tension
+ *     state_order       which of all muscles' states each state is
+ *     external_frame    frame of each point of external wrenches, those of loads first; -1 for the world
+ *     external_point    where it is in that frame, in [m]
+ *     substeps          of the integrator, in a step of the plant
+ *     integrator        0 semi-implicit Euler, 1 Runge and Kutta
+ *     fixed_energy      potential energy of what does not move, in [J] */
+#define PLANT_GROUPS(GROUP)                                                                                   \
+    GROUP(commands, ANY)                                                                                      \
+    GROUP(loads, ANY)                                                                                         \
+    GROUP(wrenches, ANY)                                                                                      \
+    GROUP(q, n)                                                                                               \
+    GROUP(qd, n)                                                                                              \
+    GROUP(lengths, m)                                                                                         \
+    GROUP(tasks, ANY)                                                                                         \
+    GROUP(tensions, ANY)                                                                                      \
+    GROUP(states, ANY)                                                                                        \
+    GROUP(energies, ANY)                                                                                      \
+    GROUP(q_start, n)                                                                                         \
+    GROUP(qd_start, n)                                                                                        \
+    GROUP(step, 1)                                                                                            \
+    GROUP(worker_timeout, 1)
+#define PLANT_COUNTS(COUNT) COUNT(external_points) COUNT(models)
+#define PLANT_FIELDS(FIELD)                                                                                   \
+    FIELD(uint32_t, load_rows, 1, loads)                                                                      \
+    FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
+    FIELD(uint32_t, commanded, 1, commands)                                                                   \
+    FIELD(uint32_t, modelled, 1, tensions)                                                                    \
+    FIELD(uint32_t, state_order, 1, states)                                                                   \
+    FIELD(int32_t, external_frame, 1, external_points)                                                        \
+    FIELD(double, external_point, 3, external_points)                                                         \
+    FIELD(uint32_t, substeps, 1, models)                                                                      \
+    FIELD(uint32_t, integrator, 1, models)                                                                    \
+    FIELD(double, fixed_energy, 1, models)
+
+/* The report: number of muscles at a bound, time that the tick took, infeasible, limits dropped.
+ *     is_angle          whether each task coordinate is one
+ *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
+ *     start_forces      tensions before the first tick, where muscles have laws; start_commands their commands
+ *     observer          bandwidth in [rad/s]
+ *     and what the arrays of the loop and of the law are named; in joint space those for tasks are 0 */
+#define CONTROLLER_GROUPS(GROUP)                                                                              \
+    GROUP(q, n)                                                                                               \
+    GROUP(qd, n)                                                                                              \
+    GROUP(reference, 3 * r)                                                                                   \
+    GROUP(loads, ANY)                                                                                         \
+    GROUP(states, ANY)                                                                                        \
+    GROUP(forces, m)                                                                                          \
+    GROUP(commands, ANY)                                                                                      \
+    GROUP(slack, r)                                                                                           \
+    GROUP(report, k ? 4 : 3)                                                                                  \
+    GROUP(kp, r)                                                                                              \
+    GROUP(kd, r)                                                                                              \
+    GROUP(f_min, m)                                                                                           \
+    GROUP(f_max, m)                                                                                           \
+    GROUP(period, 1)
+#define CONTROLLER_COUNTS(COUNT) COUNT(tasks) COUNT(modelled) COUNT(models)
+#define CONTROLLER_LOOP_FIELDS(FIELD)                                                                         \
+    FIELD(double, ki, 1, slack)                                                                               \
+    FIELD(double, delay, 1, models)                                                                           \
+    FIELD(double, predict, 1, models)
+#define CONTROLLER_LAW_FIELDS(FIELD)                                                                          \
+    FIELD(double, H_f, 1, forces)                                                                             \
+    FIELD(double, H_q, 1, q)                                                                                  \
+    FIELD(double, H_r, 1, forces)                                                                             \
+    FIELD(double, f_p, 1, forces)                                                                             \
+    FIELD(double, W, 1, tasks)                                                                                \
+    FIELD(double, posture_kp, 1, q)                                                                           \
+    FIELD(double, posture_kd, 1, q)                                                                           \
+    FIELD(double, q0, 1, q)                                                                                   \
+    FIELD(double, limit_bandwidth, 1, models)
+#define CONTROLLER_FIELDS(FIELD)                                                                              \
+    FIELD(uint32_t, load_rows, 1, loads)                                                                      \
+    FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
+    FIELD(uint32_t, is_angle, 1, tasks)                                                                       \
+    FIELD(uint32_t, state_order, 1, states)                                                                   \
+    FIELD(uint32_t, commanded, 1, commands)                                                                   \
+    FIELD(double, muscle_horizon, 1, models)                                                                  \
+    FIELD(double, late_periods, 1, models)                                                                    \
+    FIELD(double, start_forces, 1, modelled)                                                                  \
+    FIELD(double, start_commands, 1, modelled)                                                                \
+    FIELD(double, observer, 1, models)                                                                        \
+    CONTROLLER_LOOP_FIELDS(FIELD)                                                                             \
+    CONTROLLER_LAW_FIELDS(FIELD)
+
+/*     part_begin, part_duration    of each part of the reference, in [s]
+ *     part_kind         0 splines, 1 rose, 2 approach
+ *     part_segments, part_powers   of splines: S and O
+ *     data              of each part in turn
+ *         splines       times at which they begin and the last ends (S + 1); coefficients, lowest power first
+ *                       (S x O x 3 x r); first and last position (r each)
+ *         rose          centre, first and second axis (r each); radius R, petals k, largest angle phi
+ *         approach      start and way (r each)
+ *     load_forces       that act from load_begin to load_end, in [s] */
+#define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY)
+#define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(numbers) COUNT(models)
+#define REFERENCE_FIELDS(FIELD)                                                                               \
+    FIELD(double, part_begin, 1, parts)                                                                       \
+    FIELD(double, part_duration, 1, parts)                                                                    \
+    FIELD(uint32_t, part_kind, 1, parts)                                                                      \
+    FIELD(uint32_t, part_segments, 1, parts)                                                                  \
+    FIELD(uint32_t, part_powers, 1, parts)                                                                    \
+    FIELD(double, data, 1, numbers)                                                                           \
+    FIELD(double, load_begin, 1, models)                                                                      \
+    FIELD(double, load_end, 1, models)                                                                        \
+    FIELD(double, load_forces, 1, loads)
+
+struct native_group {
+    uint32_t first, count;
+};
+
+/* Pointers into the file's memory. */
+#define NATIVE_GROUP_MEMBER(name, length) struct native_group name;
+#define NATIVE_COUNT_MEMBER(name) struct native_group name;
+#define NATIVE_FIELD_MEMBER(type, name, per_item, group) const type *name;
+#define NATIVE_SETTINGS(kind, KIND)                                                                           \
+    struct kind##_settings {                                                                                  \
+        struct {                                                                                              \
+            KIND##_GROUPS(NATIVE_GROUP_MEMBER) KIND##_COUNTS(NATIVE_COUNT_MEMBER)                             \
+        } of;                                                                                                 \
+        KIND##_FIELDS(NATIVE_FIELD_MEMBER)                                                                    \
+    };                                                                                                        \
+    /* 0, or nonzero where that many bytes are not its. */                                                    \
+    int kind##_settings_read(struct kind##_settings *settings, const void *bytes, size_t size);
+NATIVE_SETTINGS(plant, PLANT)
+NATIVE_SETTINGS(controller, CONTROLLER)
+NATIVE_SETTINGS(reference, REFERENCE)
+
+/* The layout of a kind of model: a line a group, count or field; and its hash. */
+const char *native_layout(enum native_kind kind);
+uint32_t native_layout_hash(enum native_kind kind);
+
+#endif
