@@ -8,7 +8,6 @@ by test_damaged_robot_files.py.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -17,9 +16,9 @@ from support.native.damaged import MUTATIONS, SANITIZED, count_refused
 from support.native.targets import DERIVATIVES, ROOT, build_program
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
-from support.robots.robots import EXAMPLES, planar_2r
+from support.robots.robots import EXAMPLES, planar_2r, with_coordinates
 
-from addin_sdfusion.robot import Robot, read_robot
+from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.runtime.sources import NATIVE
 from cardsflow_fmu.runtime.sources import RUNTIME as RUNTIME_FOLDER
@@ -35,20 +34,11 @@ PLANT_OPTIONS: dict[str, dict[str, object]] = {
 }
 
 
-def rough(robot: Robot) -> Robot:
-    """With friction in every joint."""
-    joints = [
-        replace(j, coordinates=tuple(replace(c, friction=0.5) for c in j.coordinates))
-        for j in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
-
-
 @pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
     robots = [planar_2r(), every_joint(), *(random_robot(seed) for seed in range(3))]
     robots += [read_robot(EXAMPLES / name / "robot") for name in MUSCULAR]
-    robots += [rough(robot) for robot in robots[:2]]
+    robots += [with_coordinates(robot, friction=0.5) for robot in robots[:2]]
     blobs = [tmp_path / f"{k}.bin" for k in range(len(robots))]
     for path, robot in zip(blobs, robots, strict=True):
         path.write_bytes(compile_blob(robot))

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from support.designs.built_stubs import built
 from support.robots.random_robots import robots
-from support.robots.robots import chain, planar_2r
+from support.robots.robots import chain, planar_2r, with_coordinates
 
 from addin_sdfusion.exporting.experiment_text import (
     DURATION,
@@ -22,20 +22,12 @@ from addin_sdfusion.exporting.experiment_text import (
     gentle_motion,
 )
 from addin_sdfusion.exporting.export import export_built
-from addin_sdfusion.robot import Robot, RobotError
+from addin_sdfusion.robot import RobotError
 from addin_sdfusion.settings import ExportSettings
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.main import main
 
 ALL = ExportSettings()
-
-
-def with_coordinates(robot: Robot, **changes: float) -> Robot:
-    joints = tuple(
-        replace(joint, coordinates=tuple(replace(c, **changes) for c in joint.coordinates))
-        for joint in robot.joints
-    )
-    return replace(robot, joints=joints)
 
 
 @given(robots())

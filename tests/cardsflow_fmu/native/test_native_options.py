@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,7 +13,7 @@ from support.cases import few
 from support.fmu.co_simulation import co_simulate
 from support.fmu.fmu_host import load, refused
 from support.fmu.native_states import check_states_repeat
-from support.robots.robots import EXAMPLES
+from support.robots.robots import EXAMPLES, with_coordinates
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
 from cardsflow_fmu import Experiment
@@ -210,11 +209,7 @@ def test_energy_is_what_work_has_made_of_it(
 def rough_experiment(folder: Path, **more: Any) -> Experiment:
     """The two-link arm with friction in its joints, in the plant's energy balance too."""
     arm = read_robot(EXAMPLES / "planar_2r/robot/planar_2r_bodies.xml")
-    joints = [
-        replace(j, coordinates=tuple(replace(c, friction=0.4) for c in j.coordinates))
-        for j in arm.joints
-    ]
-    write_sdf(replace(arm, joints=tuple(joints)), folder)
+    write_sdf(with_coordinates(arm, friction=0.4), folder)
     text = (EXAMPLES / "planar_2r/experiment.toml").read_text()
     (folder / "experiment.toml").write_text(text.replace("robot/planar_2r_bodies.xml", "model.sdf"))
     trajectories = EXAMPLES / "planar_2r/robot/planar_2r_trajectories.xml"

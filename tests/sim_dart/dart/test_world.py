@@ -11,7 +11,7 @@ import trimesh
 from support.cases import few
 from support.robots.plants import steps
 from support.robots.random_robots import random_robot
-from support.robots.robots import planar_2r
+from support.robots.robots import planar_2r, with_coordinates
 from support.robots.worlds import (
     SHAPES,
     G,
@@ -384,21 +384,13 @@ def test_wrenches_on_links_do_the_work_of_their_torques(integrator: str) -> None
     slope = [(origin(q + d) - origin(q - d)) / 2e-6 for d in 1e-6 * np.eye(2)]
     tau = np.array([wrench[:3] @ column + wrench[4] for column in slope])  # joints turn about y
     pushed = Plant(robot, integrator=integrator, wrenched=("link_2",))  # type: ignore[arg-type]
-    torqued = Plant(_motorised(robot), integrator=integrator)  # type: ignore[arg-type]
+    torqued = Plant(with_coordinates(robot, actuated=True), integrator=integrator)  # type: ignore[arg-type]
     for plant in (pushed, torqued):
         plant.reset(q)
     pushed.step([0.0], wrenches=wrench)
     torqued.step([0.0], torques=tau)
     np.testing.assert_allclose(pushed.qd, torqued.qd, rtol=1e-6, atol=1e-6)
     assert np.abs(pushed.qd).max() > 1e-3
-
-
-def _motorised(robot: Robot) -> Robot:
-    joints = tuple(
-        replace(j, coordinates=tuple(replace(c, actuated=True) for c in j.coordinates))
-        for j in robot.joints
-    )
-    return replace(robot, joints=joints)
 
 
 def test_wrenches_reach_the_right_one_of_several_robots() -> None:

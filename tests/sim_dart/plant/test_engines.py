@@ -10,7 +10,7 @@ import pytest
 from support.cases import few
 from support.robots.plants import check_repeats, steps
 from support.robots.random_robots import random_robot, random_state, random_tree
-from support.robots.robots import planar_2r
+from support.robots.robots import planar_2r, with_coordinates
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError, UnknownNameError
 from addin_sdfusion.robot.model.muscle import CableModel
@@ -18,14 +18,6 @@ from sim_dart import Plant, Scene
 
 RULES: Any = pytest.mark.parametrize("rule", ["euler", "rk4"])
 CLOSE = 1e-9  # in [rad] and [m]
-
-
-def with_coordinates(robot: Robot, **changes: Any) -> Robot:
-    joints = [
-        replace(j, coordinates=tuple(replace(c, **changes) for c in j.coordinates))
-        for j in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
 
 
 def both(robot: Robot, **settings: Any) -> tuple[Plant, Plant]:

@@ -9,15 +9,11 @@ import numpy as np
 import pytest
 from support.robots.plants import steps
 from support.robots.random_robots import random_tree
-from support.robots.robots import chain, planar_2r
+from support.robots.robots import chain, one_joint, planar_2r, with_coordinates
 
 from addin_sdfusion.robot import (
-    WORLD,
-    Coordinate,
     Inertia,
     InputError,
-    Joint,
-    Link,
     Robot,
     prismatic,
     revolute,
@@ -45,12 +41,7 @@ def changed(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
 
 def unbounded(robot: Robot) -> Robot:
     """Neither friction nor limits."""
-    free = {"lower": -np.inf, "upper": np.inf, "friction": 0.0}
-    joints = [
-        replace(j, coordinates=tuple(replace(c, **free) for c in j.coordinates))  # type: ignore[arg-type]
-        for j in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
+    return with_coordinates(robot, lower=-np.inf, upper=np.inf, friction=0.0)
 
 
 def frictions(robot: Robot) -> FloatArray:
@@ -145,13 +136,8 @@ def test_friction_and_stops_take_energy(seed: int) -> None:
 
 def slider(friction: float, **more: Any) -> Robot:
     """A mass on a rail along x."""
-    made = Coordinate("rail", friction=friction, actuated=True, unit="m", **more)
-    joint = Joint("rail", WORLD, "mass", prismatic((1.0, 0.0, 0.0)), (made,))
-    return Robot("slider", (Link("mass", Inertia(MASS, ixx=0.1, iyy=0.1, izz=0.1)),), (joint,))
-
-
-def _with(joint: Joint, **changes: Any) -> Joint:
-    return replace(joint, coordinates=tuple(replace(c, **changes) for c in joint.coordinates))
+    solid, along_x = Inertia(MASS, ixx=0.1, iyy=0.1, izz=0.1), prismatic((1.0, 0.0, 0.0))
+    return one_joint("rail", along_x, solid, friction=friction, actuated=True, unit="m", **more)
 
 
 def test_a_sliding_mass_stops_and_stays() -> None:
@@ -209,10 +195,9 @@ def test_a_mass_on_a_spring_loses_the_same_at_every_turn() -> None:
 def test_a_pendulum_with_friction_stops_on_its_way() -> None:
     """Energy: m g l (cos b - cos a) = F (a - b) where it first stops, and there it is held."""
     length, friction = 0.5, 4.0
-    link = Link("bob", Inertia(MASS, (0.0, 0.0, -length), ixx=1e-6, iyy=1e-6, izz=1e-6))
-    made = (Coordinate("hinge", friction=friction),)
-    joint = Joint("hinge", WORLD, "bob", revolute((0.0, 1.0, 0.0)), made)
-    plant = Plant(Robot("pendulum", (link,), (joint,)), 1e-4, energy=True)
+    bob = Inertia(MASS, (0.0, 0.0, -length), ixx=1e-6, iyy=1e-6, izz=1e-6)
+    robot = one_joint("hinge", revolute((0.0, 1.0, 0.0)), bob, friction=friction)
+    plant = Plant(robot, 1e-4, energy=True)
     weight = MASS * 9.81 * length
     plant.reset([1.2])
     begin = plant.energy
@@ -232,9 +217,7 @@ def test_a_pendulum_with_friction_stops_on_its_way() -> None:
 def test_dart_gives_the_same(seed: int) -> None:
     """Half a second of a tree that comes to rest. DART softens its impulses by a part in 1e9."""
     rng = np.random.default_rng(seed)
-    robot = random_tree(seed, damping=0.2)
-    joints = [_with(joint, friction=1.5) for joint in robot.joints]
-    robot = replace(robot, joints=tuple(joints))
+    robot = with_coordinates(random_tree(seed, damping=0.2), friction=1.5)
     core, dart = (Plant(robot, STEP, engine=engine) for engine in ("core", "dart"))
     start = rng.uniform(-0.5, 0.5, core.qd.size)
     for plant in (core, dart):

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.plants import steps
 from support.robots.random_robots import random_robot
-from support.robots.robots import EXAMPLES, planar_2r
+from support.robots.robots import EXAMPLES, one_joint, planar_2r, with_coordinates
 
 from addin_sdfusion.robot import (
     WORLD,
@@ -37,14 +37,6 @@ SPAN, HELD = 8.0, 0.01
 DRIVEN = (0.05, 0.1)
 
 
-def with_coordinates(robot: Robot, **changes: Any) -> Robot:
-    joints = [
-        replace(j, coordinates=tuple(replace(c, **changes) for c in j.coordinates))
-        for j in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
-
-
 def elastic(robot: Robot, stiffness: float) -> Robot:
     model = CableModel("elastic_cable", (("stiffness", stiffness),))
     return robot.with_muscles([replace(muscle, model=model) for muscle in robot.muscles])
@@ -62,11 +54,8 @@ def free(robot: Robot, damping: float = 0.0) -> Robot:
 
 def flywheel(**coordinate: Any) -> Robot:
     """A wheel of 0.5 kg·m² about a vertical axis."""
-    link = Link("wheel", Inertia(1.0, ixx=0.5, iyy=0.5, izz=0.5))
-    joint = Joint(
-        "turn", WORLD, "wheel", revolute((0.0, 0.0, 1.0)), (Coordinate("turn", **coordinate),)
-    )
-    return Robot("flywheel", (link,), (joint,))
+    wheel = Inertia(1.0, ixx=0.5, iyy=0.5, izz=0.5)
+    return one_joint("turn", revolute((0.0, 0.0, 1.0)), wheel, **coordinate)
 
 
 class Case:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.robots.plants import check_repeats, steps
 from support.robots.random_robots import random_robot
-from support.robots.robots import chain, planar_2r
+from support.robots.robots import chain, planar_2r, with_coordinates
 
 from addin_sdfusion.robot import InputError, Robot, RobotError, SimulationError, TaskFrame, TaskSet
 from sim_dart import DartDynamics, Plant
@@ -14,14 +14,6 @@ from sim_dart.dart.skeleton import Skeleton
 from sim_dart.plant.dart_mechanism import DartMechanism
 
 pytestmark = pytest.mark.usefixtures("every_engine")
-
-
-def with_coordinates(robot: Robot, **changes: float) -> Robot:
-    joints = [
-        replace(j, coordinates=tuple(replace(c, **changes) for c in j.coordinates))
-        for j in robot.joints
-    ]
-    return replace(robot, joints=tuple(joints))
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.robots.plants import check_repeats, steps
 from support.robots.random_robots import random_robot
-from support.robots.robots import planar_2r
+from support.robots.robots import planar_2r, with_coordinates
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.model.muscle import CableKind, CableModel
@@ -215,12 +215,9 @@ def test_an_explicit_rule_on_a_fast_motor_ends_with_time_robot_and_state() -> No
 def test_elastic_cables_give_back_no_more_than_they_took(damping: float) -> None:
     """Kinetic + potential + what the cables store never grows, and stays without damping."""
     robot = modelled(planar_2r(), "elastic_cable", stiffness=300.0, damping=damping)
-    free = [
-        replace(j, coordinates=tuple(replace(c, lower=-9.0, upper=9.0) for c in j.coordinates))
-        for j in robot.joints
-    ]
-    robot = replace(robot, joints=tuple(free))
-    plant = Plant(robot, 2e-4, integrator="rk4", energy=True)
+    plant = Plant(
+        with_coordinates(robot, lower=-9.0, upper=9.0), 2e-4, integrator="rk4", energy=True
+    )
     plant.reset([2.6, 0.3])
     u = plant.muscle_lengths - 0.02
 

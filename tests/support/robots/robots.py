@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import (
+    IDENTITY,
     WORLD,
     CableSet,
     Coordinate,
     Inertia,
     Joint,
     Link,
+    Motion,
     Muscle,
     Pose,
     Robot,
@@ -29,6 +33,27 @@ PLANAR_2R = EXAMPLES / "planar_2r"
 def planar_2r(cable_set: str | None = None) -> Robot:
     """The paper's two-link arm, from the example's files."""
     return read_robot(PLANAR_2R / "robot", cable_set)
+
+
+def with_coordinates(robot: Robot, **changes: Any) -> Robot:
+    """The robot with changes to all of its coordinates."""
+    joints = tuple(
+        replace(joint, coordinates=tuple(replace(c, **changes) for c in joint.coordinates))
+        for joint in robot.joints
+    )
+    return replace(robot, joints=joints)
+
+
+def one_joint(
+    name: str,
+    motions: tuple[Motion, ...],
+    inertia: Inertia,
+    pose: Pose = IDENTITY,
+    **coordinate: Any,
+) -> Robot:
+    """A link on one joint, all of one name."""
+    joint = Joint(name, WORLD, name, motions, (Coordinate(name, **coordinate),), pose)
+    return Robot(name, (Link(name, inertia),), (joint,))
 
 
 def chain(joints: int = 20, muscles: int = 60, points: int = 4) -> Robot:

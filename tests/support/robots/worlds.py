@@ -25,6 +25,8 @@ from addin_sdfusion.robot import (
 from sim_dart import Plant
 from sim_dart.scene import Box, Capsule, Cylinder, LinkShape, MeshShape, Scene, Shape, Sphere
 
+from .robots import one_joint
+
 G = 9.81
 SHAPES = ("sphere", "box", "capsule", "cylinder", "mesh", "fine mesh")
 
@@ -56,12 +58,8 @@ def shape(kind: str, folder: Path) -> tuple[Shape, float]:
 
 def block() -> Robot:
     """A robot far away, where only the objects of a scene matter."""
-    far = Pose((50.0, 0.0, 50.0))
-    link = Link("block", Inertia(1.0, ixx=0.1, iyy=0.1, izz=0.1))
-    slide = Joint(
-        "slide", WORLD, "block", prismatic((1.0, 0.0, 0.0)), (Coordinate("slide", unit="m"),), far
-    )
-    return Robot("block", (link,), (slide,))
+    far, solid = Pose((50.0, 0.0, 50.0)), Inertia(1.0, ixx=0.1, iyy=0.1, izz=0.1)
+    return one_joint("block", prismatic((1.0, 0.0, 0.0)), solid, far, unit="m")
 
 
 def world_of(scene: Scene, step: float = 1e-3) -> Plant:
