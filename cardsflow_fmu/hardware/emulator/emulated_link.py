@@ -8,7 +8,7 @@ and a controller takes no time.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
@@ -17,7 +17,7 @@ from cardsflow_fmu.hardware.links.framed_link import FramedLink
 from .faults import FaultyLine
 
 EMULATED = "emulated"
-_PEER = "link"
+PEER = "link"
 _BEGIN = 1.0
 _AFTER = 1e-9
 """Time from a watchdog's deadline to its check, in [s]."""
@@ -27,31 +27,33 @@ class EmulatedWorld:
     """A clock, a device, and the line to it.
 
     Attributes:
+        device: The device.
+        line: The line.
+        now: The time, in [s].
         answers: Frames from the device.
     """
 
     def __init__(self, device: Device, faults: Faults) -> None:
-        self._device = device
-        self._line = FaultyLine(device, faults)
-        self._now = _BEGIN
+        self.device, self.line = device, FaultyLine(device, faults)
+        self.now = _BEGIN
         self._steps = 0
         self.answers: deque[bytes] = deque()
 
     def monotonic(self) -> float:
         """The time, in [s]."""
-        return self._now
+        return self.now
 
     def monotonic_ns(self) -> int:
         """The time, in [ns]."""
-        return int(self._now * 1e9)
+        return int(self.now * 1e9)
 
     def sleep(self, seconds: float) -> None:
         """Let time pass, in [s]."""
-        self.wait(self._now + seconds, lambda: False)
+        self.wait(self.now + seconds, lambda: False)
 
     def send(self, data: bytes) -> None:
         """Send a frame to the device."""
-        self._line.send(data, _PEER, self._now)
+        self.line.send(data, PEER, self.now)
         self._process()
 
     def wait(self, until: float, is_over: Callable[[], object]) -> None:
@@ -62,26 +64,32 @@ class EmulatedWorld:
             is_over: Whether to stop waiting.
         """
         while not is_over():
-            event = min(
-                self._next_step, self._line.next_due, self._device.next_deadline + _AFTER, until
-            )
-            self._now = max(self._now, event)
+            event = min(self._next_event(), until)
+            self.now = max(self.now, event)
             self._process()
             if event >= until:
                 return
 
+    def _next_event(self) -> float:
+        deadline = self.device.next_deadline + _AFTER
+        return min(self._next_step, self.line.next_due, deadline)
+
     @property
     def _next_step(self) -> float:
         """When the robot's next step ends; from a count, so that rounding does not add up."""
-        return _BEGIN + (self._steps + 1) * self._device.step
+        return _BEGIN + (self._steps + 1) * self.device.step
 
     def _process(self) -> None:
         """Process all events that are due."""
-        while self._next_step <= self._now:
-            self._device.advance(self._device.step)
+        while self._next_step <= self.now:
+            self.device.advance(self.device.step)
             self._steps += 1
-        self._device.tick(self._now)
-        self.answers.extend(data for data, _ in self._line.due(self._now))
+        self.device.tick(self.now)
+        for data, peer in self.line.due(self.now):
+            self._deliver(data, peer)
+
+    def _deliver(self, data: bytes, peer: Hashable) -> None:
+        self.answers.append(data)
 
 
 class EmulatedLink(FramedLink):

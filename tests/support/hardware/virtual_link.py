@@ -6,7 +6,7 @@ on the other. Time passes only while the link waits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 import numpy as np
 import pytest
@@ -16,12 +16,10 @@ from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulated_device import device_of
+from cardsflow_fmu.hardware.emulator.emulated_link import PEER, EmulatedLink, EmulatedWorld
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.emulator.faults import FaultyLine
-from cardsflow_fmu.hardware.links.framed_link import FramedLink
-from cardsflow_fmu.hardware.session import connect as connect
-
-PEER = "ours"
+from cardsflow_fmu.hardware.session import connect
 
 
 class WatchedRobot(EmulatedRobot):
@@ -49,14 +47,17 @@ class WatchedRobot(EmulatedRobot):
         assert np.all(forces <= f_max)
 
 
-class World:
-    """A clock, a device with its robot, and the line to it.
+class World(EmulatedWorld):
+    """An emulated world with events, other peers, and a watched robot.
 
     Args:
         experiment: The experiment.
         faults: Faults of the line.
         key: The pre-shared key of the device.
         events: Functions by the time in [s] at which they are called, once.
+
+    Attributes:
+        intruders: Answers to other peers.
     """
 
     def __init__(
@@ -67,87 +68,38 @@ class World:
         events: dict[float, Callable[[World], None]] | None = None,
     ) -> None:
         self.experiment, self.faults, self.key = experiment, faults, key
-        self.now = 1000.0
+        self.intruders: list[bytes] = []
+        super().__init__(self._make_device(), faults)
         self._events = sorted(
             ((self.now + t, event) for t, event in (events or {}).items()), key=lambda e: e[0]
         )
-        self.answers: list[bytes] = []
-        self.intruders: list[bytes] = []
-        self.restart()
+
+    def _make_device(self) -> Device:
+        self.robot = WatchedRobot.of_experiment(self.experiment)
+        self.robot.now = lambda: self.now
+        return device_of(self.robot, self.experiment.hardware, self.key)
 
     def restart(self) -> None:
         """Replace the device by a new one."""
-        robot = WatchedRobot.of_experiment(self.experiment)
-        robot.now = lambda: self.now
-        self.robot = robot
-        self.device: Device = device_of(robot, self.experiment.hardware, self.key)
+        self.device = self._make_device()
         self.line = FaultyLine(self.device, self.faults)
-        self._reached = self.now
 
-    def monotonic(self) -> float:
-        return self.now
+    def _next_event(self) -> float:
+        return min([super()._next_event(), *(t for t, _ in self._events[:1])])
 
-    def monotonic_ns(self) -> int:
-        return int(self.now * 1e9)
-
-    def sleep(self, seconds: float) -> None:
-        self.wait(self.now + seconds, lambda: False)
-
-    def wait(self, until: float, over: Callable[[], object]) -> None:
-        """Let time pass, event by event."""
-        while not over():
-            event = min(until, self._reached + self.device.step, self.line.next_due)
-            event = min(event, self.device.next_deadline + 1e-9)
-            event = min([event, *(t for t, _ in self._events[:1])])
-            if event >= until:
-                self.now = max(self.now, until)
-                self._happen()
-                return
-            self.now = max(self.now, event)
-            self._happen()
-
-    def _happen(self) -> None:
+    def _process(self) -> None:
+        """A device that follows has been commanded within its watchdog time."""
         while self._events and self._events[0][0] <= self.now:
             self._events.pop(0)[1](self)
-        while self._reached + self.device.step <= self.now:
-            self.device.advance(self.device.step)
-            self._reached += self.device.step
-        self.device.tick(self.now)
-        for data, peer in self.line.due(self.now):
-            (self.answers if peer == PEER else self.intruders).append(data)
-        self._require_watchdog()
-
-    def _require_watchdog(self) -> None:
-        """A device that follows has been commanded within its watchdog time."""
+        super()._process()
         if self.device.goes_by_clock and self.device.state == "running":
             last, _ = self.robot.applied[-1]
             assert self.now - last <= self.device.watchdog + 1e-9
 
-
-class VirtualLink(FramedLink):
-    """The link into a world."""
-
-    def __init__(self, world: World, key: bytes | None = None) -> None:
-        super().__init__("virtual:", key=key, clock=world)
-        self.world = world
-
-    def _connect(self) -> None:
-        self.world.answers.clear()
-
-    def _disconnect(self) -> None:
-        pass
-
-    def _send(self, data: bytes) -> None:
-        self.world.line.send(data, PEER, self.world.now)
-        self.world.wait(self.world.now, lambda: False)
-
-    def _receive(self, deadline: float) -> bytes | None:
-        answers = self.world.answers
-        if not answers:
-            self.world.wait(deadline, lambda: answers)
-        return answers.pop(0) if answers else None
+    def _deliver(self, data: bytes, peer: Hashable) -> None:
+        (self.answers if peer == PEER else self.intruders).append(data)
 
 
 def live_in(monkeypatch: pytest.MonkeyPatch, world: World) -> None:
     """Let all links opened from now on lead to the world's device, by the world's clock."""
-    monkeypatch.setattr(connect, "open_link", lambda uri, key, **_: VirtualLink(world, key))
+    monkeypatch.setattr(connect, "open_link", lambda uri, key, **_: EmulatedLink(world, key=key))
