@@ -12,7 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from support.cases import few
-from support.fmu.co_simulation import co_simulate
+from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import load
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
@@ -44,16 +44,7 @@ def test_a_closed_loop_is_the_same(
         force = {frame.name: [3.0, -2.0, 1.0] for frame in frames if not frame.is_orientation}
         settings |= {"disturbance": {"force": force, "begin": 0.05, "end": 0.2, "known": True}}
     experiment = Experiment.load(EXAMPLES / example, settings)
-    python = co_simulate(experiment, tmp_path / "python", native=False)
-    native = co_simulate(experiment, tmp_path / "native", native=True)
-    assert native.failure is None
-    assert native.names == python.names
-    for k, name in enumerate(python.names):
-        scale = max(np.abs(python.rows[:, k]).max(), 1.0)
-        near = 1e-9 if name.split(".")[0] in ("f", "slack") else 1e-12
-        np.testing.assert_allclose(
-            native.rows[:, k], python.rows[:, k], rtol=0, atol=near * scale, err_msg=name
-        )
+    assert_native_agrees(experiment, tmp_path, forces=1e-9, others=1e-12)
 
 
 def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import numpy as np
 import pytest
 from support.cases import few
-from support.fmu.co_simulation import co_simulate
+from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import load, refused
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
@@ -66,20 +65,9 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""
     experiment = experiment_of(case)
-    python = co_simulate(experiment, tmp_path / "python", native=False)
-    native = co_simulate(experiment, tmp_path / "native", native=True)
-    assert native.failure is None
-    assert native.names == python.names
+    near = TOLERANCES.get(case, 1e-11)
+    native = assert_native_agrees(experiment, tmp_path, forces=near, others=near)
     assert any(name.startswith("tension.") for name in native.names)
-    for k, name in enumerate(python.names):
-        scale = max(np.abs(python.rows[:, k]).max(), 1.0)
-        np.testing.assert_allclose(
-            native.rows[:, k],
-            python.rows[:, k],
-            rtol=0,
-            atol=TOLERANCES.get(case, 1e-11) * scale,
-            err_msg=name,
-        )
 
 
 @pytest.mark.parametrize("case", few(["pneumatic", "mixed", "others", "motors"], 2))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fmpy import fmi2
 from support.cases import few
-from support.fmu.co_simulation import co_simulate
+from support.fmu.co_simulation import LAWS, assert_native_agrees, assert_rows_agree
 from support.fmu.fmu_host import load, refused
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES, with_coordinates
@@ -50,16 +50,7 @@ def experiment_of(case: str, duration: float = 0.1, **more: Any) -> Experiment:
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """Over FMUs with a plant in Python on DART, and over native ones, to rounding."""
     experiment = experiment_of(case, **{"plant.engine": "dart"})
-    python = co_simulate(experiment, tmp_path / "python", native=False)
-    native = co_simulate(experiment, tmp_path / "native", native=True)
-    assert native.failure is None
-    assert native.names == python.names
-    for k, name in enumerate(python.names):
-        scale = max(np.abs(python.rows[:, k]).max(), 1.0)
-        near = 1e-9 if name.split(".")[0] in ("f", "u", "slack", "tension") else 1e-11
-        np.testing.assert_allclose(
-            native.rows[:, k], python.rows[:, k], rtol=0, atol=near * scale, err_msg=name
-        )
+    assert_native_agrees(experiment, tmp_path, forces=1e-9, others=1e-11, of=LAWS)
 
 
 @pytest.mark.parametrize("version", get_args(FmiVersion))
@@ -156,13 +147,7 @@ def test_the_loop_in_c_gives_the_same_rows(case: str) -> None:
     """As Python objects on the core do: plants bit for bit, with the same inputs."""
     experiment = experiment_of(case)
     direct, native = simulate(experiment, through="direct"), simulate(experiment, through="native")
-    assert native.names == direct.names
-    for k, name in enumerate(direct.names):
-        scale = max(np.abs(direct.rows[:, k]).max(), 1.0)
-        near = 1e-9 if name.split(".")[0] in ("f", "u", "slack", "tension") else 1e-11
-        np.testing.assert_allclose(
-            native.rows[:, k], direct.rows[:, k], rtol=0, atol=near * scale, err_msg=name
-        )
+    assert_rows_agree(native, direct, forces=1e-9, others=1e-11, of=LAWS)
 
 
 @pytest.mark.native

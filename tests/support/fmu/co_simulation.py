@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.external_fmu import fitting_wiring
@@ -31,3 +35,38 @@ def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Record
     for part in parts.values():
         part.close()
     return recording
+
+
+FORCES = ("f", "slack")
+LAWS = ("f", "u", "slack", "tension")
+"""Columns with commands and tensions of muscles with laws."""
+
+
+def assert_rows_agree(
+    found: Any, expected: Any, *, forces: float, others: float, of: Collection[str] = FORCES
+) -> None:
+    """The same columns, near each other relative to the largest number of a column, or to 1.
+
+    Args:
+        found: Rows with names.
+        expected: The same.
+        forces: The tolerance of columns of forces.
+        others: That of all other columns.
+        of: What names of columns of forces begin with.
+    """
+    assert found.names == expected.names
+    for k, name in enumerate(expected.names):
+        scale = max(np.abs(expected.rows[:, k]).max(), 1.0)
+        near = forces if name.split(".")[0] in of else others
+        np.testing.assert_allclose(
+            found.rows[:, k], expected.rows[:, k], rtol=0, atol=near * scale, err_msg=name
+        )
+
+
+def assert_native_agrees(experiment: Experiment, folder: Path, **tolerances: Any) -> Recording:
+    """Native FMUs give the rows of those with Python models; returns the former."""
+    python = co_simulate(experiment, folder / "python", native=False)
+    native = co_simulate(experiment, folder / "native", native=True)
+    assert native.failure is None
+    assert_rows_agree(native, python, **tolerances)
+    return native
