@@ -12,7 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from support.cases import few
-from support.fmu.co_simulation import assert_native_agrees
+from support.fmu.co_simulation import assert_native_agrees, co_simulate
 from support.fmu.fmu_host import load
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
