@@ -4,6 +4,8 @@ Wrench closure: unlimited muscles could make any torque. Static: the bounds allo
 the robot at rest. Wrench-feasible: they do so against every load of a set. Dynamic: they give it
 every acceleration of a set. CASPR's workspace conditions; for the terms see Ebert-Uphoff,
 Voglewede, "On the connections between cable-driven parallel manipulators and grasping", ICRA 2004.
+
+L, tau, f_min, f_max and half_widths are those of `wrench_set`.
 """
 
 from __future__ import annotations
@@ -80,14 +82,7 @@ def joint_grid(lower: ArrayLike, upper: ArrayLike, points: int | Sequence[int]) 
 
 
 def is_wrench_closed(L: ArrayLike) -> BoolArray:
-    """Whether unlimited muscles could make any torque, shape (...), for any number of muscles.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-
-    Raises:
-        InputError: A size or a number is wrong.
-    """
+    """Whether unlimited muscles could make any torque, shape (...), for any number of muscles."""
     shape = np.shape(L)
     if len(shape) >= 2 and too_many_facets(shape[-2], shape[-1]):
         return np.asarray(tension_factor(L) > _CLOSED)
@@ -106,13 +101,6 @@ def is_wrench_feasible(
 
     By the facets of the available torques; pose by pose over the corners of the desired ones where
     the facets are too many or the muscles do not act on all coordinates independently.
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Middle of the desired torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite.
-        half_widths: W, shape (..., n, k), in [N·m] or [N]; only tau when None.
 
     Raises:
         InputError: A size or a number is wrong, or there are too many corners.

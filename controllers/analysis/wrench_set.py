@@ -6,6 +6,9 @@ h(c) = sum_i max(-c'L_i f_min_i, -c'L_i f_max_i): hyperplane shifting, as in Bou
 Moore, "On the ability of a cable-driven robot to generate a prescribed set of wrenches", J.
 Mechanisms and Robotics 2 (2010), and Gouttefarde, Krut, "Characterization of parallel manipulator
 available wrench set facets", Advances in Robot Kinematics (2010).
+
+Muscle Jacobians L, desired torques tau and bounds f_min, f_max are those of `poses.gather`, for one
+pose or a stack of poses; InputError if a size or a number is wrong, or there are too many facets.
 """
 
 from __future__ import annotations
@@ -54,11 +57,7 @@ def too_many_facets(m: int, n: int) -> bool:
 
 
 def full_rank(L: FloatArray) -> BoolArray:
-    """Whether the muscles act on all coordinates independently, shape (P,).
-
-    Args:
-        L: Muscle Jacobians, shape (P, m, n).
-    """
+    """Whether the muscles, L of shape (P, m, n), act on all coordinates independently; (P,)."""
     if L.shape[1] < L.shape[2]:
         return np.zeros(len(L), dtype=bool)
     s = np.linalg.svd(L, compute_uv=False)
@@ -80,20 +79,12 @@ def capacity_margin(
     exactly where every desired torque is possible. Revolute and prismatic coordinates together make
     it a distance of mixed units; `torque_margins` does not mix them.
 
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Middle of the desired torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite.
-        half_widths: W of the desired torques tau + W s with |s_j| <= 1, shape (..., n, k): a
-            diagonal matrix for a box. Only tau when None.
+    With half_widths W, shape (..., n, k), the desired torques are tau + W s with |s_j| <= 1: a box
+    where W is diagonal.
 
     Returns:
         In [N·m] or [N]; NaN where the muscles do not act on all coordinates independently, for
         there the set is flat.
-
-    Raises:
-        InputError: A size or a number is wrong, or the set has too many facets.
     """
     poses = gather(L, tau, f_min, f_max)
     W = _generators(half_widths, poses)
@@ -112,18 +103,9 @@ def torque_margins(
 ) -> tuple[FloatArray, FloatArray]:
     """How much more torque each coordinate can have, alone, down and up; both of shape (..., n).
 
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-        tau: Desired torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite.
-
     Returns:
         In [N·m] or [N]; NaN where tau itself is out of reach, and where the muscles do not act on
         all coordinates independently.
-
-    Raises:
-        InputError: A size or a number is wrong, or the set has too many facets.
     """
     poses = gather(L, tau, f_min, f_max)
     down, up = (np.full(poses.tau.shape, np.nan) for _ in range(2))
@@ -148,12 +130,6 @@ def has_wrench_closure(L: ArrayLike) -> BoolArray:
     is a muscle that pulls there: CASPR's combinatoric positive span; Gouttefarde, Gosselin,
     "Analysis of the wrench-closure workspace of planar parallel cable-driven mechanisms", IEEE
     Trans. Robotics 22 (2006).
-
-    Args:
-        L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
-
-    Raises:
-        InputError: A size or a number is wrong, or there are too many choices.
     """
     shape = np.shape(L)
     poses = gather(L, np.zeros(shape[-1:]), 0.0, np.inf)
