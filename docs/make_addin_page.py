@@ -143,7 +143,9 @@ def _field(item: Input, example: Example) -> str:
         return f'<span class="tick">{"&#10003;" if value else ""}</span>'
     if item.kind == "selection":
         return f'<div class="box pick">{escape(item.prompt)}</div>'
-    look = {"dropdown": "box down", "choices": "box down", "text": "box message"}.get(item.kind, "box")
+    look = {"dropdown": "box down", "choices": "box down", "text": "box message"}.get(
+        item.kind, "box"
+    )
     text = f"{value:g}" if isinstance(value, float) else str(value)
     if item.kind == "dropdown" and not text and item.options:
         text = item.options[0]

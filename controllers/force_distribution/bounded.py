@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import qpsolvers
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
@@ -22,6 +21,9 @@ from controllers.arrays import FloatArray
 from controllers.qp import dual_newton
 from controllers.qp import solver as qp
 from controllers.validation import float_array, is_finite
+
+if TYPE_CHECKING:
+    import qpsolvers
 
 _Answer = tuple[FloatArray, FloatArray, float]  # forces, slack, largest |slack|
 
@@ -189,6 +191,8 @@ class ForceDistribution:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Desired torque, shape (n,), in [N·m] or [N].
         """
+        import qpsolvers  # late, as in controllers.qp.solver
+
         return qpsolvers.Problem(self._H, self._zeros, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
 
     def build_soft_problem(
@@ -201,6 +205,8 @@ class ForceDistribution:
             tau: Desired torque, shape (n,), in [N·m] or [N].
             M: As for `solve`.
         """
+        import qpsolvers
+
         L, tau = _accelerations(L, tau, M)
         P = L @ L.T + self._softness(L) * self._H
         return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)

@@ -9,9 +9,8 @@ Where no force fits, the error of the acceleration is made as small as the bound
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import qpsolvers
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
@@ -19,6 +18,9 @@ from controllers.dynamics import Dynamics, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
+
+if TYPE_CHECKING:
+    import qpsolvers
 
 
 class Instant(NamedTuple):

@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import qpsolvers
 
 from controllers.arrays import FloatArray
 from controllers.qp import solver as qp
@@ -109,6 +108,8 @@ def _forces(
     linear = problem.g_f - tasks.T @ (W * missing) - B.T @ (problem.H_q * (problem.qdd_p - a))
     unit = np.diag(P).max()
     before, rest = problem.J_0 @ B, problem.c_0 - problem.J_0 @ a
+    import qpsolvers  # late, as in controllers.qp.solver
+
     program = qpsolvers.Problem(
         P / unit,
         linear / unit,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import qpsolvers
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
@@ -14,6 +13,9 @@ from controllers.arrays import FloatArray
 
 from . import dual_newton
 from .problem import BoxProblem, BoxSolution, Residuals, Status, check, row_softness
+
+if TYPE_CHECKING:
+    import qpsolvers
 
 DUAL_NEWTON = "dual_newton"
 FALLBACK = "daqp"
@@ -34,7 +36,13 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def available_solvers() -> list[str]:
-    """Names of the back ends that can be used, sorted."""
+    """Names of the back ends that can be used, sorted.
+
+    The first call imports qpsolvers, which takes a third of a second: dual_newton does without.
+    A loop that keeps to the clock calls this before it begins, lest its first fallback is late.
+    """
+    import qpsolvers
+
     return sorted([DUAL_NEWTON, *qpsolvers.available_solvers])
 
 
@@ -48,8 +56,7 @@ def require_solver(name: str, *, key: str | None = None) -> str:
     Raises:
         UnknownNameError: It is not installed or does not exist.
     """
-    known = available_solvers()
-    if name not in known:
+    if name != DUAL_NEWTON and name not in (known := available_solvers()):
         raise UnknownNameError("QP solver", name, known, key=key)
     return name
 
@@ -70,6 +77,8 @@ def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
 
 def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | None:
     """The back end's solution, unchecked, if it has a finite x."""
+    import qpsolvers
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -229,6 +238,8 @@ def as_qpsolvers(problem: BoxProblem, eps: FloatArray) -> qpsolvers.Problem:
         problem: The program.
         eps: Softness of the rows, shape (m_eq,).
     """
+    import qpsolvers
+
     soft = np.flatnonzero(eps > 0)
     with np.errstate(over="ignore"):
         P = np.diag(np.concatenate([problem.H_diagonal, 1.0 / eps[soft]]))
