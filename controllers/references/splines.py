@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -88,13 +89,68 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
         coefficients of the powers of the time since its begin, lowest first, of the positions,
         velocities and accelerations; shape (segments, orders, 3, n).
     """
-    from scipy.interpolate import BPoly, PPoly  # takes half a second
-
     times = [point.time for point in points]
-    derivatives = [[row for row in (p.q, p.qd, p.qdd) if len(row)] for p in points]
-    bernstein = BPoly.from_derivatives(times, derivatives)
-    power = PPoly.from_bernstein_basis(bernstein).c  # (degree + 1, segments, n), highest first
-    return times, _with_derivatives(power[::-1].transpose(1, 0, 2))
+    lengths = np.diff(times)
+    derivatives = [np.array([row for row in (p.q, p.qd, p.qdd) if len(row)]) for p in points]
+    orders = max(len(before) + len(after) for before, after in pairwise(derivatives))
+    bernstein = np.array(
+        [
+            _raised(_bernstein(before, after, length), orders)
+            for (before, after), length in zip(pairwise(derivatives), lengths, strict=True)
+        ]
+    )
+    return times, _with_derivatives(_powers(bernstein, lengths))
+
+
+def _bernstein(before: FloatArray, after: FloatArray, length: float) -> FloatArray:
+    """The polynomial in Bernstein's basis with given values and derivatives at both ends.
+
+    Its q-th derivative at an end depends on the q + 1 coefficients next to that end alone.
+
+    Args:
+        before: Value and derivatives at the begin, shape (1 to 3, n).
+        after: The same at the end.
+        length: Between the ends, in [s].
+
+    Returns:
+        Coefficients, shape (len(before) + len(after), n).
+    """
+    count = len(before) + len(after)
+    c = np.empty((count, before.shape[1]))
+    for q, row in enumerate(before):
+        c[q] = row / math.perm(count - 1, q) * length**q
+        for j in range(q):
+            c[q] -= (-1) ** (j + q) * math.comb(q, j) * c[j]
+    for q, row in enumerate(after):
+        c[-q - 1] = row / math.perm(count - 1, q) * (-1) ** q * length**q
+        for j in range(q):
+            c[-q - 1] -= (-1) ** (j + 1) * math.comb(q, j + 1) * c[-q + j]
+    return c
+
+
+def _raised(c: FloatArray, orders: int) -> FloatArray:
+    """The same polynomial with more coefficients in Bernstein's basis."""
+    degree, more = len(c) - 1, orders - len(c)
+    if not more:
+        return c
+    raised = np.zeros((orders, c.shape[1]))
+    for a in range(len(c)):
+        for j in range(more + 1):
+            part = c[a] * math.comb(degree, a) * math.comb(more, j)
+            raised[a + j] += part / math.comb(degree + more, a + j)
+    return raised
+
+
+def _powers(bernstein: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Coefficients of powers of time, lowest first, shape (segments, orders, n)."""
+    degree = bernstein.shape[1] - 1
+    powers = np.zeros_like(bernstein)
+    for a in range(degree + 1):
+        factor = (-1) ** a * math.comb(degree, a) * bernstein[:, a]
+        for s in range(a, degree + 1):
+            weight = math.comb(degree - a, s - a) * (-1) ** s
+            powers[:, s] += factor * weight / lengths[:, None] ** s
+    return powers
 
 
 def _blends(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly, PPoly
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import Trajectory, TrajectoryPoint
@@ -148,3 +149,21 @@ def test_beyond_its_ends_the_reference_rests(given_points: Trajectory) -> None:
         assert tuple(q) == point.q
         assert not qd.any()
         assert not qdd.any()
+
+
+@given(st.data(), st.integers(1, 3), st.integers(2, 5))
+def test_coefficients_are_those_of_scipys_piecewise_polynomials(
+    data: st.DataObject, n: int, count: int
+) -> None:
+    """Bit for bit, also where points give different numbers of derivatives."""
+    row = st.tuples(*[numbers] * n)
+    rows = st.one_of(st.tuples(row), st.tuples(row, row), st.tuples(row, row, row))
+    given_rows = data.draw(st.lists(rows, min_size=count, max_size=count))
+    times = np.cumsum(data.draw(st.lists(st.floats(0.1, 5.0), min_size=count, max_size=count)))
+    points = [TrajectoryPoint(float(t), *r) for t, r in zip(times, given_rows, strict=True)]
+    reference = SplineReference(Trajectory("random", "quintic", tuple(points), 0.01))
+    piecewise = PPoly.from_bernstein_basis(BPoly.from_derivatives(times.tolist(), given_rows))
+    for order in range(3):
+        derivative = piecewise.derivative(order).c[::-1].transpose(1, 0, 2)
+        found = reference.coefficients[:, : derivative.shape[1], order]
+        np.testing.assert_array_equal(found, derivative)
