@@ -238,7 +238,7 @@ class DesignSnapshot:
         bodies: Every body in every place.
         groups: Rigid groups.
         joints: Joints and as-built joints.
-        points: Construction points that the add-in knows by name or attributes.
+        points: Construction points of the add-in, by name or attributes.
         surfaces: Faces that muscles wrap over.
         attributes: The design's attributes in the add-in's group, by name.
         intent: What the design is made for.

@@ -225,7 +225,7 @@ class _Quickhull:
         return seen, new
 
     def _seen(self, facet: _Facet, point: int) -> list[_Facet]:
-        """The facets that a point sees, from one of them; they hang together."""
+        """The facets that a point sees, from one of them; they are connected."""
         seen, met = [facet], {facet}
         for other in seen:
             for neighbour in other.neighbours:

@@ -14,7 +14,7 @@ from ..robot.errors import InputError
 
 HEADER = b"binary STL in metres, in the frame of the link".ljust(80)
 """Neither a date nor a name, so that the same mesh is always the same file; it may not begin with
-`solid`, by which readers know the other kind of STL."""
+`solid`, which marks the other kind of STL."""
 
 _COUNT = struct.Struct("<I")
 _TRIANGLE = struct.Struct("<12fH")

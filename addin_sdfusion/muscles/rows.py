@@ -59,7 +59,7 @@ class WrapUse:
     Attributes:
         muscle: Name of the muscle.
         after: Number of the via point before the surface.
-        side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter way.
+        side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter path.
         turns: Whole turns about it.
         inside: Whether it is led through the surface; then it has no side and no turns.
     """

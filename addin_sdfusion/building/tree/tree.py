@@ -139,7 +139,7 @@ class _Search:
         return Edge(name, root, None, (*slides, *turns), (0.0, 0.0, 0.0))
 
     def _fixed(self, root: str) -> Edge:
-        """What holds a root to the world; all else that does so closes a loop, or is no news."""
+        """What holds a root to the world; all else that does so closes a loop or is redundant."""
         joints = self._world_edges_of(root)
         body = self._bodies.find(root)
         own = [edge for edge in joints if edge.links[0] == root]

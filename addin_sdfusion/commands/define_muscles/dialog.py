@@ -17,7 +17,7 @@ PLANES = {
 }
 """Planes through the design's origin, by their normals."""
 PICKED_PLANE = "A picked plane"
-SIDES: dict[str, Literal[-1, 0, 1]] = {"Shorter way": 0, "Turning +": 1, "Turning -": -1}
+SIDES: dict[str, Literal[-1, 0, 1]] = {"Shorter path": 0, "Turning +": 1, "Turning -": -1}
 INSIDE = "Inside"
 """Beside those: led through the surface."""
 MODELS: tuple[str, ...] = get_args(CableKind)
@@ -290,7 +290,7 @@ EXAMPLE = Example(
             ("1", "upper_arm_l", "-31.5, 205.0, 1096.5"),
             ("2", "forearm_l", "-22.0, 211.0, 910.0"),
         ),
-        "wrap_uses": (("biceps_l", "1", "Shorter way", "0"), ("triceps_l", "0", "Turning +", "0")),
+        "wrap_uses": (("biceps_l", "1", "Shorter path", "0"), ("triceps_l", "0", "Turning +", "0")),
         "others": ((TASK, "hand_l", "hand_l"), (MARKER, "elbow_led", "forearm_l")),
     },
     choices={

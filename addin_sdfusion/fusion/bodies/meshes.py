@@ -34,7 +34,7 @@ class Mesher:
     """Makes meshes; those of a component that is in several occurrences are calculated once.
 
     The frame of the mesh of a body's proxy is not documented. So the native body is meshed, which
-    knows no frame but its component's, and the nodes are moved by the occurrence's pose. The body's
+    has no frame but its component's, and the nodes are moved by the occurrence's pose. The body's
     bounding box in the root frame must agree; if it agrees with the nodes unmoved instead, these
     are taken.
     """

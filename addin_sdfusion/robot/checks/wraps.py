@@ -111,7 +111,7 @@ def _sequences(
                 yield warning(subject, "wraps-overlap", problem)
         for wrap in wraps if len(wraps) > 1 else ():
             if wrap.side and wrap.surface in surfaces and surfaces[wrap.surface].shape == "sphere":
-                problem = f"passes the sphere {wrap.surface!r} the shorter way, not on a side"
+                problem = f"takes the shorter path past sphere {wrap.surface!r}, not on a side"
                 problem += ": there are other surfaces in its segment"
                 yield warning(subject, "wrap-side-left", problem)
 

@@ -102,16 +102,16 @@ class WrapSurface:
 class Wrap:
     """A muscle's wrap over a surface.
 
-    A cable is straight as long as its straight line clears the surface. Else it goes round it the
-    shorter way, or on the chosen side, be it the longer way; coming off the surface changes its
-    length smoothly, except that a cable that goes the longer way slips off with a jump where its
-    straight line gets clear. With whole turns it never comes off. A via point inside the surface
-    has it shrink so that it passes through the point.
+    A cable is straight as long as its straight line clears the surface. Else it goes round it
+    along the shorter path, or on the chosen side, be it the longer path; coming off the surface
+    changes its length smoothly, except that a cable on the longer path slips off with a jump where
+    its straight line gets clear. With whole turns it never comes off. A via point inside the
+    surface has it shrink so that it passes through the point.
 
     Several surfaces in a segment are passed in their order, and the cable is taut over all of them.
     On which chosen side it passes each is judged by the straight line between the via points;
-    spheres are then passed the shorter way. Past two spheres there can be more than one taut way,
-    and the length jumps where the cable comes to another one: cylinders hold it better.
+    spheres are then passed along the shorter path. Past two spheres there can be more than one taut
+    path, and the length jumps where the cable comes to another one: cylinders hold it better.
 
     Inside a surface, as through a ring or a sheath, a cable is straight as long as its straight
     line passes through it, or begins or ends in it. Else it touches the surface from within at one
@@ -121,7 +121,7 @@ class Wrap:
         surface: Name of the surface.
         segment: Index of the via point before it.
         side: 1 or -1 for a chosen sense of turning about the surface's z axis, 0 for the shorter
-            way.
+            path.
         turns: Whole turns about it, besides.
         inside: Whether it passes inside the surface; then it has no side and no turns.
     """

@@ -180,12 +180,12 @@ def _nameless(surface: WrapSurface) -> WrapSurface:
 
 
 def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
-    """The side and the turns of a wrapping via point; the states 0 and 1 are the shorter way."""
+    """The side and the turns of a wrapping via point; the states 0 and 1 are the shorter path."""
     state = node.attribute("state", WRAP_STATES[0])
     if state not in WRAP_STATES:
         node.error("bad-number", f"state {shortened(state)} is not 0, 1 or 2")
     if state == WRAP_STATES[2] and not node.has("side"):
-        problem = "state 2, the longer way round, is taken for the shorter; add side=1 or side=-1"
+        problem = "state 2, the longer path round, is taken for the shorter; add side=1 or side=-1"
         node.warning("wrap-state-left", f"{problem}, the sense of turning about the z axis")
     return _side(node), _whole(node, "revCounter")
 

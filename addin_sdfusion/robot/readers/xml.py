@@ -45,7 +45,7 @@ class Notes:
 
 @dataclass(frozen=True)
 class Node:
-    """An element that knows its file and the object it describes, and notes what is wrong.
+    """An element with its file, the object it describes, and what is wrong with it.
 
     Where a value is missing or unreadable the error is noted and a harmless default is returned,
     so that a reader goes on to find everything else.

@@ -10,7 +10,7 @@ the original format has no word for is in attributes and elements that its reade
 
 In cardsflow.xml a wrap surface stands where it lies in the path, as the original format has it: a
 via point SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state says how it starts:
-0 straight, 1 the shorter way round, 2 the longer one; after that the old plugin follows the cable.
+0 straight, 1 the shorter path round, 2 the longer one; after that the old plugin follows the cable.
 `surface`, `length` and `side`, the sense of turning about the z axis, are additions. In the plugin
 the surfaces are elements of their own and a muscle's `wrap` elements name them.
 """
@@ -30,13 +30,13 @@ from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.robot import Robot, TaskFrame
 from .common_losses import other_sets
 from .file_names import write_document
-from .wrap_side import is_shorter_way
+from .wrap_side import is_shorter_path
 from .xml_text import document, element, numbers
 
 WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
 """The via point types of the wrap shapes."""
 WRAP_STATES = ("0", "1", "2")
-"""The `state` of a wrapping via point: straight at first, the shorter way, the longer way."""
+"""The `state` of a wrapping via point: straight at first, the shorter path, the longer path."""
 INSIDE = "inside"
 """The `side` of a wrap within its surface."""
 
@@ -128,7 +128,7 @@ def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -
     if wrap.inside:
         more["side"] = INSIDE
     elif wrap.side:
-        state = WRAP_STATES[1 if is_shorter_way(robot, muscle, wrap) else 2]
+        state = WRAP_STATES[1 if is_shorter_path(robot, muscle, wrap) else 2]
         more["side"] = str(wrap.side)
     return _Step(
         ViaPoint(surface.link, surface.pose.position),

@@ -25,7 +25,7 @@ from .file_names import write_document
 from .xml_text import document, element, numbers
 
 NO_LIMIT = 1e16
-"""Stands for a limit that is none: in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
+"""The value of a limit that is none: in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:

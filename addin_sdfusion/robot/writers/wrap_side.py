@@ -44,7 +44,7 @@ def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
     return (sign * x, sign * y, sign * z) if any(foot) else across
 
 
-def is_shorter_way(robot: Robot, muscle: Muscle, wrap: Wrap) -> bool:
+def is_shorter_path(robot: Robot, muscle: Muscle, wrap: Wrap) -> bool:
     """Whether the straight line passes on the chosen side; arguments as for `side_direction`."""
     start, end = _ends(robot, muscle, wrap)
     return wrap.side * (start[0] * end[1] - start[1] * end[0]) >= 0.0

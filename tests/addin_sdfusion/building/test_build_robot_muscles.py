@@ -228,13 +228,13 @@ def test_a_damaged_snapshot_gives_findings_and_no_exception(
 ) -> None:
     snapshot = Draughtsman(seed, 3, groups=groups, muscles=1).draw().snapshot
     snapshot = replace(snapshot, settings=chosen)
-    for (shelf, name), k, value in damages:
-        items = list(getattr(snapshot, shelf))
+    for (collection, name), k, value in damages:
+        items = list(getattr(snapshot, collection))
         if not items:
             continue
         k %= len(items)
         items[k] = replace(items[k], **{name: _strange(getattr(items[k], name), value)})
-        snapshot = replace(snapshot, **{shelf: tuple(items)})
+        snapshot = replace(snapshot, **{collection: tuple(items)})
     link_of(snapshot)
     made = build_robot(snapshot)
     assert (made.robot is None) == any(finding.is_error for finding in made.findings)

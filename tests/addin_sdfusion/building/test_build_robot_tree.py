@@ -236,14 +236,14 @@ def test_a_floating_base_lets_go_of_the_ground() -> None:
 
 
 def test_two_ways_to_the_ground_are_a_loop() -> None:
-    ways = (revolute("g1", "a:1", ""), revolute("g2", "d:1", ""))
-    made = build_robot(design(*CHAIN, *ways))
+    grounded = (revolute("g1", "a:1", ""), revolute("g2", "d:1", ""))
+    made = build_robot(design(*CHAIN, *grounded))
     assert set(codes(made)) == {"several-bases", "joint-to-ground"}
-    made = build_robot(design(*CHAIN, *ways, settings=ExportSettings(base="a")))
+    made = build_robot(design(*CHAIN, *grounded, settings=ExportSettings(base="a")))
     assert codes(made) == ["joint-to-ground"]
     assert made.loops == (("g1", "g2"),)
     cut = ExportSettings(base="a", cut_joints=("g2",))
-    assert codes(build_robot(design(*CHAIN, *ways, settings=cut))) == ["cut-joint"]
+    assert codes(build_robot(design(*CHAIN, *grounded, settings=cut))) == ["cut-joint"]
 
 
 def test_the_bodies_of_the_root_are_a_link_that_is_the_ground() -> None:

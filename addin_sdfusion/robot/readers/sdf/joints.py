@@ -202,7 +202,7 @@ def welds(model: Node, joints: Iterable[Joint], placed: Model) -> list[Joint]:
 def parents_first(joints: list[Joint]) -> list[Joint]:
     """The joints in an order with parents first that moves as few as possible.
 
-    Those that hang on a loop come last, where the check finds them.
+    Those that come after a loop are last, where the check finds them.
     """
     ordered: list[Joint] = []
     waiting: dict[str, list[Joint]] = {}

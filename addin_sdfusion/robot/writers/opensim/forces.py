@@ -9,7 +9,7 @@ from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.robot import Robot, find
 from ...model.rotations import Matrix3, multiply, rotation
 from ...transforms.joint_chains import Names
-from ..wrap_side import is_shorter_way, side_direction
+from ..wrap_side import is_shorter_path, side_direction
 from ..xml_text import element, numbers
 from .bodies import frame_path, objects, placement
 from .muscles import force_element
@@ -93,8 +93,8 @@ def _objects(robot: Robot) -> Surfaces:
 
 
 def _side_angle(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> float | None:
-    """Not for the shorter way round a sphere: there OpenSim goes through it if a side is chosen."""
-    if surface.shape == "sphere" and is_shorter_way(robot, muscle, wrap):
+    """None on the shorter path round a sphere: OpenSim goes through it if a side is chosen."""
+    if surface.shape == "sphere" and is_shorter_path(robot, muscle, wrap):
         return None
     x, y, _ = side_direction(robot, muscle, wrap)
     return math.atan2(y, x)

@@ -385,8 +385,8 @@ def test_wrapping_points_are_surfaces(tmp_path, words, surface, wrap):
     assert "wrap-state-left" not in {finding.code for finding in reading.findings}
 
 
-def test_the_longer_way_round_needs_a_side(tmp_path):
-    """The old plugin's states start a cable the shorter or the longer way, about no axis."""
+def test_the_longer_path_round_needs_a_side(tmp_path):
+    """The old plugin's states start a cable on the shorter or the longer path, about no axis."""
     over = ("arm", 'type="CYLINDRICAL" radius="0.03" state="2"', "0 0 2")
     reading = read(write(tmp_path, *TWO, beside=muscle(START, over, END)))
     assert reading.require().muscles[0].wraps == (Wrap("arm_cylinder", 0),)
