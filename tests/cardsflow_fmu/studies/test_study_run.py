@@ -263,7 +263,7 @@ def test_a_study_of_which_every_run_fails_says_why(tmp_path: Path, cardsflow: Co
     code, text, _ = cardsflow("study", file, "-j", 1)
     assert code == 1
     assert "2 runs, 2 failed" in text
-    assert "kp: must be above 0: -1.0" in text
+    assert "kp: must be above 0, not -1.0" in text
 
 
 @pytest.mark.parametrize("beginning", ["", "*", "../x", "zz", "abcdef"])
