@@ -43,6 +43,15 @@ EXTRAS = {
 """The module that tells whether an extra is installed."""
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Where Python may leave no bytecode beside its files, that of the tests goes to their cache.
+
+    They start some hundred Pythons, and compiling takes each longer than what it is started for.
+    """
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") and hasattr(config, "cache"):
+        os.environ["PYTHONPYCACHEPREFIX"] = str(config.cache.mkdir("bytecode"))
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Tests that need an extra skip without it."""
     for mark in item.iter_markers("extra"):
