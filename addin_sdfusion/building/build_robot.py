@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..muscles.design_table import MuscleTable, read_table
+from ..muscles.design_table import read_table
+from ..muscles.rows import MuscleTable
 from ..report import in_order
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, warning

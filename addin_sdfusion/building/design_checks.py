@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..muscles.attributes import POINT, WRAP, read_point, read_wrap
-from ..muscles.design_table import MuscleTable
 from ..muscles.point_names import parse_point_name
+from ..muscles.rows import MuscleTable
 from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
@@ -88,8 +88,8 @@ def _problem_of(snapshot: DesignSnapshot, name: str) -> str:
 
 
 def _is_com(point: PointSnapshot) -> bool:
-    said = parse_point_name(point.name)
-    return said is not None and said.role == "com" and POINT not in point.attributes
+    parsed = parse_point_name(point.name)
+    return parsed is not None and parsed.role == "com" and POINT not in point.attributes
 
 
 def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:

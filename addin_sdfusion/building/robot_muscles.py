@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ..muscles.design_table import MarkerRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
 from ..muscles.point_names import natural_key
+from ..muscles.rows import MarkerRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface

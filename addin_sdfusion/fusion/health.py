@@ -18,9 +18,9 @@ def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
         return "it is rolled back: move the timeline's marker to the end"
     if state not in (states.ErrorFeatureHealthState, states.WarningFeatureHealthState):
         return ""
-    said = " ".join(str(entity.errorOrWarningMessage or "").split())
+    text = " ".join(str(entity.errorOrWarningMessage or "").split())
     if state == states.ErrorFeatureHealthState:
-        return said or "Fusion reports an error"
-    message = f"{subject.kind} {subject.name!r}: Fusion warns: {said or 'it is out of date'}"
+        return text or "Fusion reports an error"
+    message = f"{subject.kind} {subject.name!r}: Fusion warns: {text or 'it is out of date'}"
     notes.warn(subject, "health-warning", message)
     return ""

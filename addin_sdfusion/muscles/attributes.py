@@ -119,7 +119,7 @@ def settings_text(settings: ExportSettings) -> str:
 
 
 def read_point(text: str) -> PointAttribute:
-    """What a point's attribute says.
+    """The attribute of a point.
 
     Raises:
         InputError: It cannot be read; the message names the key.
@@ -128,7 +128,7 @@ def read_point(text: str) -> PointAttribute:
 
 
 def read_wrap(text: str) -> WrapAttribute:
-    """What a face's attribute says.
+    """The attribute of a face.
 
     Raises:
         InputError: It cannot be read; the message names the key.
@@ -169,11 +169,11 @@ def _muscle(plain: Any, where: str) -> MuscleRow:
         raise InputError("must hold an object", key=where)
     parameters = _parameters(plain.get("parameters", {}), f"{where}.parameters")
     rest = {key: value for key, value in plain.items() if key != "parameters"}
-    said = from_plain(_MuscleText, rest, where)
-    if not COLOR.fullmatch(said.color):
-        raise InputError(f"must be #rrggbb, not {said.color!r}", key=f"{where}.color")
-    model = CableModel(said.model, parameters)
-    return MuscleRow(said.name, said.color.lower(), said.f_min, said.f_max, model)
+    given = from_plain(_MuscleText, rest, where)
+    if not COLOR.fullmatch(given.color):
+        raise InputError(f"must be #rrggbb, not {given.color!r}", key=f"{where}.color")
+    model = CableModel(given.model, parameters)
+    return MuscleRow(given.name, given.color.lower(), given.f_min, given.f_max, model)
 
 
 def _parameters(plain: Any, where: str) -> tuple[tuple[str, float], ...]:

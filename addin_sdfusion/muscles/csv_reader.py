@@ -76,7 +76,7 @@ class _Reader:
     links: Collection[str] | None
     findings: list[Finding] = field(default_factory=list)
     rows: dict[str, MuscleRow] = field(default_factory=dict)
-    said: dict[str, dict[str, str]] = field(default_factory=dict)
+    given: dict[str, dict[str, str]] = field(default_factory=dict)
     points: list[ViaPointRow] = field(default_factory=list)
     tasks: list[TaskRow] = field(default_factory=list)
     markers: list[MarkerRow] = field(default_factory=list)
@@ -84,7 +84,10 @@ class _Reader:
     decimal_comma: bool = False
     line: int = 0
 
-    def say(self, severity: Severity, code: str, message: str) -> None:
+    def error(self, code: str, message: str) -> None:
+        self.report("error", code, message)
+
+    def report(self, severity: Severity, code: str, message: str) -> None:
         name = str(self.file or "")
         found = Finding(severity, code, message, Subject("file", name), self.file, self.line)
         self.findings.append(found)
@@ -95,7 +98,7 @@ class _Reader:
             return data.decode("utf-16" if wide else "utf-8-sig")
         except UnicodeDecodeError:
             self.line = 1
-            self.say("error", "bad-encoding", "is not UTF-8; save it as 'CSV UTF-8'")
+            self.error("bad-encoding", "is not UTF-8; save it as 'CSV UTF-8'")
             return None
 
     def read(self, text: str) -> None:
@@ -109,7 +112,7 @@ class _Reader:
         for cells in lines:
             if len(cells) > len(columns) and any(cells[len(columns) :]):
                 message = f"has {len(cells)} cells, the first line has {len(columns)}"
-                self.say("error", "bad-line", message)
+                self.error("bad-line", message)
             elif any(cells):
                 self.record(dict(zip(columns, cells, strict=False)))
 
@@ -121,7 +124,7 @@ class _Reader:
             try:
                 cells = next(reader, None)
             except csv.Error as error:
-                self.say("error", "bad-line", f"cannot be read: {error}")
+                self.error("bad-line", f"cannot be read: {error}")
                 return
             if cells is None:
                 return
@@ -136,18 +139,18 @@ class _Reader:
             columns.append(name)
             if name not in known:
                 if cell:
-                    self.say("warning", "unknown-column", f"column {cell!r} is left out")
+                    self.report("warning", "unknown-column", f"column {cell!r} is left out")
                 continue
             factors = _UNITS.get(name, {})
             if unit and unit not in factors:
                 message = f"column {cell!r}: the unit must be one of {', '.join(factors) or 'none'}"
-                self.say("error", "bad-unit", message)
+                self.error("bad-unit", message)
             units[name] = factors.get(unit, 1.0)
         self.units = units
         missing = [name for name in _REQUIRED if name not in columns]
         if missing:
             message = f"has no column {', '.join(missing)}; the first line must name the columns"
-            self.say("error", "missing-column", message)
+            self.error("missing-column", message)
             return None
         return columns
 
@@ -155,17 +158,17 @@ class _Reader:
         role = cells.get("role") or "via"
         name = cells["name"] if cells.get("name") else ""
         if not name:
-            self.say("error", "missing-name", "has no name")
+            self.error("missing-name", "has no name")
         elif role not in ("via", "task", "marker"):
             message = f"role must be via, task or marker, not {role!r}"
-            self.say("error", "bad-role", message)
+            self.error("bad-role", message)
         elif role == "via":
             self.via(name, cells)
         elif (place := self.place(cells)) is not None:
             if role == "task":
                 self.task(name, cells, place)
             elif any(m.name == name for m in self.markers):
-                self.say("error", "duplicate-name", f"marker {name!r} is there already")
+                self.error("duplicate-name", f"marker {name!r} is there already")
             else:
                 self.markers.append(MarkerRow(name, *place))
 
@@ -174,9 +177,9 @@ class _Reader:
         unknown = [axis for axis in cells.get("axes", "").split() if axis not in _AXES]
         if unknown:
             message = f"axes: {unknown[0]!r} is none of {', '.join(_AXES)}"
-            self.say("error", "bad-axes", message)
+            self.error("bad-axes", message)
         elif any(task.name == name for task in self.tasks):
-            self.say("error", "duplicate-name", f"task point {name!r} is there already")
+            self.error("duplicate-name", f"task point {name!r} is there already")
         else:
             row = TaskRow(name, *place)
             self.tasks.append(replace(row, axes=axes) if axes else row)  # type: ignore[arg-type]
@@ -189,7 +192,7 @@ class _Reader:
         mine = [point.number for point in self.points if point.muscle == name]
         number = self.number(cells.get("number", ""), max(mine, default=-1) + 1)
         if number in mine:
-            self.say("error", "duplicate-number", f"muscle {name!r} has a point {number} already")
+            self.error("duplicate-number", f"muscle {name!r} has a point {number} already")
         elif place is not None and number is not None:
             self.points.append(ViaPointRow(name, number, *place))
 
@@ -201,17 +204,17 @@ class _Reader:
         except ValueError:
             number = -1
         if not 0 <= number <= _LARGEST_NUMBER:
-            self.say("error", "bad-number", f"number must be 0, 1, 2, ..., not {text!r}")
+            self.error("bad-number", f"number must be 0, 1, 2, ..., not {text!r}")
             return None
         return number
 
     def place(self, cells: Mapping[str, str]) -> tuple[str, Vector3] | None:
         link = cells.get("link", "")
         if not link:
-            self.say("error", "missing-link", "has no link")
+            self.error("missing-link", "has no link")
             return None
         if self.links is not None and link not in self.links and link != WORLD:
-            self.say("error", "unknown-link", UnknownNameError("link", link, self.links).what)
+            self.error("unknown-link", UnknownNameError("link", link, self.links).what)
             return None
         x, y, z = (self.float(key, cells.get(key, "")) for key in ("x", "y", "z"))
         if x is None or y is None or z is None:
@@ -221,19 +224,19 @@ class _Reader:
     def float(self, key: str, text: str) -> float | None:
         number = _float(text.replace(",", ".") if self.decimal_comma else text)
         if number is None or not (math.isfinite(number) or (key == "f_max" and number > 0)):
-            self.say("error", "bad-number", f"{key} must be a number, not {text!r}")
+            self.error("bad-number", f"{key} must be a number, not {text!r}")
             return None
         return number * self.units.get(key, 1.0)
 
     def muscle(self, name: str, cells: Mapping[str, str]) -> None:
-        """What a line says of the muscle; another line of it may not say something else."""
+        """The muscle's values in a line; those in other lines of it must be equal."""
         keys = ("color", "f_min", "f_max", "model", "parameters")
         new = {key: cells[key] for key in keys if cells.get(key)}
-        before = self.said.setdefault(name, {})
+        before = self.given.setdefault(name, {})
         for key, text in new.items():
             if before.get(key, text) != text:
                 message = f"{key} of muscle {name!r} is {text!r} here and {before[key]!r} before"
-                self.say("error", "contradiction", message)
+                self.error("contradiction", message)
                 return
         row = self.rows.get(name, MuscleRow(name, ""))
         for key in [key for key in new if key not in before]:
@@ -245,13 +248,13 @@ class _Reader:
     def property(self, row: MuscleRow, key: str, text: str) -> MuscleRow | None:
         if key == "color":
             if not COLOR.fullmatch(text):
-                self.say("error", "bad-color", f"color must be #rrggbb, not {text!r}")
+                self.error("bad-color", f"color must be #rrggbb, not {text!r}")
                 return None
             return replace(row, color=text.lower())
         if key == "model":
             if text not in _KINDS:
                 message = f"model must be one of {', '.join(_KINDS)}, not {text!r}"
-                self.say("error", "bad-model", message)
+                self.error("bad-model", message)
                 return None
             return replace(row, model=replace(row.model, kind=text))  # type: ignore[arg-type]
         if key == "parameters":
@@ -267,7 +270,7 @@ class _Reader:
         named = [(name, v) for (name, *_), v in zip(pairs, values, strict=True) if name]
         numbers = tuple((name, v) for name, v in named if v is not None and math.isfinite(v))
         if len(numbers) != len(pairs):
-            self.say("error", "bad-parameters", f"parameters must be name=number ..., not {text!r}")
+            self.error("bad-parameters", f"parameters must be name=number ..., not {text!r}")
             return None
         return replace(row, model=CableModel(row.model.kind, numbers))
 

@@ -17,18 +17,7 @@ from ..snapshot import DesignSnapshot, PointSnapshot, SurfaceSnapshot
 from .attributes import MUSCLES, POINT, WRAP, PointAttribute, read_muscles, read_point, read_wrap
 from .checks import finding, table_findings
 from .point_names import is_point_name, natural_key, parse_point_name
-from .rows import COLORS, MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow, WrapRow, WrapUse
-
-__all__ = [
-    "MarkerRow",
-    "MuscleRow",
-    "MuscleTable",
-    "TaskRow",
-    "ViaPointRow",
-    "WrapRow",
-    "WrapUse",
-    "read_table",
-]
+from .rows import COLORS, MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
 
 
 class _Located(Protocol):
@@ -54,21 +43,21 @@ def read_table(
             places is taken where its own link is.
 
     Returns:
-        The table, and what is wrong with what the design says of it.
+        The table, and what is wrong with the design's attributes and names.
     """
     findings: list[Finding] = []
     points: list[ViaPointRow] = []
     tasks: list[TaskRow] = []
     markers: list[MarkerRow] = []
-    read = [(place, _point(place, findings)) for place in _once(snapshot.points, findings)]
-    for place, said in _one_each([(p, s) for p, s in read if s], link_of or {}):
-        if said.role == "via":
-            points.append(_via_point(place, said))
-        elif said.role == "task":
-            task = _named_point(TaskRow, place, said)
-            tasks.append(replace(task, axes=said.axes) if said.axes else task)
+    read = [(point, _point(point, findings)) for point in _once(snapshot.points, findings)]
+    for point, attribute in _one_each([(p, a) for p, a in read if a], link_of or {}):
+        if attribute.role == "via":
+            points.append(_via_point(point, attribute))
+        elif attribute.role == "task":
+            task = _named_point(TaskRow, point, attribute)
+            tasks.append(replace(task, axes=attribute.axes) if attribute.axes else task)
         else:
-            markers.append(_named_point(MarkerRow, place, said))
+            markers.append(_named_point(MarkerRow, point, attribute))
     rows = _rows(snapshot, points, findings)
     order = {row.name: i for i, row in enumerate(rows)}
     points.sort(key=lambda p: (order[p.muscle], p.number, natural_key(p.name), p.occurrence))
@@ -103,7 +92,7 @@ def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[Poin
 
 
 def _point(point: PointSnapshot, findings: list[Finding]) -> PointAttribute | None:
-    """What an attribute or a name says of a point."""
+    """The attribute of a point, or what its name holds in its place."""
     text = point.attributes.get(POINT)
     if text is not None:
         try:
@@ -134,12 +123,12 @@ def _one_each(
     groups: dict[str, list[PointSnapshot]] = {}
     for i, (point, _) in enumerate(read):
         groups.setdefault(point.entity or f"#{i}", []).append(point)
-    said = {id(point): attribute for point, attribute in read}
+    attributes = {id(point): attribute for point, attribute in read}
     chosen = []
     for group in groups.values():
-        first = said[id(group[0])]
+        first = attributes[id(group[0])]
         point = _meant(group, first.occurrence, first.link, link_of)
-        chosen.append((point, said[id(point)]))
+        chosen.append((point, attributes[id(point)]))
     return chosen
 
 
@@ -158,14 +147,14 @@ def _meant(
     return min(candidates, key=lambda p: natural_key(p.occurrence))
 
 
-def _via_point(point: PointSnapshot, said: PointAttribute) -> ViaPointRow:
-    place = point.entity, point.occurrence, point.name
-    return ViaPointRow(said.muscle, said.number, said.link, point.position, *place, said.made)
+def _via_point(point: PointSnapshot, a: PointAttribute) -> ViaPointRow:
+    source = point.entity, point.occurrence, point.name
+    return ViaPointRow(a.muscle, a.number, a.link, point.position, *source, a.made)
 
 
-def _named_point(kind: type[NamedPoint], point: PointSnapshot, said: PointAttribute) -> NamedPoint:
-    source = point.entity, point.occurrence, said.made
-    return kind(said.name or point.name, said.link, point.position, *source)
+def _named_point(kind: type[NamedPoint], point: PointSnapshot, a: PointAttribute) -> NamedPoint:
+    source = point.entity, point.occurrence, a.made
+    return kind(a.name or point.name, a.link, point.position, *source)
 
 
 def _rows(
@@ -173,18 +162,18 @@ def _rows(
 ) -> tuple[MuscleRow, ...]:
     """The muscles that the design lists, then those that only have points."""
     try:
-        said = read_muscles(snapshot.attributes.get(MUSCLES, "[]"))
+        listed = read_muscles(snapshot.attributes.get(MUSCLES, "[]"))
     except InputError as error:
         message = f"the design's list of muscles cannot be read ({error}); open Define muscles, "
         message += "set the force limits and press OK"
         findings.append(finding("error", "bad-attribute", message, "design", snapshot.name))
-        said = ()
-    rows = {row.name: row for row in reversed(said)}
-    for name, count in Counter(row.name for row in said).items():
+        listed = ()
+    rows = {row.name: row for row in reversed(listed)}
+    for name, count in Counter(row.name for row in listed).items():
         if count > 1:
             message = f"muscle {name!r} is listed {count} times; the first counts"
             findings.append(finding("warning", "duplicate-muscle", message, "muscle", name))
-    ordered = [rows[name] for name in dict.fromkeys(row.name for row in said)]
+    ordered = [rows[name] for name in dict.fromkeys(row.name for row in listed)]
     unlisted = {point.muscle for point in points} - rows.keys()
     for name in sorted(unlisted, key=natural_key):
         row = MuscleRow(name, COLORS[len(ordered) % len(COLORS)])
@@ -207,15 +196,15 @@ def _wraps(
     rows = []
     for group in groups.values():
         try:
-            said = read_wrap(group[0].attributes[WRAP])
+            attribute = read_wrap(group[0].attributes[WRAP])
         except InputError as error:
             where = group[0].occurrence or snapshot.name
             message = f"what is stored on a wrap face of {where!r} cannot be read ({error}); "
             message += "pick the face again in Define muscles"
             findings.append(finding("error", "bad-attribute", message, "occurrence", where))
             continue
-        face = _meant(group, said.occurrence, said.link, link_of)
+        face = _meant(group, attribute.occurrence, attribute.link, link_of)
         shape = face.shape, face.radius, face.centre, face.axis, face.length
         place = face.entity, face.occurrence
-        rows.append(WrapRow(said.name, said.link, *shape, said.muscles, *place))
+        rows.append(WrapRow(attribute.name, attribute.link, *shape, attribute.muscles, *place))
     return rows

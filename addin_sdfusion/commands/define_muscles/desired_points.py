@@ -40,17 +40,17 @@ def desired_points(table: MuscleTable) -> Iterator[DesiredPoint]:
     """All construction points as the table has them."""
     motors = motor_numbers(row.name for row in table.rows)
     for p in table.points:
-        said = PointAttribute("via", p.link, p.muscle, p.number)
-        yield _item(p, via_point_name(motors[p.muscle], p.link, p.number), said)
+        attribute = PointAttribute("via", p.link, p.muscle, p.number)
+        yield _item(p, via_point_name(motors[p.muscle], p.link, p.number), attribute)
     for t in table.tasks:
-        said = PointAttribute("task", t.link, name=t.name, axes=t.axes)
-        yield _item(t, task_point_name(t.link), said)
+        attribute = PointAttribute("task", t.link, name=t.name, axes=t.axes)
+        yield _item(t, task_point_name(t.link), attribute)
     for m in table.markers:
         yield _item(m, marker_name(m.link), PointAttribute("marker", m.link, name=m.name))
 
 
-def _item(row: AnyRow, name: str, said: PointAttribute) -> DesiredPoint:
-    return DesiredPoint(row, name, replace(said, occurrence=row.occurrence, made=row.made))
+def _item(row: AnyRow, name: str, attribute: PointAttribute) -> DesiredPoint:
+    return DesiredPoint(row, name, replace(attribute, occurrence=row.occurrence, made=row.made))
 
 
 def as_made(item: DesiredPoint) -> DesiredPoint:

@@ -9,7 +9,9 @@ from typing import Any
 
 import adsk.core
 
-from ...muscles.csv_writer import csv_text, imported, read_csv
+from ...muscles.csv_import import imported
+from ...muscles.csv_reader import read_csv
+from ...muscles.csv_writer import csv_text
 from ...muscles.edits import renumbered
 from ...muscles.mirror import Plane
 from ...robot.errors import CardsflowError, InputError

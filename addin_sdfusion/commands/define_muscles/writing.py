@@ -65,7 +65,7 @@ class Writer:
         self._occurrences = {o.fullPathName: o for o in design.rootComponent.allOccurrences}
 
     def write(self, before: MuscleTable, after: MuscleTable) -> None:
-        """Make the design say the table.
+        """Write the table into the design.
 
         Raises:
             InputError: Something cannot be written; the message says which object, and the
@@ -214,12 +214,12 @@ class Writer:
             face = self._faces.get(wrap.entity) or native(self._picks.entity(wrap.entity))
             if face is None:
                 raise InputError(f"wrap surface {wrap.name!r}: its face is gone; pick it again")
-            said = WrapAttribute(wrap.name, wrap.link, wrap.muscles, wrap.occurrence)
+            text = wrap_text(WrapAttribute(wrap.name, wrap.link, wrap.muscles, wrap.occurrence))
             why = problem_of(None, self._occurrences.get(wrap.occurrence))
-            self._set(face, WRAP, wrap_text(said), f"wrap surface {wrap.name!r}", why)
+            self._set(face, WRAP, text, f"wrap surface {wrap.name!r}", why)
 
     def _set(self, owner: Any, name: str, text: str, about: str, why: str = "") -> None:
-        """An attribute, if it says something else."""
+        """Set an attribute, if it has another text."""
         with About(about, why):
             attribute = owner.attributes.itemByName(GROUP, name)
             if attribute is None or attribute.value != text:

@@ -23,7 +23,9 @@ from addin_sdfusion.muscles.attributes import (
     settings_text,
     wrap_text,
 )
-from addin_sdfusion.muscles.csv_writer import COLUMNS, csv_text, imported, read_csv
+from addin_sdfusion.muscles.csv_import import imported
+from addin_sdfusion.muscles.csv_reader import COLUMNS, read_csv
+from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.design_table import read_table
 from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
 from addin_sdfusion.muscles.rows import (
