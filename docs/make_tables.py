@@ -1,4 +1,4 @@
-"""Makes the pages of docs/ that are tables of what the code has: commands, ports, tension laws.
+"""Makes the tables in docs/ of what the code has: commands, ports, tension laws, settings.
 
 python docs/make_tables.py
 """
@@ -6,12 +6,14 @@ python docs/make_tables.py
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -19,6 +21,7 @@ sys.path.insert(0, str(ROOT))
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
 from addin_sdfusion.robot.model.tension_parameters import Parameter  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
+from cardsflow_fmu.cli.json_schema import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
@@ -245,7 +248,87 @@ def _parameter(parameter: Parameter) -> tuple[str, ...]:
     )
 
 
-PAGES = {"commands.md": commands_page, "ports.md": ports_page, "laws.md": laws_page}
+def settings_page(name: str, schema: Mapping[str, Any]) -> str:
+    """A page with its tables of settings, each behind a comment that says which.
+
+    Args:
+        name: Of the page.
+        schema: The JSON Schema that holds them.
+    """
+
+    def made(found: re.Match[str]) -> str:
+        form = schema
+        for part in found["path"].split(".") if found["path"] != "study" else ():
+            form = _inside(form, part)
+        return f"{found['begin']}\n{_settings(form)}\n{found['end']}"
+
+    text = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    pattern = r"(?P<begin><!-- settings: (?P<path>\S+) -->)\n.*?(?P<end><!-- end of settings -->)"
+    return re.sub(pattern, made, text, flags=re.DOTALL)
+
+
+def _inside(form: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """The form of a table under a key, of its rows where it is a list, or by any name for `*`."""
+    table = next(own for own in form.get("anyOf", [form]) if own.get("type") == "object")
+    inner = table["additionalProperties"] if key == "*" else table["properties"][key]
+    return next((own["items"] for own in [inner] if own.get("type") == "array"), inner)
+
+
+def _settings(form: Mapping[str, Any]) -> str:
+    """The keys of a table of settings."""
+    own = next(own for own in form.get("anyOf", [form]) if "properties" in own)
+    required = own.get("required", [])
+    rows = [
+        (
+            f"`{key}`",
+            _values(inner),
+            "must be given" if key in required else _default(inner),
+            inner["description"].replace("|", "\\|"),
+        )
+        for key, inner in own["properties"].items()
+    ]
+    return table(["key", "value", "default", "what"], rows)
+
+
+def _default(form: Mapping[str, Any]) -> str:
+    return f"`{json.dumps(form['default'])}`" if "default" in form else ""
+
+
+def _values(form: Mapping[str, Any]) -> str:
+    """What a key may hold, in words."""
+    if "anyOf" in form:
+        item, *others = form["anyOf"]
+        by_name = {"type": "object", "additionalProperties": item}
+        if by_name in others:
+            words = [f"{_values(item)}, or one by name"]
+            others = [own for own in others if own != by_name and own.get("items") != item]
+        else:
+            words = [_values(item)]
+        return " or ".join([*words, *map(_values, others)])
+    if "const" in form or "enum" in form:
+        names = form.get("enum", [form.get("const")])
+        return ", ".join(f"`{json.dumps(name)}`" for name in names)
+    kind = form.get("type", "anything")
+    if kind == "array":
+        several = f"{form['minItems']} " if form.get("maxItems") else ""
+        rows = form.get("items", {}).get("type", "value")
+        words = {"object": "table", "array": "list", "string": "text", "integer": "whole number"}
+        return f"{several}{words.get(rows, rows)}s"
+    if kind == "object":
+        return "table"
+    words = {"integer": "whole number", "string": "text", "boolean": "true or false"}
+    bounds = {"exclusiveMinimum": "above", "minimum": "from", "maximum": "to"}
+    limits = [f"{word} {form[key]:.7g}" for key, word in bounds.items() if key in form]
+    return " ".join([words.get(kind, kind), *limits])
+
+
+PAGES = {
+    "commands.md": commands_page,
+    "ports.md": ports_page,
+    "laws.md": laws_page,
+    "experiments.md": lambda: settings_page("experiments.md", schema("experiment")),
+    "studies.md": lambda: settings_page("studies.md", schema("study")),
+}
 
 if __name__ == "__main__":
     for file, page in PAGES.items():

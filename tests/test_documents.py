@@ -187,7 +187,10 @@ def test_notes_to_tests_are_understood_and_few_blocks_are_not_run() -> None:
     assert len(not_run) <= MOST_NOT_RUN, "\n".join(map(str, not_run))
 
 
-@pytest.mark.parametrize("name", ["commands.md", "ports.md", "laws.md"])
+MADE = ["commands.md", "ports.md", "laws.md", "experiments.md", "studies.md"]
+
+
+@pytest.mark.parametrize("name", MADE)
 def test_tables_are_those_of_the_code(name: str) -> None:
     """If this fails: python docs/make_tables.py."""
     spec = importlib.util.spec_from_file_location("make_tables", ROOT / "docs/make_tables.py")

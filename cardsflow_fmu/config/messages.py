@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -145,12 +145,12 @@ def _no_choice(value: Any, field: FieldInfo, key: str) -> InputError:
 def _words(error: Mapping[str, Any]) -> str:
     value, ctx = error["input"], error.get("ctx", {})
     bound = ctx.get("gt", ctx.get("ge", ctx.get("le")))
-    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > 10**300:
-        return "must be a finite number, not inf"
     match error["type"]:
         case "missing":
             given = value if isinstance(value, dict) else ()
             return f"missing{hint(error['loc'][-1], given)}"
+        case "float_type" if type(value) is int:
+            return "must be a finite number, not inf"
         case "float_type" | "int_type" if not isinstance(value, float):
             return f"must be a number, not {value!r}"
         case "int_type" if math.isfinite(value):
@@ -202,9 +202,12 @@ def _field_at(model: type[BaseModel], place: Sequence[str | int]) -> FieldInfo:
 def _rows(annotation: Any) -> str:
     """What a list holds."""
     row = (*get_args(annotation), Any)[0]
+    while get_origin(row) is Annotated:
+        row = get_args(row)[0]
     if isinstance(row, type) and issubclass(row, BaseModel):
         return "tables"
-    return {str: "names", float: "numbers", int: "whole numbers"}.get(row, "values")
+    words = {str: "names", float: "numbers", int: "whole numbers", tuple: "lists"}
+    return words.get(get_origin(row) or row, "values")
 
 
 def _choices(annotation: Any) -> list[Any]:

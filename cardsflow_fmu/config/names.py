@@ -53,7 +53,8 @@ def each(
         names: Which names, by the key in `Context.names`.
         meaning: For people, with the unit.
         default: Of every value; none where it must be given; None for an empty tuple.
-        others: Value of names that a table leaves out; the default where it is None.
+        others: Value of names that a table leaves out; the default where it is None. Values that
+            are vectors are given in tables alone.
         word: A text that may stand in the place of the values; None once it is read.
         alias: The key, where the attribute has another name.
     """
@@ -83,6 +84,8 @@ class _Each:
         rows = next(own for own in inner.get("anyOf", [inner]) if own.get("type") == "array")
         item = rows["items"]
         forms = [item, rows, {"type": "object", "additionalProperties": item}]
+        if isinstance(self._others, tuple):
+            return forms[-1]
         return {"anyOf": [*forms, *([{"const": self._word}] if self._word else [])]}
 
     def _read(self, value: Any, handler: ValidatorFunctionWrapHandler, info: Any) -> Any:
@@ -96,6 +99,8 @@ class _Each:
         if isinstance(value, dict):
             numbers = dict(zip(value, _checked(handler, value.values(), value), strict=True))
             return tuple(numbers.values()) if known is None else self._spread(numbers, known, info)
+        if isinstance(self._others, tuple):
+            raise SettingError(f"must be a table, not {value!r}")
         if not isinstance(value, list | tuple):
             (number,) = _checked(handler, [value], [""])
             return (number,) * (1 if known is None else len(known.names))

@@ -183,7 +183,10 @@ def _whole(value: Any) -> Any:
     """Numbers without a fraction count as whole ones."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
-    number = float(value) if abs(value) < 1e300 else math.inf
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
     return int(number) if number.is_integer() else number
 
 
@@ -265,7 +268,9 @@ Fraction = Annotated[
     AfterValidator(_fraction),
     WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1}),
 ]
-Whole = Annotated[int, BeforeValidator(_whole)]
+AS_WHOLE = BeforeValidator(_whole)
+"""Of a whole number, behind its bounds: numbers without a fraction count as one."""
+Whole = Annotated[int, AS_WHOLE]
 Text = Annotated[str, Field(min_length=1)]
 File = Annotated[Path, _File()]
 Vector3 = Annotated[tuple[float, float, float], Numbers(3)]

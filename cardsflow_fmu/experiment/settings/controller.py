@@ -22,13 +22,13 @@ from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.multiples import require_multiple
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
+    AS_WHOLE,
     OR_FALSE,
     Context,
     FromZero,
     Positive,
     Table,
     Text,
-    Whole,
     setting,
 )
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
@@ -96,12 +96,12 @@ class ControllerSettings(Table):
     )
     weights: tuple[Positive, ...] = each("muscle", "of squared forces, in 1/N²", None)
     observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
-    delay: Annotated[Whole, Field(ge=0, le=1)] = setting("ticks until forces take effect", 0)
+    delay: Annotated[int, Field(ge=0, le=1), AS_WHOLE] = setting(
+        "ticks until forces take effect", 0
+    )
     predict: bool = setting("whether the controller makes up for the delay", True)
     muscle_horizon: FromZero = setting(
-        "how far ahead commands of muscles aim, in s; 0 for the next tick, or a few where muscles "
-        "answer late",
-        0.0,
+        "how far ahead commands of muscles aim, in s; 0 for the next ticks", 0.0
     )
     engine: Engine = setting("what computes the dynamics; auto is the core", "auto")
     posture: Annotated[PostureSettings | None, OR_FALSE] = setting(

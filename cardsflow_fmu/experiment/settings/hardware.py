@@ -13,6 +13,7 @@ from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.multiples import require_multiple
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
+    AS_WHOLE,
     Context,
     File,
     Fraction,
@@ -22,7 +23,6 @@ from cardsflow_fmu.config.table import (
     Positive,
     Table,
     Text,
-    Whole,
     setting,
 )
 
@@ -34,7 +34,7 @@ LONGEST_RAMP_DOWN = 3.0
 
 _WATCHDOG, _WATCHDOG_STEPS = 0.02, 5
 _CHANCE = "chance of a frame on its way, from 0 to 1"
-_Seed = Annotated[Whole, Field(ge=0)]
+_Seed = Annotated[int, Field(ge=0), AS_WHOLE]
 
 
 class MotorSettings(Table):
@@ -135,7 +135,7 @@ class LinkSettings(Table):
     mode: Mode = setting("lockstep: the device takes a step a command", "realtime")
     bind: Text = setting("address of this machine to send from", "")
     key_file: File = setting("the key that frames are signed with, relative to this file", None)
-    max_missed: Annotated[Whole, Field(ge=0)] = setting(
+    max_missed: Annotated[int, Field(ge=0), AS_WHOLE] = setting(
         "exchanges in a row without a new state", 10
     )
     watchdog: Positive = setting(

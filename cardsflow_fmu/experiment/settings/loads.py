@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
 from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import Context, Table, Vector3, setting
 from cardsflow_fmu.signals.ports import load_signals
@@ -32,7 +33,9 @@ class DisturbanceSettings(Table):
 
 
 def _source(value: Any, handler: ValidatorFunctionWrapHandler) -> str | float:
-    source: str | float = value if isinstance(value, str) and value else handler(value)
+    if isinstance(value, str) and not value:
+        raise SettingError("must be a text, not ''")
+    source: str | float = value if isinstance(value, str) else handler(value)
     return source
 
 

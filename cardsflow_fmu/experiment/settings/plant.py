@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import Listed, Positive, Table, Whole, setting
+from cardsflow_fmu.config.table import AS_WHOLE, Listed, Positive, Table, setting
 
 Rule = Literal["euler", "rk4"]
 """The integrators of a plant."""
@@ -28,7 +28,7 @@ class PlantSettings(Table):
     )
     integrator: Rule = setting("rk4: of fourth order, without contacts", "euler")
     engine: Engine = setting("auto: the core where there are no contacts", "auto")
-    substeps: Annotated[Whole, Field(ge=1, le=MOST_SUBSTEPS)] = setting(
+    substeps: Annotated[int, Field(ge=1, le=MOST_SUBSTEPS), AS_WHOLE] = setting(
         "steps of the integrator in an internal step, with commands held", 1
     )
     energy: bool = setting("whether energies, work and momenta are outputs", False)

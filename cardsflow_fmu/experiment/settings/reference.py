@@ -14,13 +14,13 @@ from addin_sdfusion.robot.model.trajectory import Space, Spline, Trajectory, Tra
 from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
+    AS_WHOLE,
     File,
     Listed,
     Positive,
     Table,
     Text,
     Vector3,
-    Whole,
     setting,
 )
 
@@ -39,7 +39,7 @@ class FlowerSettings(Table):
         "the two unit vectors of its plane", (_X, _Z)
     )
     radius: Positive = setting("in m")
-    petals: Annotated[Whole, Field(ge=1)] = setting("number of petals", 5)
+    petals: Annotated[int, Field(ge=1), AS_WHOLE] = setting("number of petals", 5)
     duration: Positive = setting("in s", 30.0)
 
     @model_validator(mode="after")

@@ -15,6 +15,7 @@ from cardsflow_fmu.config.key_path import join_path, split_path
 from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
+    AS_WHOLE,
     File,
     Listed,
     Pair,
@@ -35,8 +36,10 @@ Method = Literal["differential_evolution", "cma_es"]
 TableKind = Literal["csv", "parquet"]
 
 MOST_RUNS = 1_000_000
-_AtLeast1 = Annotated[Whole, Field(ge=1)]
-_FromZero = Annotated[Whole, Field(ge=0)]
+_AtLeast1 = Annotated[int, Field(ge=1), AS_WHOLE]
+_Count = Annotated[Whole, Field(json_schema_extra={"minimum": 1})]
+"""Whose bounds are checked with what they count."""
+_FromZero = Annotated[int, Field(ge=0), AS_WHOLE]
 
 
 def _one_metric(name: str) -> str:
@@ -76,14 +79,13 @@ class GridSettings(Table):
 
     first: float = setting("the first", alias="from")
     last: float = setting("the last", alias="to")
-    count: Annotated[Whole, Field(le=1_000_000)] = setting("how many")
+    count: _Count = setting("how many")
 
     @model_validator(mode="after")
     def _check_count(self) -> Self:
-        if self.count < 1:
-            raise SettingError(
-                f"must be at least 1, not {self.count}: the grid is empty", key="count"
-            )
+        if not 1 <= self.count <= MOST_RUNS:
+            grid = "the grid is empty" if self.count < 1 else "the grid is too fine"
+            raise SettingError(f"must be 1 to {MOST_RUNS}, not {self.count}: {grid}", key="count")
         return self
 
 
@@ -197,7 +199,7 @@ class Optimise(Table):
     method: Method = setting("the algorithm", "differential_evolution")
     objective: Metric = setting("the metric that is made small, or large")
     maximise: bool = setting("whether large is good", False)
-    population: Annotated[Whole, Field(ge=5)] = setting("robots in a generation", 16)
+    population: Annotated[int, Field(ge=5), AS_WHOLE] = setting("robots in a generation", 16)
     generations: _AtLeast1 = setting("most generations", 30)
     seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Listed, Field(min_length=1)] = (
         setting("one independent search each", (0,))
@@ -227,7 +229,7 @@ class Box(Table):
     upper: tuple[float, ...] = each(
         "coordinate", "in rad or m; the joint limits when left out", None
     )
-    points: Whole = setting("poses along each coordinate", 5)
+    points: _Count = setting("poses along each coordinate", 5)
 
 
 class StudyTables(Table):
@@ -238,8 +240,8 @@ class StudyTables(Table):
     engine: Engine = setting("plain Python objects, FMUs, or a loop in C: equal results", "direct")
     seed: _FromZero = setting("where all random numbers come from", 0)
     sampler: Sampler = setting("how the variations are combined", None)
-    count: Whole = setting("number of samples", None)
-    metrics: Annotated[tuple[str, ...], Listed, Field(min_length=1)] = setting(
+    count: _Count = setting("number of samples", None)
+    metrics: Annotated[tuple[Text, ...], Listed, Field(min_length=1)] = setting(
         "what is looked at", None
     )
     output: File = setting("folder for the results, relative to this file", None)

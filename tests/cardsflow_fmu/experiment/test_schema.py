@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import math
 import tomllib
 from collections.abc import Iterator
+from datetime import date
 from pathlib import Path
 from typing import Any, get_args
 
@@ -297,3 +299,50 @@ def test_defaults_that_the_schema_tells_change_nothing() -> None:
     }
     assert len(settings) > 10
     assert experiment_data(Experiment.load(PLANAR_2R, settings)) == experiment_data(plain)
+
+
+def test_all_wrong_keys_and_values_of_a_file_are_said_at_once() -> None:
+    """A line each with file and full key; unknown keys first, and nothing of what they lead to."""
+    wrong = {
+        "run.step": "x",
+        "controller.kp": {"joint_1": 1.0, "joint_2": "much"},
+        "controller.periood": 0.01,
+        "plant.substeps": 0.5,
+        "worlld.ground": True,
+        "hardware.emulator.loss": 2.0,
+        "muscles.cable_1.model": "hil",
+    }
+    with pytest.raises(UnknownNameError) as caught:
+        Experiment.load(PLANAR_2R, wrong)
+    lines = str(caught.value).splitlines()
+    assert [line.split(": ", 1)[1].split(" (known")[0] for line in lines] == [
+        "controller.periood: no key 'periood'; did you mean 'period'?",
+        "worlld: no key 'worlld'; did you mean 'world'?",
+        "muscles.cable_1.model: no muscle model 'hil'; did you mean 'ideal'?",
+        "controller.kp.joint_2: must be a number, not 'much'",
+        "plant.substeps: must be a whole number, not 0.5",
+        "run.step: must be a number, not 'x'",
+        "hardware.emulator.loss: must be from 0 to 1, not 2.0",
+    ]
+    assert all(line.startswith(f"{PLANAR_2R}") for line in lines)
+
+
+ODD: tuple[Any, ...] = (
+    *(10**400, -(10**400), math.nan, math.inf, True, None, "", "\0", date(2026, 11, 22)),
+    *([], [[]], {}, {"": {}}, [{}], [None], {"x": math.nan}, {"*": True}),
+)
+
+
+@pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
+def test_odd_values_are_read_or_refused_in_lines_with_the_file(place: Path_, key: str) -> None:
+    """No trace, and no words of the library, whatever is given."""
+    file = PLANAR_2R / "experiment.toml"
+    path = tuple("cable_1" if part == "name" else part for part in place)
+    for value in ODD:
+        data = with_key(content(file), path, key, value)
+        try:
+            read_data(data, file)
+        except InputError as error:
+            for line in str(error).splitlines():
+                assert "Input should" not in line, line
+                assert str(PLANAR_2R) in line, line
