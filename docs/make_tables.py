@@ -26,7 +26,8 @@ from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
 from cardsflow_fmu.models.reference import ReferenceModel  # noqa: E402
-from cardsflow_fmu.signals.hardware import hardware_ports  # noqa: E402
+from cardsflow_fmu.signals.groups import all_ports  # noqa: E402
+from cardsflow_fmu.signals.hardware import hardware_groups  # noqa: E402
 from cardsflow_fmu.signals.port import Port, identifier  # noqa: E402
 
 MADE = "<!-- Made by docs/make_tables.py of the code: change that, not this. -->"
@@ -120,7 +121,7 @@ def ports_page() -> str:
 def _hardware(experiment: Experiment) -> list[Port]:
     robot, begin = experiment.robot, experiment.start
     plant = {port.name for port in PlantModel.table(experiment)}
-    ports = hardware_ports(robot, begin.q, begin.qd, experiment.plant.step)
+    ports = all_ports(hardware_groups(robot, begin.q, begin.qd, experiment.plant.step))
     return [port for port in ports if port.name not in plant]
 
 
