@@ -301,9 +301,7 @@ def test_hardware_without_an_address_is_refused(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_missing_device_is_an_error_after_two_seconds() -> None:
-    with pytest.raises(
-        HardwareError, match=r"no device answers at .*\.1:9 within 2 s"
-    ):
+    with pytest.raises(HardwareError, match=r"no device answers at .*\.1:9 within 2 s"):
         started({"hardware.link": "udp://127.0.0.1:9"})
 
 

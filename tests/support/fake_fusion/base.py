@@ -80,14 +80,38 @@ def new(cls: type, **fields: Any) -> Any:
     return made
 
 
-def stored(name: str, kind: str) -> property:
-    """A property that is kept as it is in a private field; a value of another kind is refused."""
+def stored(path: str, kind: str) -> property:
+    """A property that is kept as it is in a private field, such as "data.visible".
+
+    Args:
+        path: The field, without the underscore.
+        kind: The type of its values; others are refused.
+    """
+    *holders, name = f"_{path}".split(".")
 
     def write(self: Any, value: Any) -> None:
-        setattr(self, f"_{name}", value)
+        setattr(_held(self, holders), name, value)
 
     write.__annotations__["value"] = kind
-    return property(lambda self: getattr(self, f"_{name}"), write)
+    return property(lambda self: getattr(_held(self, holders), name), write)
+
+
+def edited(path: str, kind: str, member: str) -> property:
+    """The same of a field of the model, whose edits need a transaction."""
+    *holders, name = f"_{path}".split(".")
+
+    def write(self: Any, value: Any) -> None:
+        held = float(value) if kind == "float" else value
+        world().set(_held(self, holders), name, held, f"{type(self).__name__}.{member}")
+
+    write.__annotations__["value"] = kind
+    return property(lambda self: getattr(_held(self, holders), name), write)
+
+
+def _held(made: Any, holders: list[str]) -> Any:
+    for holder in holders:
+        made = getattr(made, holder)
+    return made
 
 
 def api(namespace: str) -> Callable[[type], type]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, new
+from ..base import Base, api, edited, new
 from ..collections_ import Items, listing, named
 from ..maths import is_rigid, matrix
 from ..state import world
@@ -187,29 +187,9 @@ class Occurrence(Entity):
 
     isReferencedComponent = property(lambda self: self._data.component.referenced)
 
-    @property
-    def isGrounded(self) -> bool:
-        return self._data.grounded
-
-    @isGrounded.setter
-    def isGrounded(self, value: bool) -> None:
-        world().set(self._data, "grounded", value, "Occurrence.isGrounded")
-
-    @property
-    def isGroundToParent(self) -> bool:
-        return self._data.ground_to_parent
-
-    @isGroundToParent.setter
-    def isGroundToParent(self, value: bool) -> None:
-        world().set(self._data, "ground_to_parent", value, "Occurrence.isGroundToParent")
-
-    @property
-    def isLightBulbOn(self) -> bool:
-        return self._data.light_bulb
-
-    @isLightBulbOn.setter
-    def isLightBulbOn(self, value: bool) -> None:
-        world().set(self._data, "light_bulb", value, "Occurrence.isLightBulbOn")
+    isGrounded = edited("data.grounded", "bool", "isGrounded")
+    isGroundToParent = edited("data.ground_to_parent", "bool", "isGroundToParent")
+    isLightBulbOn = edited("data.light_bulb", "bool", "isLightBulbOn")
 
     isVisible = property(lambda self: all(o.light_bulb for o in self._path))
     physicalProperties = property(lambda self: self._physical(0))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, new
+from ..base import Base, api, edited, new
 from ..collections_ import Items, listing
 from ..maths import apply
 from ..state import world
@@ -136,13 +136,7 @@ class WithName(Entity):
 class WithBulb(Entity):
     """An entity with a light bulb."""
 
-    @property
-    def isLightBulbOn(self) -> bool:
-        return self._data.light_bulb
-
-    @isLightBulbOn.setter
-    def isLightBulbOn(self, value: bool) -> None:
-        world().set(self._data, "light_bulb", value, f"{type(self).__name__}.isLightBulbOn")
+    isLightBulbOn = edited("data.light_bulb", "bool", "isLightBulbOn")
 
 
 class WithVisibility(Entity):

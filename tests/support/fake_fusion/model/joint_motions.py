@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, new
+from ..base import Base, api, edited, new
 from ..maths import vector
 from ..state import world
 from .data import Freedom, motion
@@ -18,37 +18,10 @@ RIGID, REVOLUTE, SLIDER, CYLINDRICAL, PIN_SLOT, PLANAR, BALL, INFERRED = range(8
 class JointLimits(Base):
     """Values are 0 until they are enabled and typed."""
 
-    @property
-    def minimumValue(self) -> float:
-        return self._limits.minimum
-
-    @minimumValue.setter
-    def minimumValue(self, value: float) -> None:
-        world().set(self._limits, "minimum", float(value), "JointLimits.minimumValue")
-
-    @property
-    def maximumValue(self) -> float:
-        return self._limits.maximum
-
-    @maximumValue.setter
-    def maximumValue(self, value: float) -> None:
-        world().set(self._limits, "maximum", float(value), "JointLimits.maximumValue")
-
-    @property
-    def isMinimumValueEnabled(self) -> bool:
-        return self._limits.has_minimum
-
-    @isMinimumValueEnabled.setter
-    def isMinimumValueEnabled(self, value: bool) -> None:
-        world().set(self._limits, "has_minimum", value, "JointLimits.isMinimumValueEnabled")
-
-    @property
-    def isMaximumValueEnabled(self) -> bool:
-        return self._limits.has_maximum
-
-    @isMaximumValueEnabled.setter
-    def isMaximumValueEnabled(self, value: bool) -> None:
-        world().set(self._limits, "has_maximum", value, "JointLimits.isMaximumValueEnabled")
+    minimumValue = edited("limits.minimum", "float", "minimumValue")
+    maximumValue = edited("limits.maximum", "float", "maximumValue")
+    isMinimumValueEnabled = edited("limits.has_minimum", "bool", "isMinimumValueEnabled")
+    isMaximumValueEnabled = edited("limits.has_maximum", "bool", "isMaximumValueEnabled")
 
 
 @api("adsk.fusion")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, new
+from ..base import Base, api, edited, new
 from ..collections_ import Items, named
 from ..maths import inverse, matrix, point, vector
 from ..state import world
@@ -84,13 +84,7 @@ class _AnyJoint(Sibling, WithBulb, WithVisibility):
     def occurrenceTwo(self) -> Any:
         return occurrence((*self._path, *self._data.two)) if self._data.two else None
 
-    @property
-    def isSuppressed(self) -> bool:
-        return self._data.suppressed
-
-    @isSuppressed.setter
-    def isSuppressed(self, value: bool) -> None:
-        world().set(self._data, "suppressed", value, f"{type(self).__name__}.isSuppressed")
+    isSuppressed = edited("data.suppressed", "bool", "isSuppressed")
 
     @property
     def jointMotion(self) -> Any:
@@ -127,13 +121,7 @@ class Joint(_AnyJoint):
     def geometryTwoTransform(self) -> Any:
         return None if self._data.type == INFERRED else matrix(self._frame("two"))
 
-    @property
-    def isLocked(self) -> bool:
-        return self._data.locked
-
-    @isLocked.setter
-    def isLocked(self, value: bool) -> None:
-        world().set(self._data, "locked", value, "Joint.isLocked")
+    isLocked = edited("data.locked", "bool", "isLocked")
 
     isFlipped = property(lambda self: self._data.flipped)
     healthState = property(lambda self: 3 if self._data.suppressed else self._data.health)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base import api, new
-from ..state import world
+from ..base import api, edited, new
 from .data import GroupData
 from .entity import WithVisibility, occurrence, wraps
 from .joints import Sibling
@@ -24,10 +23,4 @@ class RigidGroup(Sibling, WithVisibility):
         path, members = self._path, self._data.members
         return new(OccurrenceList, make=lambda: [occurrence((*path, *m)) for m in members])
 
-    @property
-    def isSuppressed(self) -> bool:
-        return self._data.suppressed
-
-    @isSuppressed.setter
-    def isSuppressed(self, value: bool) -> None:
-        world().set(self._data, "suppressed", value, "RigidGroup.isSuppressed")
+    isSuppressed = edited("data.suppressed", "bool", "isSuppressed")

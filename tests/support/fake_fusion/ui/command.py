@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base import Base, api, new
+from ..base import Base, api, new, stored
 from .command_inputs import CommandInputs
 from .events import (
     CommandCreatedEvent,
@@ -167,29 +167,9 @@ class CommandDefinition(Base):
 
     id = property(lambda self: self._data.id)
 
-    @property
-    def name(self) -> str:
-        return self._data.name
-
-    @name.setter
-    def name(self, value: str) -> None:
-        self._data.name = value
-
-    @property
-    def tooltip(self) -> str:
-        return self._data.tooltip
-
-    @tooltip.setter
-    def tooltip(self, value: str) -> None:
-        self._data.tooltip = value
-
-    @property
-    def toolClipFilename(self) -> str:
-        return self._data.tool_clip
-
-    @toolClipFilename.setter
-    def toolClipFilename(self, value: str) -> None:
-        self._data.tool_clip = value
+    name = stored("data.name", "str")
+    tooltip = stored("data.tooltip", "str")
+    toolClipFilename = stored("data.tool_clip", "str")
 
     resourceFolder = property(lambda self: self._data.folder)
     isNative = property(lambda self: self._data.native)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base import Base, api, new
+from ..base import Base, api, new, stored
 from ..collections_ import Items, listing
 from .inputs import CommandInput, InputData, field
 
@@ -22,13 +22,7 @@ class ListItem(Base):
     def _is_gone(self) -> bool:
         return self._item not in self._data.fields["items"]
 
-    @property
-    def name(self) -> str:
-        return self._item.name
-
-    @name.setter
-    def name(self, value: str) -> None:
-        self._item.name = value
+    name = stored("item.name", "str")
 
     icon = property(lambda self: self._item.icon)
     index = property(lambda self: self._data.fields["items"].index(self._item))

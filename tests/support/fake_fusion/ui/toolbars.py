@@ -7,7 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..base import Base, api, new
+from ..base import Base, api, new, stored
 from ..collections_ import Items, listing
 from .command import CommandDefinition, DefinitionData
 from .ui_data import ControlData, PanelData, check_id, ui
@@ -53,13 +53,7 @@ class ToolbarControl(Base):
     id = property(lambda self: self._data.definition.id)
     index = property(lambda self: self._data.panel.controls.index(self._data))
 
-    @property
-    def isVisible(self) -> bool:
-        return self._data.visible
-
-    @isVisible.setter
-    def isVisible(self, value: bool) -> None:
-        self._data.visible = value
+    isVisible = stored("data.visible", "bool")
 
     parent = property(lambda self: new(ToolbarPanel, data=self._data.panel))
 
@@ -72,21 +66,8 @@ class ToolbarControl(Base):
 class CommandControl(ToolbarControl):
     commandDefinition = property(lambda self: self._data.definition.view())
 
-    @property
-    def isPromoted(self) -> bool:
-        return self._data.promoted
-
-    @isPromoted.setter
-    def isPromoted(self, value: bool) -> None:
-        self._data.promoted = value
-
-    @property
-    def isPromotedByDefault(self) -> bool:
-        return self._data.promoted_by_default
-
-    @isPromotedByDefault.setter
-    def isPromotedByDefault(self, value: bool) -> None:
-        self._data.promoted_by_default = value
+    isPromoted = stored("data.promoted", "bool")
+    isPromotedByDefault = stored("data.promoted_by_default", "bool")
 
 
 @api("adsk.core")

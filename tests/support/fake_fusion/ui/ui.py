@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base import Base, api, new
+from ..base import Base, api, new, stored
 from ..collections_ import Items, listing
 from ..maths import point
 from ..state import world
@@ -30,21 +30,8 @@ class Palette(Base):
     id = property(lambda self: self._data.id)
     name = property(lambda self: self._data.name)
 
-    @property
-    def htmlFileURL(self) -> str:
-        return self._data.url
-
-    @htmlFileURL.setter
-    def htmlFileURL(self, value: str) -> None:
-        self._data.url = value
-
-    @property
-    def isVisible(self) -> bool:
-        return self._data.visible
-
-    @isVisible.setter
-    def isVisible(self, value: bool) -> None:
-        self._data.visible = value
+    htmlFileURL = stored("data.url", "str")
+    isVisible = stored("data.visible", "bool")
 
     @property
     def closed(self) -> Any:
