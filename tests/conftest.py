@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from sim_dart import Plant
+from sim_dart.plant import plant
+from sim_dart.plant.settings import chosen_engine
 
 settings.register_profile(
     "default",
@@ -72,5 +73,7 @@ def shared() -> Path:
 def every_engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """The engine of plants that are made without one: a test that uses it holds for each."""
     engine = str(request.param)
-    monkeypatch.setitem(Plant.__init__.__kwdefaults__ or {}, "engine", engine)
+    monkeypatch.setattr(
+        plant, "chosen_engine", lambda e, scene: chosen_engine(engine if e == "auto" else e, scene)
+    )
     return engine

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from support.cases import few
 from support.oracles.mujoco_model import MujocoRobot
-from support.robots.plants import steps
 from support.robots.random_robots import random_state, random_tree
 
-from sim_dart import CoreDynamics, DartDynamics, Plant, compile_blob
-from sim_dart.core.library import Core
+from sim_dart import CoreDynamics, DartDynamics
 from sim_dart.dart.skeleton import build_skeleton
 
 TREES, GROUP = 500, 50
@@ -93,20 +91,3 @@ def test_terms_equal_pinocchios(first: int) -> None:
         hand = robot.task_frames[0]
         found = pinocchio.point_bias(q, qd, hand.link, hand.position)
         check({"J' qd": deviation(core.task_bias(q, qd)[:3], found)}, 1e-10, seed)
-
-
-@pytest.mark.parametrize("seed", few(range(20), 4))
-def test_a_thousand_damped_steps_are_those_of_dart(seed: int) -> None:
-    """Muscles pull a damped tree about; undamped ones part from any neighbour exponentially."""
-    robot = random_tree(seed, damping=2.0)
-    plant, core = Plant(robot, 1e-3, engine="dart"), Core(compile_blob(robot))
-    q, _, f = random_state(robot, np.random.default_rng(seed))
-    plant.reset(q)
-    state = core.array("q", q.size)
-    state[:] = q
-    core.move(core.handle, q.tobytes())
-    for _ in range(20):
-        steps(plant, 50, 0.3 * f)
-        assert core.step(core.handle, (0.3 * f).tobytes(), None, 1e-3, 50) == 0
-        assert np.abs(state - plant.q).max() <= 1e-9
-    assert np.abs(state - q).max() > 0.01
