@@ -13,7 +13,7 @@ from sim_dart.muscles.paths import MusclePaths
 
 
 def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]:
-    """What a robot is made of, as plain data in SI units.
+    """Links, joints, muscles and task frames of a robot as plain data in SI units.
 
     Args:
         path: A model.sdf, a CASPR `<name>_bodies.xml`, or their folder.

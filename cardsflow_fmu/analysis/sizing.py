@@ -48,7 +48,7 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
 
     Args:
         experiment: The experiment.
-        points: How many points, at least 5; one a controller period when None, but at least 5 and
+        points: Number of points, at least 5; one a controller period when None, but at least 5 and
             at most `MOST_POINTS`.
 
     Raises:
@@ -94,13 +94,13 @@ def _followed(experiment: Experiment, times: FloatArray, path: list[FloatArray])
 def size(
     experiment: Experiment, *, margin: float = MARGIN, method: str = "least_squares"
 ) -> dict[str, Any]:
-    """How strong the muscles must be for an experiment's motion, as plain data in SI units.
+    """Required strengths of an experiment's muscles, as plain data in SI units.
 
     The robot is the one that is simulated; its loads from outside count.
 
     Args:
         experiment: The experiment.
-        margin: What to add to the peaks, as a part of them.
+        margin: Margin on the peaks, as a part of them.
         method: The force distribution, see `controllers.force_distribution`.
 
     Raises:
@@ -124,14 +124,14 @@ def _loaded(experiment: Experiment, motion: Motion) -> Motion:
 def size_robot(
     robot: Robot, motion: Motion, *, margin: float = MARGIN, method: str = "least_squares"
 ) -> dict[str, Any]:
-    """How strong a robot's muscles must be for a motion, as plain data in SI units.
+    """Required strengths of a robot's muscles for a motion, as plain data in SI units.
 
     Passive muscles pull as they do, and are not sized.
 
     Args:
         robot: The robot.
         motion: The motion.
-        margin: What to add to the peaks, as a part of them.
+        margin: Margin on the peaks, as a part of them.
         method: The force distribution, see `controllers.force_distribution`.
 
     Raises:
@@ -182,7 +182,7 @@ def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
 
 
 def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, Any]]:
-    """What moving each attachment does to the strongest muscle at a point, worst first.
+    """Effect of moving each attachment on the largest muscle force at a point, worst first.
 
     The measure is the least possible force of the strongest muscle, without upper bounds: it does
     not depend on the force distribution. Its gradient is by central differences of the muscle
@@ -190,7 +190,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
 
     Args:
         robot: The robot.
-        terms: What it needs along the motion.
+        terms: Required torques and Jacobians along the motion.
         point: Index of the point.
     """
     q, tau = terms.motion.q[point], terms.tau[point]
@@ -235,7 +235,7 @@ def _moved(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robo
 
 
 def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
-    """What a muscle does within its bounds, and what it would need."""
+    """Forces of each muscle within its bounds, and its required bound."""
     forces = sizes.forces
     at_min, at_max = forces.shares_at_bounds()
     power = np.where(np.isnan(forces.power), 0.0, forces.power)

@@ -9,12 +9,12 @@ from cardsflow_fmu.utils.text_table import table
 
 
 def describe_sizes(sizes: dict[str, Any]) -> str:
-    """What `size` found, as tables for people."""
+    """The sizing by `size` as tables of text."""
     parts = [
         f"{sizes['points']} points from {sizes['begin']:g} to {sizes['end']:g} s, forces by "
         f"{sizes['method']}, needed f_max with a margin of {100 * sizes['margin']:g} %"
     ]
-    parts += list(_doubts(sizes))
+    parts += list(_warnings(sizes))
     heads = [
         "muscle",
         "peak [N]",
@@ -38,8 +38,8 @@ def describe_sizes(sizes: dict[str, Any]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _doubts(sizes: dict[str, Any]) -> Iterator[str]:
-    """What to know before the numbers are read."""
+def _warnings(sizes: dict[str, Any]) -> Iterator[str]:
+    """Warnings about the numbers."""
     if sizes["impossible_points"]:
         yield (
             f"at {sizes['impossible_points']} of {sizes['points']} points no strength is enough: "

@@ -72,7 +72,7 @@ class AdaptedFmu:
 
     Args:
         inner: The FMU, initialised.
-        external: What the experiment says of it.
+        external: The experiment's settings for it.
         ports: The experiment's table for the role that the FMU takes.
 
     Raises:
@@ -173,7 +173,7 @@ def renamed(
     """The experiment's name of each of an FMU's variables that the map names.
 
     Args:
-        external: What the experiment says of the FMU.
+        external: The experiment's settings for the FMU.
         side: `input` or `output`.
         own: Names of the FMU's variables on that side.
         ports: The experiment's table for the role that the FMU takes.

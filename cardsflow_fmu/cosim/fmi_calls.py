@@ -47,7 +47,7 @@ class FmuCalls(ABC):
 
     @abstractmethod
     def _arguments(self, bank: Bank) -> tuple[Any, ...]:
-        """What a function that gets or sets is called with."""
+        """Arguments of a function that gets or sets."""
 
     @abstractmethod
     def enter_initialization(self) -> int:
@@ -66,11 +66,11 @@ class FmuCalls(ABC):
         return self._call("Terminate")
 
     def getter(self, row: Row) -> Callable[[], int]:
-        """What gets all variables of a row into its buffers."""
+        """A function that gets all variables of a row into its buffers."""
         return self._all("Get", row.banks)
 
     def setter(self, row: Row) -> Callable[[], int]:
-        """What sets all variables of a row from its buffers."""
+        """A function that sets all variables of a row from its buffers."""
         return self._all("Set", row.banks)
 
     def free(self) -> None:

@@ -105,7 +105,7 @@ class FmuInstance:
         self._advance = calls.step
 
     def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
-        """What to set before the initialization: whole variables, with the new values in them."""
+        """Rows to set before the initialization: whole variables with the new values in them."""
         by_element = {name: signal for signal in signals for name in signal.names}
         for name in values:
             if name not in by_element:
@@ -156,7 +156,7 @@ class FmuInstance:
             self._log.append(text)
 
     def _messages(self) -> str:
-        """What was logged; as one text, since FMI 2.0's messages are cut into pieces."""
+        """The log as one text, since FMI 2.0's messages are cut into pieces."""
         return _user_text("\n".join(self._log)).strip()
 
     def _fail(self, when: str) -> None:

@@ -120,7 +120,7 @@ def _start(text: str | None, size: int) -> tuple[float, ...]:
 
 
 def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
-    """What this package's annotations say of the elements of arrays, by the array's name."""
+    """Names and units of the elements of arrays, by the array's name; from annotations."""
     root = ET.parse(folder / "modelDescription.xml").getroot()  # read by FMPy before
     found = {}
     for variable in root.iterfind("ModelVariables/*"):
@@ -167,7 +167,7 @@ class Row:
     Attributes:
         names: Of all elements.
         values: The numbers, shape (len(names),), at their start values at first.
-        banks: What the numbers are got from and set to, a type each.
+        banks: Buffers of the numbers, one a type.
         is_apart: Whether some have to be brought into their buffers, and back.
     """
 

@@ -33,7 +33,7 @@ class Pacer:
     Args:
         step: The step that a run may be late by, in [s].
         clock: The time, in [s].
-        sleep: What waits, for a time in [s].
+        sleep: Waits for a time in [s].
 
     Attributes:
         slips: How often moments slipped.
@@ -77,7 +77,7 @@ class Pacer:
 
 
 def timeliness(lateness: FloatArray, step: float) -> dict[str, Any]:
-    """How late the steps of a run were, and whether it kept up.
+    """Lateness of the steps of a run, and whether it kept up.
 
     Args:
         lateness: Of every step, shape (steps,), in [s].

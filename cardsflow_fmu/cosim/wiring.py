@@ -149,7 +149,7 @@ def runs(numbers: Sequence[int]) -> list[slice]:
 def _explicit(
     wiring: Wiring, inputs: Sequence[str], outputs: Sequence[str]
 ) -> dict[str, str | float]:
-    """What the wiring says, a source an input."""
+    """The explicit wiring, a source an input."""
     by_target: dict[str, str | float] = {}
     for target, source in wiring.items():
         targets = members(target, inputs)

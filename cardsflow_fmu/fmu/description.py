@@ -53,7 +53,7 @@ class FmuDescription:
         description: One line for people.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
-        internal_step: What communication steps have to be multiples of, in [s].
+        internal_step: Divisor of communication steps, in [s].
         any_step: Whether communication steps may have any length.
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether it can go back to an earlier state.
@@ -90,7 +90,7 @@ def document(
     """The root element of a model description, with what both versions have in common.
 
     Args:
-        fmu: What to describe.
+        fmu: The FMU.
         identity: Version of FMI, and GUID or token, as attributes of the root.
         co_simulation: The element of that name.
         types: Type definitions.

@@ -24,8 +24,8 @@ def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -
     """The contents of modelDescription.xml.
 
     Args:
-        fmu: What to describe.
-        guid: What the library has to answer to.
+        fmu: The FMU.
+        guid: Identity that the library checks.
         fmi: Version of FMI; FMI 2.0 has no arrays.
 
     Raises:

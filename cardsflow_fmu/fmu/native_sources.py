@@ -45,7 +45,7 @@ def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
 
 
 def compiled_files() -> list[str]:
-    """What is to be compiled, relative to the FMU's sources."""
+    """C files to be compiled, relative to the FMU's sources."""
     return NATIVE.sources()
 
 

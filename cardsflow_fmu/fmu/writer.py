@@ -52,10 +52,10 @@ def write_fmu(
         model_class: The model; the FMU imports it by its name.
         model_name: Name of the model and of its library: a C identifier.
         ports: The variables, as the model made from the resources has them.
-        resources: What `model_class.from_resources` reads: relative path with `/`, and contents.
+        resources: Contents by relative path with `/`, for `model_class.from_resources`.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
-        internal_step: What communication steps have to be multiples of, in [s].
+        internal_step: Divisor of communication steps, in [s].
         fmi: Version of FMI.
         arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
         libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
@@ -104,7 +104,7 @@ def write_fmu(
 
 
 def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:
-    """What a Python needs to make the model."""
+    """Files from which a Python makes the model."""
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
     carried = carried_files(model_class)
     files = {f"resources/{name}": contents_of(source) for name, source in carried.items()}

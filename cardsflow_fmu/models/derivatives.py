@@ -64,7 +64,7 @@ class Differentiable(Protocol):
 def directional_derivative(
     model: Differentiable, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
 ) -> FloatArray:
-    """How outputs change along a direction; the model stays as it is.
+    """Derivative of outputs along a direction; the model stays as it is.
 
     Args:
         model: The model, initialised.

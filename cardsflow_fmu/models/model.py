@@ -121,7 +121,7 @@ class FmuModel(ABC):
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
     ) -> FloatArray:
-        """How outputs behind a step change with what there is at its beginning.
+        """Derivative of the outputs after a step with respect to knowns at its beginning.
 
         See `derivatives` for the arguments, the scheme, and what may be a known.
 

@@ -32,7 +32,7 @@ class MuscleControl:
 
     Args:
         robot: The robot; some of its muscles have laws.
-        horizon: How far ahead the commands aim, in [s]; 0 for one period, or `LATE_PERIODS`.
+        horizon: Horizon of the commands, in [s]; 0 for one period, or `LATE_PERIODS`.
 
     Attributes:
         size: Length of its memory, see `get_state`.
@@ -82,7 +82,7 @@ class MuscleControl:
         return mean
 
     def horizon(self, period: float) -> float:
-        """How far ahead the commands of a tick aim, in [s].
+        """Horizon of the commands of a tick, in [s].
 
         Args:
             period: Until the next tick, in [s].
@@ -92,7 +92,7 @@ class MuscleControl:
     def bounds(
         self, f_min: FloatArray, f_max: FloatArray, period: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What the muscles can come to, within the bounds if they can keep them.
+        """Reachable tensions, within the bounds where these can be kept.
 
         Args:
             f_min: Smallest desired forces, shape (m,), in [N].

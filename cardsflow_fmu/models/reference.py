@@ -26,7 +26,7 @@ _TIME = struct.Struct("<d")
 
 
 def make_reference(experiment: Experiment) -> Reference:
-    """What an experiment is to follow, its approach included."""
+    """The reference of an experiment, its approach included."""
     settings = experiment.reference
     curve: Reference
     if isinstance(settings.curve, Trajectory):
@@ -44,7 +44,7 @@ def make_reference(experiment: Experiment) -> Reference:
 
 
 class ReferenceModel(ExperimentModel):
-    """What is to be followed, evaluated at the end of every step, and loads from outside."""
+    """The reference, evaluated at the end of every step, and loads from outside."""
 
     description = "Reference"
     any_step = True

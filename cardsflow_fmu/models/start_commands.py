@@ -15,7 +15,7 @@ from sim_dart import DartDynamics, MuscleDrive
 
 
 class Start(NamedTuple):
-    """How muscles begin.
+    """Commands and tensions of muscles at the start.
 
     Attributes:
         commands: Of every muscle, shape (m,), each in the unit of its law; none if all muscles are

@@ -37,7 +37,7 @@ def native_models(experiment: Experiment, names: Sequence[str]) -> dict[str, byt
 
 
 def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
-    """What else than the models themselves is not in C."""
+    """Another part of the run than the models that is not in C; None if there is none."""
     if experiment.hardware.use:
         return "hardware"
     external = [name for name in names if name in experiment.fmus]

@@ -169,8 +169,8 @@ def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recor
     """Run several experiments, each in a thread.
 
     Args:
-        experiments: What to run.
-        threads: How many at a time, from 1 on.
+        experiments: The experiments.
+        threads: Number of simultaneous runs, from 1 on.
 
     Returns:
         What each of them gave, in their order; one that fails holds its failure.
@@ -192,7 +192,7 @@ def _run_one(experiment: Experiment) -> Recording:
 def _routes(
     copy: Copy, target: str, parts: Sequence[WiredPorts]
 ) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
-    """Of every value: source, value there, target, value there; and factor and offset."""
+    """Routes of a copy's values: source, index, target, index; and factor and offset."""
     source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
     end = next(k for k, part in enumerate(parts) if part.name == target)
     skipped = len(parts[source].input_names)

@@ -44,7 +44,7 @@ _LAWS = ("joint_space", "operational_space")
 
 
 class NativeModel(NamedTuple):
-    """What a native FMU is made of.
+    """The file of a native FMU's model.
 
     Attributes:
         contents: Of `resources/native.bin`.

@@ -41,7 +41,7 @@ def plot(
     """Write a figure of a result.
 
     Args:
-        result: What a run gave.
+        result: The data of a run.
         file: A .png, .svg or .pdf.
         what: Such as `forces` and `tracking`; forces, tracking and errors when both are empty.
         columns: Patterns of names, such as `q.*`.

@@ -49,7 +49,7 @@ class Panel:
     """Curves over one another.
 
     Attributes:
-        label: What they are, with the unit.
+        label: Of the axis, with the unit.
         curves: At least one.
     """
 
@@ -63,7 +63,7 @@ def panels_of(
     """The panels of a figure.
 
     Args:
-        result: What a run gave.
+        result: The data of a run.
         what: Keys of `KINDS`; forces, tracking and errors when both are empty.
         columns: Patterns of names, such as `q.*`.
 

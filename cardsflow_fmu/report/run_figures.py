@@ -108,7 +108,7 @@ def _commands(result: ExperimentRunData) -> list[Panel]:
 
 
 def _positions(result: ExperimentRunData) -> Panel:
-    """What is followed, against its reference."""
+    """Positions against their references."""
     followed = followed_by_name(result.names, result.units)
     units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"

@@ -20,11 +20,11 @@ MASTERS = {
 
 
 def engines(experiment: Experiment, through: str) -> dict[str, str]:
-    """What computes plant and controller.
+    """Engines of plant and controller.
 
     Args:
-        experiment: What is run.
-        through: What is stepped: `direct`, `fmu` or `native`.
+        experiment: The experiment.
+        through: `direct`, `fmu` or `native`.
     """
     if through == "native":
         return {"plant": "native", "controller": "native"}
@@ -39,13 +39,13 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
 
 
 def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
-    """What computes plant and controller of a system of FMUs."""
+    """Engines of plant and controller of a system of FMUs."""
     roles = [role for role in ("plant", "controller") if role in files]
     return {role: _fmu_engine(role, files[role]) for role in roles}
 
 
 def _fmu_engine(role: str, file: Path) -> str:
-    """What computes in an FMU: by what it carries, if it is ours; else its name."""
+    """The engine in an FMU of this package, by its resources; else the FMU's name."""
     try:
         with zipfile.ZipFile(file) as archive:
             if f"resources/{NATIVE_FILE}" in archive.namelist():

@@ -33,7 +33,7 @@ class Journal:
     for one. Nothing in the folder is touched before `begin`.
 
     Args:
-        folder: Where to.
+        folder: The output folder.
         contents: Files beside the table that are known before the first step, by name.
         streamed: Names of files that participants stream into the folder.
     """
@@ -60,7 +60,7 @@ class Journal:
             names: Name of every column.
             units: Unit of every column.
             count: Largest number of rows.
-            summary: What is known before the first step; it says incomplete.
+            summary: The summary before the first step, marked incomplete.
 
         Raises:
             InputError: The folder has no room, or cannot be written.

@@ -63,7 +63,7 @@ def read_parquet(file: Path) -> RunData:
     """The result in a .parquet.
 
     Args:
-        file: What `parquet_bytes` made, or any table of numbers.
+        file: From `parquet_bytes`, or any table of numbers.
 
     Raises:
         InputError: pyarrow is missing, or the file cannot be read.
@@ -96,7 +96,7 @@ def _unit(metadata: dict[bytes, bytes] | None) -> str:
 
 
 def _metadata(result: RunData) -> dict[str, Any]:
-    """What a reader without this package should find: plain JSON."""
+    """Plain JSON for readers without this package."""
     experiment = result.experiment if isinstance(result, ExperimentRunData) else None
     return {
         "units": dict(result.units),

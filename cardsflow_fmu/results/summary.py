@@ -32,7 +32,7 @@ Columns = Mapping[str, FloatArray]
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How long a run took.
+    """Times of a run.
 
     Attributes:
         wall_time: Time that the loop took, in [s].
@@ -49,10 +49,10 @@ def summarize(
     """The summary of an experiment's run; signals that an external FMU lacks are left out.
 
     Args:
-        experiment: What was run.
-        recording: What the master recorded.
-        speed: How long it took.
-        through: What was stepped: `direct`, `fmu` or `native`.
+        experiment: The experiment.
+        recording: Its recording.
+        speed: Its times.
+        through: `direct`, `fmu` or `native`.
     """
     robot, columns = experiment.robot, recording.columns
     followed = followed_signals(robot, experiment.reference.space)
@@ -91,11 +91,11 @@ def summarize_system(
 
     Args:
         name: Name of the system.
-        recording: What the master recorded.
-        speed: How long it took.
+        recording: Its recording.
+        speed: Its times.
         coupling: Name of the coupling scheme.
         step: Communication step, in [s].
-        engine: What computes plant and controller.
+        engine: Engines of plant and controller.
     """
     columns, followed = recording.columns, followed_by_name(recording.names, recording.units)
     if len({signal.actual[0] for signal in followed}) > 1:
@@ -172,7 +172,7 @@ def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
 def _slack(
     signals: Mapping[str, str], columns: Columns, ticks: list[int], infeasible: NDArray[np.bool_]
 ) -> dict[str, Any]:
-    """What was missing at infeasible ticks: the largest by signal, how often, and when first."""
+    """Slack at infeasible ticks: the largest by signal, first and last time."""
     missing = {n: np.abs(columns[n][ticks][infeasible]) for n in signals if n in columns}
     times = columns["time"][ticks][infeasible]
     dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
@@ -188,7 +188,7 @@ def _slack(
 
 
 def _solve_time(seconds: list[float]) -> dict[str, Any]:
-    """How long the controller took for a tick."""
+    """Computation times of the controller's ticks."""
     if not seconds:
         return {"median": None, "max": None, "unit": "s"}
     return {"median": float(np.median(seconds)), "max": max(seconds), "unit": "s"}

@@ -12,7 +12,7 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     """A short text, a line a topic.
 
     Args:
-        summary: What `summarize` or `summarize_system` made.
+        summary: From `summarize` or `summarize_system`.
     """
     lines = [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
     lines += _infeasible_lines(summary)
@@ -36,7 +36,7 @@ def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
-    """How well a run by the clock kept up, and how the hardware answered; where there was one."""
+    """Timeliness of a run by the clock, and exchanges with the hardware; where there were any."""
     lines = []
     hardware, real_time = summary.get("hardware"), summary.get("real_time")
     if hardware is not None:

@@ -89,7 +89,7 @@ class HostedModel:
         return None
 
     def get_state(self) -> bytes | str:
-        """What the model remembers beyond the variables, or the text of a failure."""
+        """The model's state beyond the variables, or the text of a failure."""
         try:
             return bytes(self._model.get_state())
         except BaseException as error:
@@ -104,7 +104,7 @@ class HostedModel:
         return None
 
     def derivative(self, unknowns: bytes, knowns: bytes, seeds: bytes) -> bytes | str:
-        """How outputs change with other variables, or the text of a refusal, which does no harm.
+        """Derivatives of outputs, or the text of a refusal, which does no harm.
 
         Args:
             unknowns: Indices of outputs, as uint32.

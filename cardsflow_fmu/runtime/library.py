@@ -19,7 +19,7 @@ class Platform(NamedTuple):
     Attributes:
         tuple: FMI 3.0's name, such as `x86_64-linux`.
         fmi2: FMI 2.0's name, such as `linux64`; None where it has none.
-        suffix: How the file name of a shared library ends.
+        suffix: Of the file name of a shared library.
     """
 
     tuple: str

@@ -19,7 +19,7 @@ _FORMAT = 1
 
 @dataclass(frozen=True, slots=True)
 class ModelFile:
-    """What an FMU records of its model.
+    """The record of an FMU's model.
 
     Attributes:
         package: Version of the package that built the FMU.
@@ -58,7 +58,7 @@ def read_model_file(folder: Path) -> ModelFile:
 
 
 def class_path(model_class: type[FmuModel]) -> str:
-    """Where a class can be imported from, such as `cardsflow_fmu.models.plant:PlantModel`.
+    """The import path of a class, such as `cardsflow_fmu.models.plant:PlantModel`.
 
     Raises:
         InputError: It cannot be imported by its name.

@@ -57,7 +57,7 @@ class Library(NamedTuple):
         return sorted(path.relative_to(root).as_posix() for path in mine)
 
     def fingerprint(self, root: Path = ROOT) -> str:
-        """Of all that it is made of: a compiled library beside other sources is not theirs."""
+        """Hash of all sources: a compiled library beside other sources is not theirs."""
         digest = hashlib.sha256(repr((FLAGS, self.flags, SMALL, TARGETS)).encode())
         for name in [*self.sources(root), *self.headers(root)]:
             contents = (root / name).read_bytes()
@@ -114,7 +114,7 @@ PREBUILT_PLATFORMS = tuple(name for name in TARGETS if name != "aarch64-windows"
 
 
 def cross_command(library: Library, platform: str, file: Path) -> list[str]:
-    """What compiles a library for a platform with the ziglang package, in the root.
+    """The command that compiles a library for a platform with the ziglang package, in the root.
 
     Args:
         library: Which.

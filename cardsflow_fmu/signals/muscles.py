@@ -78,7 +78,7 @@ def plain(unit: str) -> str:
 
 
 def state_order(robot: Robot) -> list[int]:
-    """Which of the muscles' states, muscle after muscle, each port is of.
+    """Index among the muscles' states, muscle after muscle, of each port.
 
     Ports of one kind stand together: all activations, then all fibre lengths.
     """

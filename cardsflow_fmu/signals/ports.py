@@ -174,7 +174,7 @@ def plant_groups(
         commands: Of every muscle at the start, where one has a law.
         energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links that take forces and torques from outside.
-        scene: What stands around the robot.
+        scene: The surroundings of the robot.
     """
     forces = _force_ports(robot, "input", "continuous")
     driven = command_ports(robot, "input", "continuous", commands)
@@ -285,7 +285,7 @@ def _limit_ports(space: Space) -> list[Port]:
 
 
 def slack_signals(robot: Robot, space: Space) -> dict[str, str]:
-    """What may be missing at a tick, with its unit: joint torque, or task acceleration."""
+    """Slack signals with their units: joint torque, or task acceleration."""
     if space == "joint":
         names = coordinate_signals("slack", robot)
         return {name: force_unit(c) for name, c in zip(names, robot.coordinates, strict=True)}

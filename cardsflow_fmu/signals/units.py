@@ -73,7 +73,7 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class Conversion:
-    """What turns a value in one unit into one in another: factor · value + offset."""
+    """A conversion of values between units: factor · value + offset."""
 
     factor: float = 1.0
     offset: float = 0.0
@@ -96,7 +96,7 @@ KNOWN_UNITS: dict[str, Unit] = {
 
 
 def conversion(source: Unit | None, target: Unit | None) -> Conversion:
-    """How a value in one unit reads in another.
+    """The conversion of values from one unit to another.
 
     Args:
         source: The unit of the value; None for a value without one.

@@ -19,7 +19,7 @@ class Variable:
     Attributes:
         name: Such as `q.elbow`, or `q` for an array.
         reference: The value reference: the index of its first port in the model's table.
-        ports: What it is made of: one port, or, for an array, its elements.
+        ports: One port, or, for an array, its elements.
         is_array: Whether it is an array, which may have a single element.
     """
 
@@ -71,13 +71,13 @@ def array_variables(ports: Sequence[Port]) -> list[Variable]:
 
 
 def _array(port: Port) -> tuple[str, str, str, bool]:
-    """What the elements of an array have in common; an empty name for a port on its own."""
+    """Key of the array of a port; with an empty name for a port on its own."""
     prefix, dot, _ = port.name.partition(".")
     return prefix if dot else "", port.causality, port.variability, port.boolean
 
 
 def _common(ports: Sequence[Port]) -> str:
-    """What the descriptions of ports begin with: `Force` for `Force of muscle a`, `.. of b`."""
+    """The common beginning of ports' descriptions: `Force` for `Force of muscle a`, `.. of b`."""
     words = [port.description.split() for port in ports]
     shared = []
     for column in zip(*words, strict=False):

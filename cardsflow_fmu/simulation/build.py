@@ -54,11 +54,11 @@ def build(
     Muscles with laws of their own have no hardware.fmu: hardware takes forces.
 
     Args:
-        experiment: What to simulate.
-        folder: Where to.
+        experiment: The experiment.
+        folder: Folder of the files.
         fmi: Version of FMI of the four; the .ssp holds FMUs of FMI 2.0.
         arrays: Whether FMUs of FMI 3.0 have arrays.
-        platforms: What the FMUs run on, such as `linux64`. When None, on this platform; native
+        platforms: Platforms of the FMUs, such as `linux64`. When None, on this platform; native
             ones on all whose library came with the package. Others need the extra `cross`.
         native: Whether plant, controller and reference compute in C alone and need no Python where
             they run; hardware.fmu, which has its model in Python, is left out.

@@ -62,8 +62,8 @@ def open_experiment(
     """The participants of an experiment, with their wiring, ready to run.
 
     Args:
-        experiment: What to run.
-        through: What is stepped.
+        experiment: The experiment.
+        through: As for `run`.
         aside: Empty folder for temporary files.
         folder: Folder of the results; None where nothing is written.
         fmi: Version of FMI of the FMUs that are built.

@@ -58,7 +58,7 @@ def run(
     With hardware in the place of the plant, every exchange is recorded beside them.
 
     Args:
-        experiment: What to run.
+        experiment: The experiment.
         output: Folder for the results; the experiment's own when None.
         through: `fmu` for a co-simulation of FMUs, `direct` for the same loop over plain Python
             objects, `native` for the same loop in C, over models in C.

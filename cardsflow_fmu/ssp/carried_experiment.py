@@ -23,7 +23,7 @@ _MOST_BYTES = 2**28
 def system_experiment(path: Path) -> bytes | None:
     """The contents of experiment.zip, from the first FMU that carries an experiment.
 
-    What is wrong with the archive is for others to say: nothing is known of its robot then.
+    A damaged archive gives none: its reader reports what is wrong.
 
     Returns:
         The archive; None where no FMU of ours is in it.
@@ -34,7 +34,7 @@ def system_experiment(path: Path) -> bytes | None:
 
 
 def system_hardware(path: Path) -> HardwareSettings | None:
-    """What the hardware's FMU knows of the way to its hardware.
+    """The hardware settings in the hardware's FMU.
 
     Returns:
         The settings; None where there is no hardware's FMU of ours.
@@ -54,7 +54,7 @@ def system_hardware(path: Path) -> HardwareSettings | None:
 
 
 def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
-    """What FMUs carry of their experiment, that of an FMU of that name first."""
+    """Files of experiments in FMUs, those of an FMU of that name first."""
     try:
         with zipfile.ZipFile(path) as system:
             fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]

@@ -78,7 +78,7 @@ class System:
     Attributes:
         name: Its name.
         components: The FMUs.
-        connections: Who feeds whom.
+        connections: Of outputs to inputs.
         step: Communication step, in [s]; None if nothing says.
         stop_time: End, in [s]; None if nothing says.
     """

@@ -27,7 +27,7 @@ def read_key(file: str | Path) -> bytes:
 
 
 def key_warning(file: Path) -> str | None:
-    """What is wrong with who may read a key; None if nothing is."""
+    """A warning about the permissions of a key file; None if there is none."""
     if os.name != "posix":
         return None
     try:

@@ -10,7 +10,7 @@ _TOLERANCE = 1e-9
 
 
 def whole_steps(time: float, step: float, what: str, *, key: str | None = None) -> int:
-    """How many steps make a time.
+    """The number of steps in a time.
 
     Args:
         time: In [s].
