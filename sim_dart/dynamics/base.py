@@ -63,19 +63,19 @@ class RobotDynamics(ABC):
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
         """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates."""
-        return self._mass_matrix(self._finite("q", q))
+        return self._mass_matrix(finite("q", q, self.n))
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N]."""
-        return self._coriolis(self._finite("q", q), self._finite("qd", qd))
+        return self._coriolis(finite("q", q, self.n), finite("qd", qd, self.n))
 
     def gravity(self, q: ArrayLike) -> FloatArray:
         """G(q) = dV/dq, of the weight and of the joints' springs, shape (n,), in [N·m] or [N]."""
-        return self._gravity(self._finite("q", q))
+        return self._gravity(finite("q", q, self.n))
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²]."""
-        return self._frame_biases(self._finite("q", q), self._finite("qd", qd))[self._task_rows]
+        return self._frame_biases(finite("q", q, self.n), finite("qd", qd, self.n))[self._task_rows]
 
     @abstractmethod
     def _mass_matrix(self, q: FloatArray) -> FloatArray: ...
@@ -89,9 +89,6 @@ class RobotDynamics(ABC):
     @abstractmethod
     def _frame_biases(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """J' qd with three values a task frame."""
-
-    def _finite(self, what: str, values: ArrayLike) -> FloatArray:
-        return finite(what, values, self.n)
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m]."""

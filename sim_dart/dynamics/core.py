@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.arrays import FloatArray
+from sim_dart.core.arrays import FloatArray, finite
 from sim_dart.core.mass_check import require_inertia
 
 from .base import RobotDynamics
@@ -39,8 +39,8 @@ class CoreDynamics(RobotDynamics):
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
             torques: tau, all generalised forces, shape (n,), in [N·m] or [N].
         """
-        at, rates = self._finite("q", q), self._finite("qd", qd)
-        tau = self._finite("torques", torques) - self._stiffness * (at - self._rest)
+        at, rates = finite("q", q, self.n), finite("qd", qd, self.n)
+        tau = finite("torques", torques, self.n) - self._stiffness * (at - self._rest)
         none = bytes(8 * self.n)
         self._core.move(self._handle, at.tobytes())
         self._core.accelerate(self._handle, rates.tobytes(), tau.tobytes(), none)
