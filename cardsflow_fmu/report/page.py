@@ -15,7 +15,7 @@ from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
 from cardsflow_fmu.utils.overwrite import own_place, write_own
 from cardsflow_fmu.viewer.html.page import replay_page
-from cardsflow_fmu.viewer.html.page_data import Act
+from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.view import PAGES, act_of
 
 from .figures import figure_of_panels, inline_svg

@@ -18,8 +18,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
-from .html.page_data import Act
 from .scene import shapes as s
+from .scene.act import Act
 from .scene.primitives import AXES
 
 _MOST_TRAIL_POINTS = 400

@@ -15,8 +15,8 @@ from cardsflow_fmu.results.saved_run import is_run, opened_run
 from cardsflow_fmu.utils.overwrite import own_place, write_own
 
 from .html.page import replay_page
-from .html.page_data import Act
 from .live.live import Ended, address, pose, replay, server
+from .scene.act import Act
 from .scene.meshes import link_meshes
 from .scene.motion import Motion, motion_of
 from .scene.stage import Stage

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from importlib.resources import files
 
 from cardsflow_fmu.utils.html_page import html_page
+from cardsflow_fmu.viewer.scene.act import Act
 
-from .page_data import Act, encode
+from .page_data import encode
 
 _PARTS = files(__package__) / "page_parts"
 _SCRIPTS = ("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "replay.js")

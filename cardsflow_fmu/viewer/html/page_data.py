@@ -18,24 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cardsflow_fmu.viewer.scene import colours, shapes
+from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.scene.stage import Stage
 
 _LEVELS = 0xFFFF
-
-
-@dataclass(frozen=True)
-class Act:
-    """A stage with its title.
-
-    Attributes:
-        stage: The stage.
-        title: Its title.
-        notes: Lines below the title.
-    """
-
-    stage: Stage
-    title: str
-    notes: tuple[str, ...] = ()
 
 
 class _Tables:

@@ -16,9 +16,9 @@ from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import colours
 from cardsflow_fmu.viewer.scene import shapes as s
+from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.scene.camera import CameraView, view_of
 from cardsflow_fmu.viewer.scene.meshes import LinkMeshes
 from cardsflow_fmu.viewer.scene.motion import Motion, motion_of

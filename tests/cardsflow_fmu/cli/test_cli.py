@@ -323,7 +323,6 @@ def on_terminal(words: list[str]) -> bytes:
         with contextlib.suppress(OSError):  # which is how a terminal that was left ends
             while block := os.read(ours, 4096):
                 shown += block
-        assert process.stdout is not None
         piped = process.stdout.read()
     os.close(ours)
     assert process.returncode == 0

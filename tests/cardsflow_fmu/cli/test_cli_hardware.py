@@ -45,7 +45,6 @@ class Served:
     """A device's process, its address, and what it has said."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
-        assert process.stdout is not None
         self.process = process
         first = json.loads(process.stdout.readline() or "{}")
         assert list(first) == ["listening"], process.communicate()
@@ -174,7 +173,6 @@ class Line:
             time.sleep(max(due - time.monotonic(), 0.0))
             answer = self._link.exchange(k * 2e-3, np.full(4, 12.0), due + SECONDS)
             came = answer if answer.state is not None else came
-        assert came is not None
         assert came.state is not None
         self.state = came.state
         return came.device_flags

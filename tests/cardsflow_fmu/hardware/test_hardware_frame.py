@@ -321,7 +321,6 @@ def test_the_protocol_document_agrees_with_the_code() -> None:
 def test_the_signature_of_the_protocol() -> None:
     """By the words there, from the text there."""
     text = re.search(r"```json\n(.*)\n```", PROTOCOL.read_text())
-    assert text is not None
     expected = int.from_bytes(hashlib.sha256(text[1].encode()).digest()[:8], "big")
     states = [("q.elbow", "rad"), ("qd.elbow", "rad/s")]
     assert port_signature([("f.biceps", "N")], states) == expected

@@ -263,7 +263,6 @@ def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
     file = tmp_path / "hardware.rec"
     script = KILLED.format(tests=str(Path(__file__).parent), file=str(file))
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
         assert process.stdout.readline() == b"written\n"
         os.kill(process.pid, signal.SIGKILL)
     recording = read_recording(file)

@@ -249,7 +249,6 @@ def test_a_signal_leads_to_the_safe_state(planar: Path) -> None:
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
         ) as process:
-            assert process.stdin is not None
             process.stdin.write((planar.parent / "reference.f64").read_bytes())
             process.stdin.flush()
             assert eventually(lambda: device.counters["setpoints"] > 20)

@@ -62,7 +62,6 @@ def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[s
     device = subprocess.Popen(
         arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={}
     )
-    assert device.stdout is not None
     try:
         yield device.stdout.readline().strip()
         assert device.poll() is None, "the device has ended by itself"
@@ -109,7 +108,6 @@ def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) 
         np.testing.assert_array_equal(link.start_state, [0] * 4 + [0.3] * 4 + [F_MIN] * 4)
         for command, state in zip(commands, expected, strict=True):
             came = pull(link, command)
-            assert came.state is not None
             np.testing.assert_allclose(came.state, state, rtol=1e-9, atol=1e-12)
         assert link.stop()
 
@@ -126,12 +124,10 @@ def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
                 came = pull(link)
             if not came.device_flags & Flag.SAFE:
                 break
-        assert came.state is not None
         np.testing.assert_allclose(came.state[-4:], PULL, rtol=1e-4)
         time.sleep(0.2)
         came = pull(link)
         assert came.device_flags & Flag.SAFE
-        assert came.state is not None
         np.testing.assert_allclose(came.state[-4:], F_MIN, rtol=1e-4)
         link.open(handshake())
         assert not pull(link).device_flags & Flag.SAFE
@@ -143,7 +139,6 @@ def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
         wild = np.array([-1e308, 1e308, 0.0, 501.0])
         came = [pull(link, wild) for _ in range(200)][-1]
         assert came.device_flags & Flag.CLAMPED
-        assert came.state is not None
         np.testing.assert_allclose(came.state[-4:], [F_MIN, F_MAX, F_MIN, F_MAX], rtol=1e-9)
         assert not pull(link).device_flags & Flag.CLAMPED
 
@@ -170,7 +165,6 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
 
 def test_with_a_key_only_signed_frames_are_heard(built: Path, tmp_path: Path) -> None:
     key = KEYS[1]
-    assert key is not None
     with running(built, tmp_path, key) as uri:
         for wrong in (None, key[::-1], key[:-1]):
             with pytest.raises(HardwareError, match="no device answers"):
@@ -190,10 +184,8 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
             request = handshake(lockstep=lockstep)
             flags = int(Flag.LOCKSTEP) if lockstep else 0
             answer = say(Frame(Kind.HELLO, flags, 5, 0, 0.0, 1, 0, request.values()))
-            assert answer is not None
             assert answer.kind is Kind.HELLO_ACK
             first = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 22, 0, PULL))
-            assert first is not None
             assert (first.kind, first.seq, first.echo_ns) == (Kind.STATE, 1, 22)
             within = SOON if lockstep else SILENCE
             again = say(Frame(Kind.SETPOINT, 0, 5, 1, 0.0, 33, 0, PULL), within)
@@ -202,10 +194,8 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
             assert say(Frame(Kind.SETPOINT, 0, 6, 2, 0.0, 33, 0, PULL), SILENCE) is None
             assert say(Frame(Kind.SETPOINT, 0, 5, 2, 0.0, 33, 0, PULL[:3]), SILENCE) is None
             pong = say(Frame(Kind.PING, 0, 5, 7, 0.0, 44, 0, (1.0, 2.0)))
-            assert pong is not None
             assert (pong.kind, pong.echo_ns, list(pong.values)) == (Kind.PONG, 44, [1.0, 2.0])
             stopped = say(Frame(Kind.STOP, 0, 5, 8, 0.0, 55, 0, ()))
-            assert stopped is not None
             assert stopped.kind is Kind.STOPPED
             assert stopped.flags & Flag.SAFE
 

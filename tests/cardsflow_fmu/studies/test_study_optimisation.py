@@ -164,7 +164,6 @@ def test_the_add_in_imports_the_best_robot_as_it_was_found() -> None:
     """From a design to a robot, points moved as a search does, and by CSV back into the design."""
     design = arm()
     robot = build_robot(design).robot
-    assert robot is not None
     (muscle,) = robot.muscles
     moved = [
         replace(p, position=(x + 0.0123, y - 1.0 / 3.0, z + 0.007))
@@ -178,7 +177,6 @@ def test_the_add_in_imports_the_best_robot_as_it_was_found() -> None:
     points = [via(p.muscle, p.number, p.link, p.position) for p in drawn.points]
     rows = [{"name": row.name, "f_min": row.f_min, "f_max": row.f_max} for row in drawn.rows]
     again = build_robot(arm(points=tuple(points), attributes={"muscles": json.dumps(rows)})).robot
-    assert again is not None
     (found,) = again.muscles
     assert (found.f_min, found.f_max) == (muscle.f_min, 77.0)
     for one, other in zip(found.via_points, moved, strict=True):

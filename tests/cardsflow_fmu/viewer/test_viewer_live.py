@@ -22,8 +22,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
-from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.live import live
+from cardsflow_fmu.viewer.scene.act import Act
 from sim_dart import MusclePaths
 
 
@@ -48,7 +48,6 @@ def started(*words: object) -> subprocess.Popen[str]:
 
 def address_of(process: subprocess.Popen[str]) -> str:
     """The address that the command prints."""
-    assert process.stderr is not None
     line = process.stderr.readline()
     found = re.match(r"(http://127\.0\.0\.1:\d+)  \(Ctrl-C ends\)$", line)
     assert found, line + process.stderr.read()
@@ -197,7 +196,6 @@ def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     settings = ("--set", "run.duration=0.5", "-o", tmp_path)
     process = started("run", PLANAR_2R, *settings, "--view", "--no-browser")
     address_of(process)
-    assert process.stdout is not None
     assert "complete" in process.stdout.readline()
     time.sleep(0.5)
     assert process.poll() is None

@@ -17,8 +17,8 @@ from support.robots.robots import EXAMPLES, planar_2r
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
 from cardsflow_fmu.viewer.html.page import replay_page
-from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import shapes as s
+from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.view import write_page
 
 
@@ -42,7 +42,6 @@ def half_a_minute() -> Act:
 def decoded(page: str) -> tuple[dict[str, Any], Any]:
     """The header, and a reader of tables, as the page's script has them."""
     text = re.search(r'id="motion">([^<]*)<', page)
-    assert text is not None
     data = zlib.decompress(base64.b64decode(text[1]))
     (length,) = struct.unpack_from("<I", data)
     low, high = np.frombuffer(data[4 + length :], np.uint8).reshape(2, -1).astype(np.uint16)

@@ -20,8 +20,8 @@ from support.robots.worlds import write_box_mesh
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.viewer.html.page_data import Act
 from cardsflow_fmu.viewer.scene import shapes as s
+from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.scene.camera import view_of
 from cardsflow_fmu.viewer.scene.environment import box_triangles
 from cardsflow_fmu.viewer.view import act_of, acts_of, write_page, write_recording
