@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import adsk.core
@@ -29,6 +30,16 @@ def ask(text: str, title: str) -> bool:
     icon = adsk.core.MessageBoxIconTypes.WarningIconType
     answer = application().userInterface.messageBox(text, title, buttons, icon)
     return bool(answer == adsk.core.DialogResults.DialogYes)
+
+
+def chosen_file(title: str, kinds: str, save_as: str = "") -> Path | None:
+    """The file that the user chooses, to be saved if it has a proposed name; None if cancelled."""
+    dialog = application().userInterface.createFileDialog()
+    dialog.title, dialog.filter = title, kinds
+    if save_as:
+        dialog.initialFilename = save_as
+    answer = dialog.showSave() if save_as else dialog.showOpen()
+    return Path(dialog.filename) if answer == adsk.core.DialogResults.DialogOK else None
 
 
 def log(text: str) -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
-
-import adsk.core
 
 from ...building.build_robot import check_design
 from ...fusion.design import read_design
@@ -14,7 +11,7 @@ from ...robot.errors import InputError
 from ...robot.finding import Finding, errors_first
 from ...snapshot import write_snapshot
 from ..command import Command, Window
-from ..guard import application
+from ..guard import application, chosen_file
 from ..inputs import Cell, Inputs
 from ..progress_dialog import ProgressDialog
 from ..reading import Reading, read
@@ -80,13 +77,11 @@ class Check(Window):
 
     def _save(self) -> None:
         """The design as a file, for a report of what went wrong."""
-        dialog = application().userInterface.createFileDialog()
-        dialog.title = "Save a snapshot of the design"
-        dialog.filter = "Snapshots (*.json)"
-        dialog.initialFilename = "design.json"
-        if dialog.showSave() != adsk.core.DialogResults.DialogOK:
+        title = "Save a snapshot of the design"
+        file = chosen_file(title, "Snapshots (*.json)", "design.json")
+        if file is None:
             return
-        file, shown = Path(dialog.filename), ProgressDialog(DIALOG.name)
+        shown = ProgressDialog(DIALOG.name)
         try:
             write_snapshot(read_design(self.design, progress=shown), file)
         except Cancelled:

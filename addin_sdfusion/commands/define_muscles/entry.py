@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
-
-import adsk.core
 
 from ...muscles.csv_import import imported
 from ...muscles.csv_reader import read_csv
@@ -18,7 +15,7 @@ from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
 from ...robot.model.muscle import CableModel
 from ..command import Command, Window
-from ..guard import application
+from ..guard import chosen_file
 from ..inputs import CellEdit, Inputs
 from ..reading import Reading, read
 from .dialog import (
@@ -218,12 +215,9 @@ class DefineMuscles(Window):
         self.pending.mirror(at, every, again)
 
     def _import(self) -> None:
-        dialog = application().userInterface.createFileDialog()
-        dialog.title = "Import muscles"
-        dialog.filter = "Tables (*.csv;*.txt);;All files (*.*)"
-        if dialog.showOpen() != adsk.core.DialogResults.DialogOK:
+        file = chosen_file("Import muscles", "Tables (*.csv;*.txt);;All files (*.*)")
+        if file is None:
             return
-        file = Path(dialog.filename)
         table, findings = read_csv(read_file(file, _LARGEST_CSV), self.pending.links, file)
         lines = [f"line {f.line}: {f.message}" for f in findings[:SHOWN]]
         if len(findings) > SHOWN:
@@ -239,13 +233,9 @@ class DefineMuscles(Window):
         self.pending.message = "\n".join(lines)
 
     def _export(self) -> None:
-        dialog = application().userInterface.createFileDialog()
-        dialog.title = "Export muscles"
-        dialog.filter = "Tables (*.csv)"
-        dialog.initialFilename = "muscles.csv"
-        if dialog.showSave() != adsk.core.DialogResults.DialogOK:
+        file = chosen_file("Export muscles", "Tables (*.csv)", "muscles.csv")
+        if file is None:
             return
-        file = Path(dialog.filename)
         # Spreadsheets take a file for UTF-8 only with its mark.
         write_files(file.parent, {file.name: "\ufeff" + csv_text(self.pending.table)})
         self.pending.message = f"{file} is written."

@@ -328,7 +328,7 @@ def test_another_link_by_drop_down(fusion: Any, user: User) -> None:
     assert torso.constructionPoints.count == 0
 
 
-def test_several_muscles(fusion: Any, user: User) -> None:
+def test_muscles_are_added_and_chosen_by_name(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(0))
     command.set("muscle", "+ New muscle")
     command.pick("pick", user.vertex(1))
@@ -536,7 +536,7 @@ def test_all_muscles_of_a_side_at_a_picked_plane(fusion: Any, addin: Any) -> Non
     assert right == pytest.approx([2 * x - left[0], left[1], left[2]], abs=1e-6)
 
 
-def test_csv_export_and_import(fusion: Any, user: User, tmp_path: Any) -> None:
+def test_exported_csv_is_imported_unchanged(fusion: Any, user: User, tmp_path: Any) -> None:
     file = tmp_path / "muscles.csv"
     command = user.define(user.vertex(0), user.circle())
     fusion.world.file_answers.extend([None, str(file)])

@@ -212,7 +212,7 @@ def test_a_folder_that_cannot_be_written_is_reported(fusion: Any, tmp_path: Path
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_components_as_links(fusion: Any, tmp_path: Path) -> None:
+def test_picked_components_become_links(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm(groups=False)
     command = export_to(fusion, tmp_path / "robot")
     assert not command["components"].isVisible

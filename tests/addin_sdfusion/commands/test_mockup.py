@@ -67,7 +67,7 @@ def test_ids_are_unique_and_everything_is_explained(dialog: Dialog) -> None:
 
 
 @dialogs
-def test_icons(dialog: Dialog) -> None:
+def test_icons_have_every_size_of_fusion(dialog: Dialog) -> None:
     folder = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources"
     sizes = {"16x16": 16, "32x32": 32, "64x64": 64, "16x16@2x": 32, "32x32@2x": 64}
     sizes |= {"16x16-disabled": 16, "32x32-disabled": 32}
@@ -90,7 +90,7 @@ def test_icons_are_those_of_the_script() -> None:
             assert a.tobytes() == b.tobytes()
 
 
-def test_manifest() -> None:
+def test_manifest_names_product_and_version() -> None:
     manifest = json.loads((ROOT / "addin_sdfusion/addin_sdfusion.manifest").read_text())
     assert manifest["autodeskProduct"] == "Fusion360"
     assert manifest["type"] == "addin"

@@ -56,7 +56,7 @@ def without_meshes(robot: Robot) -> Robot:
     return replace(robot, links=tuple(replace(link, meshes=()) for link in robot.links))
 
 
-def test_the_files(tmp_path):
+def test_export_lists_every_file_it_writes(tmp_path):
     exported = export_built(built(bodies=2), ALL, tmp_path / "arm")
     names = [file.relative_to(tmp_path / "arm").as_posix() for file in exported.files]
     assert names == [
@@ -179,7 +179,7 @@ def test_names_that_no_file_can_have(tmp_path):
     assert all(len(link.meshes) == 2 for link in read_robot(tmp_path / "m").links)
 
 
-def test_long_names(tmp_path):
+def test_long_names_are_cut_in_file_names_only(tmp_path):
     names = ["𝐋" * 300 + end for end in "ab"]
     links = tuple(Link(name, Inertia(1.0)) for name in names)
     joints = tuple(Joint(f"joint {k}", WORLD, name) for k, name in enumerate(names))

@@ -298,7 +298,7 @@ def test_addin_uses_only_what_the_fake_has(file: Path) -> None:
         ("adsk.forever()", "1: no adsk.forever"),
     ],
 )
-def test_checker_finds(source: str, problem: str, reference: Reference) -> None:
+def test_checker_finds_wrong_names(source: str, problem: str, reference: Reference) -> None:
     assert problem in list(problems(ast.parse(source), reference, set()))
 
 
@@ -311,5 +311,5 @@ def test_checker_finds(source: str, problem: str, reference: Reference) -> None:
         "import math\nmath.tau",
     ],
 )
-def test_checker_accepts(source: str, reference: Reference) -> None:
+def test_checker_accepts_correct_calls(source: str, reference: Reference) -> None:
     assert not list(problems(ast.parse(source), reference, set()))

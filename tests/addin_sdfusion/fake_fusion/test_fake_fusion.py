@@ -212,7 +212,7 @@ def test_vectors_are_turned_not_moved(T: np.ndarray, v: Any) -> None:
 
 
 @given(motions())
-def test_invert(T: np.ndarray) -> None:
+def test_matrices_are_inverted_unless_singular(T: np.ndarray) -> None:
     inverted = matrix(T)
     assert inverted.invert()
     assert inverted._m @ T == pytest.approx(np.eye(4), abs=1e-12)
@@ -221,7 +221,7 @@ def test_invert(T: np.ndarray) -> None:
 
 
 @given(motions(), motions())
-def test_coordinate_systems(A: np.ndarray, B: np.ndarray) -> None:
+def test_coordinate_systems_come_back_and_are_aligned(A: np.ndarray, B: np.ndarray) -> None:
     made = matrix(np.eye(4))
     made.setWithCoordinateSystem(*matrix(A).getAsCoordinateSystem())
     assert made._m == pytest.approx(A)
@@ -232,7 +232,7 @@ def test_coordinate_systems(A: np.ndarray, B: np.ndarray) -> None:
 
 
 @given(angles, triples.filter(lambda v: np.linalg.norm(v) > 1e-3), triples)
-def test_rotation(angle: float, axis: Any, origin: Any) -> None:
+def test_rotation_has_its_angle_axis_and_origin(angle: float, axis: Any, origin: Any) -> None:
     turned = matrix(np.eye(4))
     turned.setToRotation(angle, vector(axis), point(origin))
     R = turned._m[:3, :3]
@@ -247,7 +247,7 @@ def test_rotation(angle: float, axis: Any, origin: Any) -> None:
     triples.filter(lambda v: np.linalg.norm(v) > 1e-2),
     triples.filter(lambda v: np.linalg.norm(v) > 1e-2),
 )
-def test_rotate_to(a: Any, b: Any) -> None:
+def test_rotation_takes_one_vector_to_another(a: Any, b: Any) -> None:
     turned = matrix(np.eye(4))
     turned.setToRotateTo(vector(a), vector(b))
     a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
@@ -255,7 +255,7 @@ def test_rotate_to(a: Any, b: Any) -> None:
     assert np.linalg.det(turned._m) == pytest.approx(1.0)
 
 
-def test_cells_and_arrays() -> None:
+def test_cells_and_arrays_are_row_major() -> None:
     made = matrix(np.eye(4))
     made.setWithArray([float(k) for k in range(16)])
     assert made.getCell(1, 2) == 6.0
@@ -271,7 +271,7 @@ def test_cells_and_arrays() -> None:
 
 
 @given(triples, triples)
-def test_vector_products(a: Any, b: Any) -> None:
+def test_vector_products_are_those_of_numpy(a: Any, b: Any) -> None:
     assert xyz(vector(a).crossProduct(vector(b))) == pytest.approx(np.cross(a, b))
     assert vector(a).dotProduct(vector(b)) == pytest.approx(np.dot(a, b))
     assert xyz(point(a).vectorTo(point(b))) == pytest.approx(np.subtract(b, a))

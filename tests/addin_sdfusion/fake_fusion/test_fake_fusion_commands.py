@@ -279,7 +279,7 @@ def test_exception_reaches_the_test_and_changes_nothing(commands: Commands) -> N
     assert commands.fake.full_fingerprint() == before
 
 
-def test_order_of_events(commands: Commands) -> None:
+def test_events_come_in_fusions_order(commands: Commands) -> None:
     design = designs.things_to_pick()
     command = commands.run()
     command.pick("picks", occurrence(design, "base").bRepBodies[0].vertices[0])
@@ -333,7 +333,7 @@ def test_another_command_ends_the_first(commands: Commands) -> None:
     assert "execute" in commands.events  # isExecutedWhenPreEmpted
 
 
-def test_terminated_command(commands: Commands) -> None:
+def test_terminated_command_is_closed(commands: Commands) -> None:
     designs.things_to_pick()
     command = commands.run()
     ui = commands.fake.app.userInterface
@@ -346,7 +346,7 @@ def test_terminated_command(commands: Commands) -> None:
 # Selections and inputs ---------------------------------------------------------------------------
 
 
-def test_filters_refuse(commands: Commands) -> None:
+def test_filters_refuse_entities_of_other_kinds(commands: Commands) -> None:
     design = designs.things_to_pick()
     command = commands.run()
     base, upper = occurrence(design, "base"), occurrence(design, "upper")
@@ -428,7 +428,7 @@ def test_ids_are_unique_and_filters_known(fusion: Fake) -> None:
     assert "commandCreated" in caught[3]
 
 
-def test_tables(fusion: Fake) -> None:
+def test_tables_hold_cells_by_row_and_column(fusion: Fake) -> None:
     designs.single_cube()
     made = Commands(fusion)
     definition = made.add()
@@ -549,7 +549,7 @@ def test_assembly_designs_take_no_points(fusion: Fake) -> None:
 # Graphics ----------------------------------------------------------------------------------------
 
 
-def test_graphics(fusion: Fake) -> None:
+def test_custom_graphics_are_drawn_and_undone(fusion: Fake) -> None:
     import adsk.core
     import adsk.fusion
 
@@ -677,7 +677,7 @@ def test_command_without_inputs_is_executed_at_once(fusion: Fake) -> None:
     assert not command.is_open
 
 
-def test_palettes(fusion: Fake) -> None:
+def test_palettes_are_shown_and_deleted(fusion: Fake) -> None:
     palettes = fusion.app.userInterface.palettes
     palette = palettes.add2("table", "Muscles", "table.html", True, True, True, 300, 400)
     palette.sendInfoToHTML("rows", "[]")

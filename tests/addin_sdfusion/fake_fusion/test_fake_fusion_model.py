@@ -87,7 +87,7 @@ def test_contexts_of_another_component_are_refused(fusion: Fake) -> None:
         found["upper:1+bracket:1"].createForAssemblyContext(found["upper:1"])
 
 
-def test_component_in_two_places(fusion: Fake) -> None:
+def test_occurrences_of_one_component_have_proxies_of_their_own(fusion: Fake) -> None:
     design = designs.component_twice()
     found = by_path(design)
     left, right = found["finger:1"], found["finger:2"]
@@ -135,7 +135,7 @@ def test_tokens_differ_and_find(fusion: Fake) -> None:
     assert design.findEntityByToken("nonsense") == []
 
 
-def test_attributes(fusion: Fake) -> None:
+def test_attributes_are_found_by_group_and_name(fusion: Fake) -> None:
     design = designs.two_link_arm()
     found = design.findAttributes("CARDSFlow", "point")
     assert len(found) == 9
@@ -268,7 +268,7 @@ def test_only_solids_have_mass(fusion: Fake) -> None:
     assert found["lower:1"].getPhysicalProperties(VERY_HIGH).mass == 0.0
 
 
-def test_body_without_material(fusion: Fake) -> None:
+def test_body_without_material_has_no_mass(fusion: Fake) -> None:
     (body,) = by_path(designs.no_material())["lower:1"].bRepBodies
     assert body.material is None
     assert body.getPhysicalProperties(VERY_HIGH).mass == 0.0
@@ -511,7 +511,7 @@ def test_inferred_joint_has_no_geometry(fusion: Fake) -> None:
         assert getattr(joint, member) is None
 
 
-def test_broken_and_suppressed_joints(fusion: Fake) -> None:
+def test_broken_joint_keeps_its_transforms(fusion: Fake) -> None:
     import adsk.fusion
 
     joints = designs.suppressed_and_broken().rootComponent.joints

@@ -77,7 +77,7 @@ def test_two_occurrences_with_one_path_are_an_error(fusion: Any) -> None:
     assert len({o.path for o in snapshot.occurrences}) == len(snapshot.occurrences) == 2
 
 
-def test_flags_of_occurrences(fusion: Any) -> None:
+def test_flags_of_occurrences_are_read(fusion: Any) -> None:
     build = Builder()
     build.place("pinned", grounded=True)
     build.place("to parent", ground_to_parent=True)
@@ -98,7 +98,7 @@ def test_flags_of_occurrences(fusion: Any) -> None:
 
 
 @pytest.mark.parametrize("intent", ["part", "assembly", "hybrid"])
-def test_intent(fusion: Any, intent: str) -> None:
+def test_intent_is_read_where_fusion_has_it(fusion: Any, intent: str) -> None:
     design = Builder(intent=intent).done()
     assert read_design(design).intent == intent
     fusion.without("Design.designIntent")
@@ -322,7 +322,7 @@ def test_frames_nesting_and_order_of_the_arm_do_not_matter(seed: int, moved: int
 
 
 @pytest.mark.parametrize("nothing", [None, "a design", 7])
-def test_no_design(fusion: Any, nothing: Any) -> None:
+def test_without_a_design_the_user_is_asked_to_open_one(fusion: Any, nothing: Any) -> None:
     with pytest.raises(InputError, match="open a design first"):
         read_design(nothing)
 
@@ -334,7 +334,7 @@ def test_application_is_read_as_its_open_design(fusion: Any) -> None:
     assert read_design(fusion.app).name == "no groups"
 
 
-def test_progress_and_cancel(fusion: Any) -> None:
+def test_progress_counts_to_its_end_and_may_cancel(fusion: Any) -> None:
     design = designs.l_shape()
     steps: list[tuple[int, int, str]] = []
     read_design(design, progress=lambda *step: steps.append(step))

@@ -136,7 +136,7 @@ def test_body_without_material_has_no_mass_and_says_so(fusion: Any) -> None:
     assert [o.mass for o in snapshot.occurrences if o.path == "lower:1"] == [None]
 
 
-def test_body_without_volume(fusion: Any) -> None:
+def test_body_without_volume_has_no_mass(fusion: Any) -> None:
     build = Builder()
     build.box((), (1.0, 1.0, 0.0))
     assert codes(read_design(build.done(), meshes=False)) == ["no-mass"]

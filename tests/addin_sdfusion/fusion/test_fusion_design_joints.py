@@ -242,7 +242,7 @@ def test_assembly_constraints_hide_no_joint(fusion: Any) -> None:
 
 @pytest.mark.parametrize("as_built", [False, True])
 @pytest.mark.parametrize("vectors", ["fixed", "carried"])
-def test_every_type(fusion: Any, as_built: bool, vectors: Any) -> None:
+def test_every_joint_type_has_its_motions(fusion: Any, as_built: bool, vectors: Any) -> None:
     fusion.options.ball_vectors = vectors
     design = designs.every_joint_type(as_built=as_built)
     snapshot = read(design)
@@ -364,7 +364,7 @@ def test_limits_only_where_enabled(fusion: Any) -> None:
 # What is wrong with it ---------------------------------------------------------------------------
 
 
-def test_suppressed_and_broken(fusion: Any) -> None:
+def test_suppressed_and_broken_joints_are_marked(fusion: Any) -> None:
     found = by_name(designs.suppressed_and_broken())
     assert found["upper_joint"].problem == ""
     assert found["lower_joint"].problem.startswith("Reference Failures")
@@ -390,19 +390,19 @@ def test_a_warning_of_fusion_is_a_finding_and_no_problem(fusion: Any) -> None:
     assert "timeline" in {j.name: j.problem for j in snapshot.joints}["lower_joint"]
 
 
-def test_locked(fusion: Any) -> None:
+def test_locked_joint_is_read_as_locked(fusion: Any) -> None:
     found = by_name(designs.locked_joint())
     assert found["lower_joint"].locked
     assert not found["upper_joint"].locked
 
 
-def test_inferred(fusion: Any) -> None:
+def test_inferred_joint_has_components_but_no_motion(fusion: Any) -> None:
     joint = by_name(designs.inferred_joint())["lower_joint"]
     assert (joint.kind, joint.motions, joint.origin_one) == ("inferred", (), None)
     assert (joint.one, joint.two) == ("lower:1", "upper:1")
 
 
-def test_unknown_type(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_joint_type_is_a_problem(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(API["JointMotion"], "jointType", property(lambda _: 12))
     assert all("12" in joint.problem for joint in read(designs.no_groups()).joints)
 

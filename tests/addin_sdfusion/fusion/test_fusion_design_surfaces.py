@@ -124,7 +124,7 @@ def test_length_of_a_cylinder_that_is_cut_at_an_angle(
     assert surface.centre == pytest.approx((0.0, 0.0, 0.005), abs=1e-6)
 
 
-def test_sphere_face(fusion: Any) -> None:
+def test_sphere_face_has_centre_and_radius(fusion: Any) -> None:
     build = Builder()
     path = build.place("ball", translation((1.0, 2.0, 3.0)) @ rotation(1.0, (1.0, 0.0, 0.0)))
     build.sphere(path, 1.5, translation((0.0, 1.0, 0.0)))

@@ -275,7 +275,7 @@ def test_mirrored_occurrence_is_an_error(fusion: Any) -> None:
     assert {f.code for f in read_design(build.done()).findings} == {"not-rigid"}
 
 
-def test_deep_nesting(fusion: Any) -> None:
+def test_points_are_read_at_every_depth_of_nesting(fusion: Any) -> None:
     build = Builder()
     path: Any = ()
     for k in range(120):

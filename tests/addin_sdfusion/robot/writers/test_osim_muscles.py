@@ -51,7 +51,7 @@ def test_muscles_of_hills_type(kind, parameters, tmp_path):
             assert ours.start(length, activation) == pytest.approx(expected, rel=1e-6)
 
 
-def test_ligaments(tmp_path):
+def test_ligaments_pull_as_in_opensim(tmp_path):
     parameters = {"linear_stiffness": 800.0, "slack_length": 0.25, "damping_coefficient": 0.5}
     kind = "ligament_blankevoort1991"
     model, state, force, slide = _opened(kind, parameters, tmp_path)

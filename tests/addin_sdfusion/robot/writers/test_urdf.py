@@ -95,7 +95,7 @@ def test_limits_and_damping_arrive(tmp_path):
         (prismatic((0.0, 0.0, 1.0)), {}, "prismatic"),
     ],
 )
-def test_joint_types(motions, limits, kind, tmp_path):
+def test_joint_type_follows_from_motion_and_limits(motions, limits, kind, tmp_path):
     (file,) = write_urdf(one_link(motions=motions, **limits), tmp_path)
     joint = ElementTree.parse(file).find("joint")
     assert (file.name, joint.get("type"), joint.get("name")) == ("r.urdf", kind, "q")
