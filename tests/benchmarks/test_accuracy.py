@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interleaved import record
 from support.fmu.co_simulation import co_simulate
+from support.interleaved import record
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.robots import EXAMPLES, chain, planar_2r
 

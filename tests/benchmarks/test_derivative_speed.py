@@ -14,7 +14,7 @@ from typing import Any
 import fmpy
 import pytest
 from fmpy import fmi2
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment

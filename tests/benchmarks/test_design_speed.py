@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 from fake_fusion import designs, install
-from interleaved import record
 from support.controllers.qp_problems import at_bounds, feasible, infeasible, rank_deficient
 from support.designs.built_stubs import built
 from support.designs.design_strategies import Draughtsman
+from support.interleaved import record
 from support.robots.robots import chain
 
 from addin_sdfusion.building.build_robot import build_robot

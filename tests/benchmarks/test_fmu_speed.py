@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
-from pythonfmu_slave import SCRIPT
+from support.fmu.pythonfmu_slave import SCRIPT
+from support.interleaved import interleaved, record
 from support.robots.robots import PLANAR_2R
 from wide_model import FEW, MANY, PORTS, WideModel
 

@@ -14,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from echo_device import COMMANDS, SIGNATURE, STATES
-from interleaved import record
+from support.hardware import echo_device
+from support.hardware.echo_device import COMMANDS, SIGNATURE, STATES
+from support.interleaved import record
 
 from cardsflow_fmu.hardware.links.udp import UdpLink, udp_address
 from cardsflow_fmu.hardware.protocol.frame import HEADER_BYTES
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 
-HERE = Path(__file__).parent
-REFERENCE = HERE.parents[1] / "examples/hardware_in_the_loop/device.c"
+REFERENCE = Path(__file__).parents[2] / "examples/hardware_in_the_loop/device.c"
 KEY = bytes(range(32))
 BLOCKS, EXCHANGES = 40, 500
 MEDIAN_LIMIT, P99_LIMIT = 60e-6, 300e-6
@@ -72,7 +72,7 @@ def test_round_trip(tmp_path: Path) -> None:
         pytest.skip("no C compiler")
     in_c = tmp_path / "device"
     subprocess.run([compiler, "-std=c99", "-O2", "-o", in_c, REFERENCE, "-lm"], check=True)
-    echo = [sys.executable, HERE / "echo_device.py"]
+    echo = [sys.executable, echo_device.__file__]
     commands: dict[str, tuple[list[str | Path], bytes | None]] = {
         "device in python": (echo, None),
         "device in python, signed": ([*echo, KEY.hex()], KEY),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from interleaved import record
+from support.interleaved import record
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import chain, planar_2r
 
 from addin_sdfusion.robot import CableModel, Robot

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.robots import EXAMPLES, chain, planar_2r
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import qpsolvers
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 
 from controllers import ForceDistribution
 from controllers.qp.dual_newton import SOLVED, DualNewton

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment

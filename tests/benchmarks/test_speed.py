@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import PLANAR_2R, chain, planar_2r
 
 from addin_sdfusion.robot import Robot

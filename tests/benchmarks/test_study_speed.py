@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interleaved import record
+from support.interleaved import record
 from support.small_studies import small_study
 
 from cardsflow_fmu.studies import run_study

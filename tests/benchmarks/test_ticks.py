@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import qpsolvers
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.worlds import two_link_arm
 
 from addin_sdfusion.robot import Pose, Robot

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from interleaved import interleaved, record
+from support.interleaved import interleaved, record
 from support.robots.robots import chain
 
 from addin_sdfusion.robot import Pose, Robot, Wrap, WrapSurface
