@@ -191,9 +191,9 @@ def test_retired_members_are_absent(cls: str, member: str) -> None:
 
 
 def sources() -> list[Path]:
-    """The add-in's sources that know the API."""
-    edge = [ADDIN / "addin_sdfusion.py", *ADDIN.glob("fusion/*.py"), ADDIN / "fusion_design.py"]
-    return sorted(f for f in (*edge, *(ADDIN / "commands").rglob("*.py")) if f.is_file())
+    """The add-in's sources that use the API."""
+    folders = (ADDIN / "fusion", ADDIN / "commands")
+    return [ADDIN / "addin_sdfusion.py", *sorted(f for d in folders for f in d.rglob("*.py"))]
 
 
 def problems(tree: ast.AST, reference: Reference, own: set[str]) -> Iterator[str]:
