@@ -70,7 +70,7 @@ def arm(tmp_path: Path) -> Path:
     return tmp_path / "arm"
 
 
-def test_own_files_are_replaced_and_stale_ones_removed(arm):
+def test_earlier_files_are_replaced_and_stale_ones_removed(arm):
     exported = export_built(built(other_arm()), ALL, arm)
     assert set(files_of(arm)) == {f.relative_to(arm).as_posix() for f in exported.files} | {
         MANIFEST

@@ -114,6 +114,16 @@ def add_point(entity: Any, name: str) -> Any:
     return made
 
 
+def dialog(fusion: Fake, created: Callable[[Any], None]) -> Commands:
+    """A command with a dialog of its own, on a design of one cube."""
+    designs.single_cube()
+    made = Commands(fusion)
+    definition = made.add()
+    made.kept.clear()
+    made.listen(definition.commandCreated, "CommandCreatedEventHandler", created)
+    return made
+
+
 @pytest.fixture
 def commands(fusion: Fake) -> Commands:
     made = Commands(fusion)
@@ -128,51 +138,35 @@ def occurrence(design: Any, name: str) -> Any:
 # Transactions ------------------------------------------------------------------------------------
 
 
-def edits(design: Any) -> dict[str, Callable[[], Any]]:
+def moved_home(design: Any) -> None:
     import adsk.core
-    import adsk.fusion
 
-    root = design.rootComponent
-    upper = occurrence(design, "upper")
-    vertex = occurrence(design, "base").bRepBodies[0].vertices[0]
-    return {
-        "a point": lambda: add_point(vertex, "VP"),
-        "an attribute": lambda: design.attributes.add("CARDSFlow", "muscles", "[]"),
-        "graphics": lambda: root.customGraphicsGroups.add(),
-        "a light bulb": lambda: setattr(upper, "isLightBulbOn", False),
-        "a name": lambda: setattr(upper.component, "name", "x"),
-        "a pose": lambda: setattr(upper, "transform2", adsk.core.Matrix3D.create()),
-        "a sketch": lambda: root.sketches[0].deleteMe(),
-        "a point of the user": lambda: (
-            occurrence(design, "lower").component.constructionPoints[0].deleteMe()
-        ),
-        "a joint": lambda: setattr(root.joints[0], "isSuppressed", True),
-    }
+    occurrence(design, "upper").transform2 = adsk.core.Matrix3D.create()
 
 
-EDITS = [
-    "a point",
-    "an attribute",
-    "graphics",
-    "a light bulb",
-    "a name",
-    "a pose",
-    "a sketch",
-    "a point of the user",
-    "a joint",
-]
+EDITS: dict[str, Callable[[Any], Any]] = {
+    "a point": lambda d: add_point(occurrence(d, "base").bRepBodies[0].vertices[0], "VP"),
+    "an attribute": lambda d: d.attributes.add("CARDSFlow", "muscles", "[]"),
+    "graphics": lambda d: d.rootComponent.customGraphicsGroups.add(),
+    "a light bulb": lambda d: setattr(occurrence(d, "upper"), "isLightBulbOn", False),
+    "a name": lambda d: setattr(occurrence(d, "upper").component, "name", "x"),
+    "a pose": moved_home,
+    "a sketch": lambda d: d.rootComponent.sketches[0].deleteMe(),
+    "a user's point": lambda d: occurrence(d, "lower").component.constructionPoints[0].deleteMe(),
+    "a joint": lambda d: setattr(d.rootComponent.joints[0], "isSuppressed", True),
+}
 
 
 @pytest.mark.parametrize("what", EDITS)
 def test_edits_need_a_transaction(fusion: Fake, what: str) -> None:
     design = designs.things_to_pick()
     before = fusion.full_fingerprint()
-    edit = edits(design)[what]
+    edit = EDITS[what]
     with pytest.raises(RuntimeError, match="outside of execute"):
-        edit()
+        edit(design)
     assert fusion.full_fingerprint() == before
     with fusion.transaction():
-        edit()
+        edit(design)
     assert fusion.full_fingerprint() != before
     fusion.undo()
     assert fusion.full_fingerprint() == before
@@ -402,9 +396,6 @@ def test_inputs_hold_what_they_may(commands: Commands) -> None:
 
 
 def test_ids_are_unique_and_filters_known(fusion: Fake) -> None:
-    designs.single_cube()
-    made = Commands(fusion)
-    definition = made.add()
     caught: list[str] = []
 
     def created(args: Any) -> None:
@@ -421,17 +412,12 @@ def test_ids_are_unique_and_filters_known(fusion: Fake) -> None:
                 wrong()
             caught.append(str(error.value))
 
-    made.kept.clear()
-    made.listen(definition.commandCreated, "CommandCreatedEventHandler", created)
-    made.run()
+    dialog(fusion, created).run()
     assert [text.split()[4] for text in caught[:3]] == ["id", "filter", "columnRatio"]
     assert "commandCreated" in caught[3]
 
 
 def test_tables_hold_cells_by_row_and_column(fusion: Fake) -> None:
-    designs.single_cube()
-    made = Commands(fusion)
-    definition = made.add()
 
     def created(args: Any) -> None:
         inputs = args.command.commandInputs
@@ -445,9 +431,7 @@ def test_tables_hold_cells_by_row_and_column(fusion: Fake) -> None:
             table.addCommandInput(inputs.addSelectionInput("s", "S", ""), 5, 0)
         inputs.itemById("s").setSelectionLimits(0, 0)
 
-    made.kept.clear()
-    made.listen(definition.commandCreated, "CommandCreatedEventHandler", created)
-    command = made.run()
+    command = dialog(fusion, created).run()
     assert command.table("t") == [["00", "01"], ["10", "11"], ["20", "21"]]
     command.row("t", 1)
     assert command["t"].selectedRow == 1
@@ -662,16 +646,12 @@ def test_wrong_handlers_are_refused(fusion: Fake) -> None:
 
 
 def test_command_without_inputs_is_executed_at_once(fusion: Fake) -> None:
-    designs.single_cube()
-    made = Commands(fusion)
-    definition = made.add()
 
     def created(args: Any) -> None:
         made.listen(args.command.execute, "CommandEventHandler", lambda _: None)
         made.listen(args.command.destroy, "CommandEventHandler", lambda _: None)
 
-    made.kept.clear()
-    made.listen(definition.commandCreated, "CommandCreatedEventHandler", created)
+    made = dialog(fusion, created)
     command = made.run()
     assert made.events == ["commandCreated", "execute", "destroy"]
     assert not command.is_open
