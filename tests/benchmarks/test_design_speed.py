@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fake_fusion import designs, install
 from support.controllers.qp_problems import at_bounds, feasible, infeasible, rank_deficient
@@ -16,6 +17,7 @@ from support.interleaved import record
 from support.robots.robots import chain
 
 from addin_sdfusion.building.build_robot import build_robot
+from addin_sdfusion.exporting.convex_hull import convex_hull
 from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.robot import CardsflowError
 from addin_sdfusion.robot.readers import read
@@ -55,6 +57,26 @@ def test_a_design_of_200_links_is_exported(tmp_path: Path) -> None:
     settings = ExportSettings(visual=False, collision="none")
     with takes_at_most(5.0, "a design of 200 links, exported"):
         export_built(built(chain(200, 100)), settings, tmp_path / "chain")
+
+
+def test_a_hull_of_20000_points_is_found() -> None:
+    nodes = list(map(tuple, np.random.default_rng(0).normal(size=(20_000, 3)).tolist()))
+    with takes_at_most(9.0, "the hull of 20,000 points"):
+        assert convex_hull(nodes) is not None
+
+
+@pytest.mark.parametrize("parent", ["l{before}", "l{after}", "nowhere{i}"])
+def test_ten_thousand_links_are_read(tmp_path: Path, parent: str) -> None:
+    """In a chain, a loop or pieces."""
+    parts = []
+    for i in range(10_000):
+        name = parent.format(before=max(i - 1, 0), after=(i + 1) % 10_000, i=i)
+        ends = f"<parent>{name}</parent><child>l{i}</child>"
+        parts.append(f'<link name="l{i}"/><joint name="j{i}" type="fixed">{ends}</joint>')
+    text = f'<sdf version="1.7"><model name="m">{"".join(parts)}</model></sdf>'
+    (tmp_path / "model.sdf").write_text(text)
+    with takes_at_most(10.0, f"10,000 links on {parent}, read"), suppress(CardsflowError):
+        read(tmp_path)
 
 
 def test_published_robots_are_read(shared: Path) -> None:

@@ -229,7 +229,7 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
             line.exchange(10)
             counts = line.state[[0, 1, 4, 5, 6, 7]] * 1000
             with pytest.raises(HardwareError, match="it is in use by another"):
-                Line(device.uri, recorded, timeout=0.5).__enter__()
+                Line(device.uri, recorded, timeout=1.0).__enter__()
             assert line.exchange(2) & Flag.SAFE == 0
         assert device.end() == 0
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)

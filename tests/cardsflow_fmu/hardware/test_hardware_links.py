@@ -243,7 +243,7 @@ def test_a_second_sender_is_refused_and_the_run_goes_on() -> None:
         link.open(handshake(watchdog=10.0))
         pull(link)
         with pytest.raises(HardwareError, match="in use by another"):
-            UdpLink(uri, timeout=0.15).open(handshake())
+            UdpLink(uri, timeout=1.0).open(handshake())
         assert pull(link).seq == 2
         assert device.run_id == link.run_id
 

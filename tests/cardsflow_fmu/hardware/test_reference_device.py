@@ -159,7 +159,7 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
         link.open(handshake(lockstep=True))
         pull(link)
         with pytest.raises(HardwareError, match="in use by another"):
-            UdpLink(uri, timeout=0.15).open(handshake())
+            UdpLink(uri, timeout=1.0).open(handshake())
         assert pull(link).seq == 2
 
 
