@@ -21,7 +21,7 @@ sys.path.insert(0, str(ROOT))
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
 from addin_sdfusion.robot.model.tension_parameters import Parameter  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
-from cardsflow_fmu.cli.json_schema import schema  # noqa: E402
+from cardsflow_fmu.cli.init import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402

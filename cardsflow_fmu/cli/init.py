@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from .common import GOOD, Commands, add_json, add_output, add_robot, print_files
 
 KINDS = ("experiment", "study")
 SHELLS = ("bash", "zsh", "fish")
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def add_init(commands: Commands) -> None:
@@ -57,10 +59,28 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _schema(options: argparse.Namespace) -> int:
-    from .json_schema import schema
-
     print(json.dumps(schema(options.kind), indent=1, ensure_ascii=False))
     return GOOD
+
+
+def schema(kind: str = "experiment") -> dict[str, Any]:
+    """The JSON Schema of a file of settings, from the models of its tables.
+
+    It is independent of a robot: names of muscles, links and coordinates are checked by the reader.
+
+    Args:
+        kind: `experiment` or `study`.
+    """
+    from cardsflow_fmu.config.schema import json_schema
+    from cardsflow_fmu.config.table import Table
+    from cardsflow_fmu.experiment.settings.file import ExperimentTables
+
+    tables: type[Table] = ExperimentTables
+    if kind == "study":
+        from cardsflow_fmu.studies.definition.tables import StudyTables
+
+        tables = StudyTables
+    return {"$schema": DIALECT, "title": f"{kind}.toml", **json_schema(tables)}
 
 
 def _completion(options: argparse.Namespace) -> int:

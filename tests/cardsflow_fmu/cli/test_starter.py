@@ -16,7 +16,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, RobotError, write_caspr, write_sdf
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli.json_schema import schema
+from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.template import init
 from cardsflow_fmu.experiment.writer import experiment_data
