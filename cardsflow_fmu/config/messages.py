@@ -34,17 +34,7 @@ class SettingError(ValueError):
 def explained(
     error: ValidationError, model: type[BaseModel], file: Path | None = None, key: str = ""
 ) -> InputError:
-    """Everything that is wrong with a table, unknown keys first.
-
-    Args:
-        error: From pydantic.
-        model: The table's.
-        file: Where the table comes from.
-        key: The table's full key; empty for a whole file.
-
-    Returns:
-        The first error, with the others in `more`.
-    """
+    """Everything that is wrong with a table, unknown keys first."""
     found = [
         (each["type"] != "extra_forbidden", one)
         for each in _without_consequences(error.errors(include_url=False))
@@ -59,12 +49,7 @@ def explained(
 
 
 def keyed(error: ValidationError, keys: Sequence[str]) -> SettingError:
-    """What is wrong with the rows of a list, under other keys than their indices.
-
-    Args:
-        error: From pydantic, of a list.
-        keys: Of the rows.
-    """
+    """What is wrong with the rows of a list, under other keys than their indices."""
     found = []
     for each in error.errors(include_url=False):
         row, *place = each["loc"]

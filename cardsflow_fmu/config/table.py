@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
@@ -47,6 +48,24 @@ class Context:
     file: Path
     names: Mapping[str, Names] | None = None
     defaults: Mapping[str, Any] = field(default_factory=dict)
+
+    def error(self, key: str, what: str) -> InputError:
+        """An error about a full key of the file."""
+        return InputError(what, file=self.file, key=key)
+
+    def require(self, key: str, kind: str, name: str, known: Collection[str]) -> None:
+        """Refuse a name under a full key that does not exist."""
+        if name not in known:
+            raise UnknownNameError(kind, name, known, file=self.file, key=key)
+
+    @contextlib.contextmanager
+    def at(self, key: str) -> Iterator[None]:
+        """Errors inside are about a full key of the file."""
+        try:
+            yield
+        except InputError as error:
+            error.file, error.key = self.file, key
+            raise
 
 
 class Table(BaseModel):

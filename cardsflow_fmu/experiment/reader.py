@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.config.key_path import set_value
 from cardsflow_fmu.config.multiples import require_multiple
@@ -48,18 +48,11 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """The attributes of an `Experiment`, from the content of a file.
-
-    Args:
-        data: The content.
-        file: Where it is from.
-
-    Raises:
-        InputError: Something in it is wrong; the message names file and key.
-    """
-    tables = ExperimentTables.read(data, Context(file))
-    robots = _robots(tables, file)
-    robot = with_muscle_settings(robots["robot"], tables.muscles, file)
+    """The attributes of an `Experiment`, from the content of a file."""
+    context = Context(file)
+    tables = ExperimentTables.read(data, context)
+    robots = _robots(tables, context)
+    robot = with_muscle_settings(robots["robot"], tables.muscles, context)
     context = Context(file, robot_names(robot))
     law = TYPES.get(tables.controller.type)
     start, reference = read_reference(
@@ -67,7 +60,7 @@ def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
         data.get("start", {}),
         "joint" if law is None else law.space,
         context,
-        robots["robot_files"][0],
+        robots["robot_path"],
         robot,
     )
     context = Context(file, robot_names(robot, reference.space))
@@ -76,7 +69,7 @@ def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
         run = run.replaced(duration=reference.duration)
     require_multiple(run.duration, run.step, "run.step", file=file, key="run.duration")
     disturbance = read_disturbance(data.get("disturbance", {}), context)
-    world = _world(tables, robot, robots["robot_files"][0], file) if data.get("world") else {}
+    world = _world(tables, robot, robots["robot_path"], context) if data.get("world") else {}
     plant = _plant(data.get("plant", {}), context, robot, run, has_world=bool(world))
     return {
         "file": file,
@@ -95,21 +88,23 @@ def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
     }
 
 
-def _robots(tables: ExperimentTables, file: Path) -> dict[str, Any]:
+def _robots(tables: ExperimentTables, context: Context) -> dict[str, Any]:
     """The robot of [robot], or those of [[robots]] as one."""
     if tables.robots is None:
-        reading, robot = read_robot(tables.robot, file)
+        reading, robot = read_robot(tables.robot, context)
         own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
     else:
-        own = {"parts": read_parts(tables.robots, file)}
-        reading, robot = combined(own["parts"], file)
+        own = {"parts": read_parts(tables.robots, context)}
+        reading, robot = combined(own["parts"], context)
     return own | {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
 
 
-def _world(tables: ExperimentTables, robot: Robot, robot_path: Path, file: Path) -> dict[str, Any]:
+def _world(
+    tables: ExperimentTables, robot: Robot, robot_path: Path, context: Context
+) -> dict[str, Any]:
     from .scene import make_scene  # it needs DART, which others can do without
 
-    scene, world = make_scene(tables.world, robot, robot_path.parent.resolve(), file)
+    scene, world = make_scene(tables.world, robot, robot_path.parent.resolve(), context)
     return {"scene": scene, "world": world}
 
 
@@ -117,29 +112,28 @@ def _plant(
     data: Mapping[str, Any], context: Context, robot: Robot, run: RunSettings, *, has_world: bool
 ) -> PlantSettings:
     settings = PlantSettings.read({"step": run.step, **data}, context, "plant")
-    file = context.file
-
-    def problem(key: str, what: str) -> InputError:
-        return InputError(what, file=file, key=f"plant.{key}")
-
     links = [link.name for link in robot.links]
     for name in settings.wrenches:
-        if name not in links:
-            raise UnknownNameError("link", name, links, file=file, key="plant.wrenches")
+        context.require("plant.wrenches", "link", name, links)
     taken = set(load_signals(robot)).intersection(wrench_signals(settings.wrenches))
     if taken:
         what = f"{sorted(taken)[0]!r} is the force on a task point of the same name; rename one"
-        raise problem("wrenches", what)
+        raise context.error("plant.wrenches", what)
     rough = [c.name for c in robot.coordinates if c.friction]
     if settings.integrator == "rk4" and rough:
         what = f"rk4 knows no Coulomb friction, and {', '.join(rough)} has some; use 'euler'"
-        raise problem("integrator", what)
+        raise context.error("plant.integrator", what)
     if settings.integrator == "rk4" and has_world:
         what = "rk4 knows no contacts, and there is a [world]; use 'euler'"
-        raise problem("integrator", what)
+        raise context.error("plant.integrator", what)
     if settings.engine == "core" and has_world:
-        raise problem("engine", 'the core has no contacts; use engine = "dart"')
+        raise context.error("plant.engine", 'the core has no contacts; use engine = "dart"')
     require_multiple(
-        run.step, settings.step, "plant.step", file=file, key="plant.step", blame="run.step"
+        run.step,
+        settings.step,
+        "plant.step",
+        file=context.file,
+        key="plant.step",
+        blame="run.step",
     )
     return settings

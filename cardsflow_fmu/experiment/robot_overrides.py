@@ -38,18 +38,7 @@ _FIXED = ("name", "motions")  # what other parts, and the order of the coordinat
 
 
 def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: str) -> Robot:
-    """The robot with other numbers, vectors and attachments; not checked.
-
-    Args:
-        robot: The robot, with the cable set and the operational space that count.
-        overrides: By kind of part, its name, and its field.
-        file: The experiment, for messages.
-        key: The full key of the table [robot].
-
-    Raises:
-        UnknownNameError: One is for something that does not exist; the nearest is named.
-        InputError: A value does not fit the one that it is for.
-    """
+    """The robot with other numbers, vectors and attachments; not checked."""
     try:
         for kind, parts in overrides.items():
             items = {item.name: item for item in getattr(robot, kind)}

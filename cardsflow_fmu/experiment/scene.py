@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
+from addin_sdfusion.robot import InputError, Pose, Robot
 from addin_sdfusion.robot.readers.sdf.world import StaticObject, read_sdf_world
+from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.signals.port import signal_names
-from sim_dart.dart.link_shapes import link_shapes
+from sim_dart.dart.link_shapes import link_shapes as collision_shapes
 from sim_dart.scene import (
     GROUND,
     Box,
@@ -41,46 +40,36 @@ _SHAPES: dict[str, type[Shape]] = {
     "cylinder": Cylinder,
     "mesh": MeshShape,
 }
-_Made = TypeVar("_Made")
 
 
 def make_scene(
-    settings: WorldSettings, robot: Robot, mesh_folder: Path, file: Path
+    settings: WorldSettings, robot: Robot, mesh_folder: Path, context: Context
 ) -> tuple[Scene, WorldSettings]:
-    """The scene of [world], and the table complete: with an SDF world's objects, and all names.
-
-    Args:
-        settings: The table.
-        robot: The robot.
-        mesh_folder: Where the robot's mesh files are.
-        file: The experiment, for messages.
-
-    Raises:
-        InputError: Something in it is wrong; the message names file and key.
-    """
+    """The scene of [world], and the table complete: with an SDF world's objects, and all names."""
     if settings.sdf is not None:
-        settings = _with_sdf(settings, settings.sdf, file)
-    ground = settings.ground
+        settings = _with_sdf(settings, settings.sdf, context)
+    ground, objects, link_shapes = settings.ground, [], []
+    for k, own in enumerate(settings.objects):
+        with context.at(f"world.objects[{k}].mass"):
+            objects.append(_object(own))
+    for shape in settings.shapes:
+        pose = Pose(shape.position, shape.rpy)
+        surface = shape.friction, shape.restitution
+        link_shapes.append(LinkShape(shape.link, _shape(shape), pose, *surface))
     scene = Scene(
         None if ground is None else Ground(ground.height, ground.friction, ground.restitution),
-        tuple(
-            _made(file, f"objects[{k}].mass", partial(_object, own))
-            for k, own in enumerate(settings.objects)
-        ),
+        tuple(objects),
         settings.friction,
         settings.restitution,
         settings.friction_law,
         settings.links,
         settings.capsule_radius,
-        tuple(
-            _made(file, f"shapes[{k}].shape", partial(_link_shape, own))
-            for k, own in enumerate(settings.shapes)
-        ),
+        tuple(link_shapes),
         mesh_folder,
         settings.self_collision,
         settings.ignore,
     )
-    contacts = _checked_names(settings, scene, robot, file)
+    contacts = _checked_names(settings, scene, robot, context)
     return replace(scene, reported=contacts), settings.replaced(contacts=contacts)
 
 
@@ -97,31 +86,19 @@ def _object(own: ObjectSettings) -> SceneObject:
     )
 
 
-def _link_shape(own: LinkShapeSettings) -> LinkShape:
-    pose = Pose(own.position, own.rpy)
-    return LinkShape(own.link, _shape(own), pose, own.friction, own.restitution)
-
-
 def _shape(own: ObjectSettings | LinkShapeSettings) -> Shape:
     sizes: Any = (getattr(own, key) for key in SIZES[own.shape])
     return _SHAPES[own.shape](*sizes)
 
 
-def _made(file: Path, key: str, make: Callable[[], _Made]) -> _Made:
-    """What a record's constructor makes of numbers; its complaints get file and key."""
-    try:
-        return make()
-    except InputError as error:
-        raise InputError(error.what, file=file, key=f"world.{key}") from None
-
-
-def _with_sdf(settings: WorldSettings, sdf: Path, file: Path) -> WorldSettings:
+def _with_sdf(settings: WorldSettings, sdf: Path, context: Context) -> WorldSettings:
     """The table with the static objects of an SDF world."""
     world = read_sdf_world(sdf)
     for finding in world.findings:
         if finding.is_error:
             raise InputError(finding.message, file=finding.file, line=finding.line)
-    static = [_made(file, "sdf", partial(_static, own)) for own in world.objects]
+    with context.at("world.sdf"):
+        static = [_static(own) for own in world.objects]
     settings = settings.replaced(objects=(*settings.objects, *static), sdf=None)
     if world.ground is None or "ground" in settings.model_fields_set:
         return settings
@@ -150,34 +127,27 @@ def _static(thing: StaticObject) -> ObjectSettings:
 
 
 def _checked_names(
-    settings: WorldSettings, scene: Scene, robot: Robot, file: Path
+    settings: WorldSettings, scene: Scene, robot: Robot, context: Context
 ) -> tuple[str, ...]:
     """The names of bodies whose contacts are reported; all names in the table must exist."""
-
-    def require(name: str, known: Sequence[str], key: str, kind: str) -> None:
-        if name not in known:
-            raise UnknownNameError(kind, name, known, file=file, key=f"world.{key}")
-
+    kind, own = "link or object that collides", [link.name for link in robot.links]
     for shape in scene.link_shapes:
-        require(shape.link, [link.name for link in robot.links], "shapes", "link")
-    links = list(dict.fromkeys(shape.link for shape in link_shapes(robot, scene)))
+        context.require("world.shapes", "link", shape.link, own)
+    links = list(dict.fromkeys(shape.link for shape in collision_shapes(robot, scene)))
     things = [thing.name for thing in scene.objects]
     bodies = [*links, *things, *([GROUND] if scene.ground else [])]
     taken: set[str] = set()
-    for name in [*(link.name for link in robot.links), GROUND, *things]:
+    for name in [*own, GROUND, *things]:
         if name in taken:
-            what = f"the name {name!r} is taken; rename the object"
-            raise InputError(what, file=file, key="world.objects")
+            raise context.error("world.objects", f"the name {name!r} is taken; rename the object")
         taken.add(name)
     contacts = tuple(links) if settings.contacts is None else settings.contacts
     for pair in settings.ignore:
         for name in pair:
-            require(name, bodies, "ignore", "link or object that collides")
+            context.require("world.ignore", kind, name, bodies)
     for name in contacts:
-        require(name, bodies, "contacts", "link or object that collides")
-    try:
+        context.require("world.contacts", kind, name, bodies)
+    with context.at("world.contacts"):
         signal_names("object", [thing.name for thing in scene.moving_objects])
         signal_names("contact", contacts)
-    except InputError as error:
-        raise InputError(error.what, file=file, key="world.contacts") from None
     return contacts

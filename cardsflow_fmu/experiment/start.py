@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot import Robot, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from addin_sdfusion.robot.readers.caspr.trajectories import read_trajectory
 from cardsflow_fmu.config.names import Names
@@ -29,19 +29,7 @@ def read_reference(
     robot_path: Path,
     robot: Robot,
 ) -> tuple[StartSettings, ReferenceSettings]:
-    """The state at the start and the reference.
-
-    Args:
-        data: The table [reference].
-        start: The table [start].
-        space: Where a trajectory that is given by name is to be found.
-        context: What they are read with.
-        robot_path: The robot's main file.
-        robot: The robot, with its operational space.
-
-    Raises:
-        InputError: Something is wrong, or the start cannot be reached.
-    """
+    """The state at the start and the reference."""
     table = ReferenceTable.read(data, context, "reference")
     curve = _curve(table, space, context, robot_path)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
@@ -52,17 +40,15 @@ def read_reference(
         size = len(_names(space, context).names)
         if len(approach.start) != size:
             what = f"must be a list of {size} numbers, not {list(approach.start)!r}"
-            raise InputError(what, file=context.file, key="reference.approach.start")
+            raise context.error("reference.approach.start", what)
         settings = _start(start, context, robot, curve, approach.start, at_rest=True)
     else:
         settings = _start(start, context, robot, curve, None)
         begin = settings.q if space == "joint" else _task_position(robot, settings.q)
         approach = approach.replaced(start=begin)
     if space == "operational":
-        try:
+        with context.at("reference"):
             _inverse_kinematics(robot, first, settings.q, tolerance=_REACHABLE)
-        except InputError as error:
-            raise InputError(error.what, file=context.file, key="reference") from None
     return settings, ReferenceSettings(space, curve, approach)
 
 
@@ -88,7 +74,7 @@ def _curve(
     names = _names("operational", context).names
     if len(names) != 3 or any(not name.endswith(f".{a}") for name, a in zip(names, "xyz")):  # noqa: B905
         what = f"a flower needs a task point with axes x, y, z; found {', '.join(names) or 'none'}"
-        raise InputError(what, file=context.file, key="reference.flower.centre")
+        raise context.error("reference.flower.centre", what)
     return table.flower
 
 
@@ -101,17 +87,16 @@ def _named_trajectory(
         file = robot_path.with_name(f"{stem}_trajectories.xml")
         if file == robot_path or not file.is_file():
             what = f"missing, and there is no trajectories file beside {robot_path}"
-            raise InputError(what, file=context.file, key="reference.file")
+            raise context.error("reference.file", what)
     try:
         trajectory = read_trajectory(file, name, space)
     except UnknownNameError as error:
-        raise UnknownNameError(
-            "trajectory", name, error.known, file=context.file, key=key
-        ) from None
+        context.require(key, "trajectory", name, error.known)
+        raise
     size, rows = len(trajectory.points[0].q), _names(trajectory.space, context)
     if size != len(rows.names):
         what = f"{name!r} moves {size} {rows.kind}s, the robot has {len(rows.names)}"
-        raise InputError(what, file=context.file, key=key)
+        raise context.error(key, what)
     return trajectory
 
 
@@ -124,16 +109,7 @@ def _start(
     *,
     at_rest: bool = False,
 ) -> StartSettings:
-    """The state at the start; where the experiment is silent, that of the reference.
-
-    Args:
-        data: The table [start].
-        context: What it is read with.
-        robot: The robot.
-        curve: What is followed.
-        begin: Where the reference begins, q or y; None if an approach leads there from anywhere.
-        at_rest: Whether it begins at rest, as an approach does.
-    """
+    """The state at the start; where the experiment is silent, that of the reference."""
     initial = tuple(c.initial for c in robot.coordinates)
     rest = (0.0,) * len(initial)
     if begin is not None and isinstance(curve, Trajectory) and curve.space == "joint":
@@ -150,16 +126,13 @@ def _start(
         start = StartSettings.read(data, replace(context, defaults=defaults), "start")
         q, y = start.q, start.y or begin
         if "q" not in data and y is not None:
-            try:
+            with context.at("start.y" if start.y else "start.q"):
                 q = _inverse_kinematics(robot, y, start.seed)
-            except InputError as error:
-                key = "start.y" if start.y else "start.q"
-                raise InputError(error.what, file=context.file, key=key) from None
     for coordinate, value in zip(robot.coordinates, q, strict=True):
         if not coordinate.lower <= value <= coordinate.upper:
             limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
             what = f"{value!r} is outside the limits {limits}"
-            raise InputError(what, file=context.file, key=f"start.q.{coordinate.name}")
+            raise context.error(f"start.q.{coordinate.name}", what)
     return StartSettings(q=q, qd=start.qd)
 
 

@@ -18,11 +18,7 @@ Files = dict[str, bytes | Path]
 
 
 def experiment_data(experiment: Experiment) -> dict[str, Any]:
-    """Everything but the robot's files and external FMUs; it reads back as the same.
-
-    Args:
-        experiment: What to write.
-    """
+    """Everything but the robot's files and external FMUs; it reads back as the same."""
     robot, start, disturbance = experiment.robot, experiment.start, experiment.disturbance
     names = [c.name for c in robot.coordinates]
     data: dict[str, Any] = {

@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.multiples import require_multiple
@@ -162,24 +162,13 @@ def read_controller(
     reference: ReferenceSettings,
     start: StartSettings,
 ) -> ControllerSettings:
-    """The controller's settings.
-
-    Args:
-        data: The table [controller].
-        context: What it is read with.
-        run: The co-simulation.
-        reference: What the controller is to follow.
-        start: Where the robot begins.
-
-    Raises:
-        InputError: Something in it is wrong.
-    """
+    """The controller's settings."""
     fitting = [name for name, known in TYPES.items() if known.space == reference.space]
     name = data.get("type", fitting[0])
     if name not in fitting:
         what = f"{name!r} does not follow a reference in {reference.space} space"
         what += f"; use {' or '.join(map(repr, fitting))}"
-        raise InputError(what, file=context.file, key="controller.type")
+        raise context.error("controller.type", what)
     law = TYPES[name]
     exact = math.inf if law.task_weight is None else law.task_weight
     defaults = {"weights": law.force_weight, "task_weights": exact, "q0": start.q}

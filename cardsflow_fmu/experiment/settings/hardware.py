@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.multiples import require_multiple
 from cardsflow_fmu.config.names import each
@@ -202,32 +202,21 @@ class HardwareSettings(SafetySettings, LinkSettings):
 
 
 def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> HardwareSettings:
-    """What an experiment says of its hardware; everything has a default.
-
-    Args:
-        data: The table [hardware].
-        context: What it is read with.
-        step: Communication step of the runs, in [s].
-
-    Raises:
-        InputError: Something in it is wrong.
-    """
+    """What an experiment says of its hardware; everything has a default."""
     watchdog = max(_WATCHDOG, _WATCHDOG_STEPS * step)
     settings = HardwareSettings.read({"watchdog": watchdog, **data}, context, "hardware")
-
-    def problem(key: str, what: str) -> InputError:
-        return InputError(what, file=context.file, key=f"hardware.{key}")
-
     if settings.is_paced and settings.watchdog < 2.0 * step:
         what = f"{settings.watchdog!r} s is shorter than two of run.step, {step!r} s"
-        raise problem("watchdog", f"{what}: the device would not keep running")
+        raise context.error("hardware.watchdog", f"{what}: the device would not keep running")
     if settings.approach is not None:
         key = "hardware.approach"
         require_multiple(settings.approach, step, "run.step", file=context.file, key=key)
     if settings.emulator.any and settings.link.startswith("loopback"):
-        raise problem("emulator", "frames of loopback: meet no faults; use link = 'emulated:'")
+        what = "frames of loopback: meet no faults; use link = 'emulated:'"
+        raise context.error("hardware.emulator", what)
     if settings.tension_max and not settings.has_tensions:
-        raise problem("tension_max", "limits what has_tensions = false says is not measured")
+        what = "limits what has_tensions = false says is not measured"
+        raise context.error("hardware.tension_max", what)
     return settings
 
 
@@ -235,10 +224,6 @@ def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
     """What the hardware's FMU needs to know, as plain data that reads back as the same.
 
     Whether and how runs use the FMU is not of it, and no word leads to a key.
-
-    Args:
-        settings: What to write.
-        robot: The robot.
     """
     data = settings.data(["use", "key_file", "approach", "emulator"])
     for key in ("link", "bind"):

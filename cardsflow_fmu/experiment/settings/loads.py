@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import Context, Table, Vector3, setting
@@ -55,25 +55,17 @@ class WiringSettings(Table):
 
 
 def read_disturbance(data: dict[str, Any], context: Context) -> DisturbanceSettings | None:
-    """Forces from outside; None if the table is absent or empty.
-
-    Args:
-        data: The table [disturbance].
-        context: What it is read with.
-
-    Raises:
-        InputError: Something in it is wrong.
-    """
+    """Forces from outside; None if the table is absent or empty."""
     if not data:
         return None
     settings = DisturbanceSettings.read(data, context, "disturbance")
     if settings.end <= settings.begin:
         what = f"must be after begin, {settings.begin!r} s"
-        raise InputError(what, file=context.file, key="disturbance.end")
+        raise context.error("disturbance.end", what)
     if not settings.forces:
         points = ", ".join(context.names["point"].names) if context.names else ""
         what = f"missing: forces on {points or 'task points'}"
-        raise InputError(what, file=context.file, key="disturbance.force")
+        raise context.error("disturbance.force", what)
     return settings
 
 
@@ -83,14 +75,7 @@ def complete_wiring(
     disturbance: DisturbanceSettings | None,
     plant: PlantSettings,
 ) -> dict[str, str | float]:
-    """Connections by full port names, those of loads that nothing gives at 0.
-
-    Args:
-        settings: What the experiment says; the master checks that the ports exist.
-        robot: The robot.
-        disturbance: Forces from outside.
-        plant: The plant, which may take wrenches.
-    """
+    """Connections by full port names, those of loads that nothing gives at 0."""
     wiring: dict[str, str | float] = dict.fromkeys(
         (f"plant.{name}" for name in wrench_signals(plant.wrenches)), 0.0
     )

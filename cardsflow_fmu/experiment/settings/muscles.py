@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
 from pydantic import Field, create_model
@@ -15,8 +14,8 @@ from addin_sdfusion.robot.checks.check import require_valid
 from addin_sdfusion.robot.model.muscle import CableKind, CableModel
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS
 from addin_sdfusion.robot.model.tension_parameters import Parameter
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.table import FromZero, Short, Table, setting
+from cardsflow_fmu.config.messages import SettingError, joined
+from cardsflow_fmu.config.table import Context, FromZero, Short, Table, setting
 
 
 def _parameters() -> dict[str, Any]:
@@ -71,37 +70,25 @@ class MuscleSettings(Table):
     )
 
 
-def with_muscle_settings(robot: Robot, settings: Mapping[str, MuscleSettings], file: Path) -> Robot:
-    """The robot with the force bounds and models that the experiment changes.
-
-    Args:
-        robot: The robot as its files have it.
-        settings: By the muscle's name.
-        file: The experiment.
-
-    Raises:
-        InputError: Something in them is wrong; the message names file and key.
-    """
+def with_muscle_settings(
+    robot: Robot, settings: Mapping[str, MuscleSettings], context: Context
+) -> Robot:
+    """The robot with the force bounds and models that the experiment changes."""
     muscles = {muscle.name: muscle for muscle in robot.muscles}
     for name, changes in settings.items():
-        if name not in muscles:
-            raise UnknownNameError("muscle", name, muscles, file=file, key=f"muscles.{name}")
+        context.require(f"muscles.{name}", "muscle", name, muscles)
         try:
             muscles[name] = _changed(muscles[name], changes)
         except InputError as error:
-            key = f"muscles.{name}" + (f".{error.key}" if error.key else "")
-            raise type(error)(error.what, file=file, key=key) from None
+            error.file, error.key = context.file, joined(f"muscles.{name}", error.key)
+            raise
     changed = robot.with_muscles(list(muscles.values()))
     require_valid(changed)
     return changed
 
 
 def muscle_data(muscle: Muscle) -> dict[str, Any]:
-    """What [muscles.<name>] says of a muscle, which reads back as the same.
-
-    Args:
-        muscle: The muscle; what CASPR alone knows of its model stays in the robot's files.
-    """
+    """What [muscles.<name>] says of a muscle, which reads back as the same."""
     data: dict[str, Any] = {"f_min": muscle.f_min}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max

@@ -9,12 +9,7 @@ from cardsflow_fmu.signals.ports import task_names
 
 
 def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
-    """All names, by the keys that models use.
-
-    Args:
-        robot: The robot.
-        space: Of what is followed: its names are `followed`.
-    """
+    """All names, by the keys that models use."""
     coordinates = Names("coordinate", [c.name for c in robot.coordinates])
     groups = {f.name: [f"{f.name}.{axis}" for axis in f.axes] for f in robot.task_frames}
     tasks = Names("task coordinate", task_names(robot), groups)

@@ -10,8 +10,7 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
 from addin_sdfusion.robot.readers import Reading, read
 from addin_sdfusion.robot.transforms.combine import Member, combine
-from cardsflow_fmu.config.messages import joined
-from cardsflow_fmu.config.table import Table, Text, Vector3, setting
+from cardsflow_fmu.config.table import Context, Table, Text, Vector3, setting
 from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
 from cardsflow_fmu.signals.port import identifier
 from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals, task_signals
@@ -77,99 +76,59 @@ class RobotPart:
         return self.files[0].parent
 
 
-def read_robot(settings: RobotSettings, file: Path, key: str = "robot") -> tuple[Reading, Robot]:
-    """The robot of [robot]; what it was read from as well.
-
-    Args:
-        settings: The table.
-        file: The experiment.
-        key: The table's full key.
-
-    Raises:
-        InputError: The robot cannot be used, or something that is changed of it does not exist.
-    """
-
-    def problem(inner: str, what: str) -> InputError:
-        return InputError(what, file=file, key=joined(key, inner))
-
-    def unknown(inner: str, kind: str, name: str, known: Sequence[str]) -> UnknownNameError:
-        return UnknownNameError(kind, name, known, file=file, key=joined(key, inner))
-
+def read_robot(
+    settings: RobotSettings, context: Context, key: str = "robot"
+) -> tuple[Reading, Robot]:
+    """The robot of [robot]; what it was read from as well."""
     try:
-        reading = read(file.parent / settings.path, settings.cable_set)
+        reading = read(context.file.parent / settings.path, settings.cable_set)
     except UnknownNameError as error:
-        raise unknown("cable_set", "cable set", error.name, error.known) from None
+        context.require(f"{key}.cable_set", "cable set", error.name, error.known)
+        raise
     robot = reading.require()
     if (tasks := settings.operational_space) is not None:
         known = [s.name for s in robot.task_sets]
-        if tasks not in known:
-            raise unknown("operational_space", "operational space", tasks, known)
+        context.require(f"{key}.operational_space", "operational space", tasks, known)
         robot = replace(robot, task_set=tasks)
     if settings.gravity is not None:
         robot = replace(robot, gravity=settings.gravity)
-    robot = with_overrides(robot, settings.overrides, file, key)
-    try:  # names stay different as parts of FMI variable names
+    robot = with_overrides(robot, settings.overrides, context.file, key)
+    with context.at(f"{key}.path"):  # names stay different as parts of FMI variable names
         coordinate_signals("q", robot)
         muscle_signals("f", robot)
         task_signals("y", robot)
-    except InputError as error:
-        raise problem("path", error.what) from None
-    if not robot.coordinates:
-        raise problem("path", f"robot {robot.name!r} has no joint that moves")
-    if not robot.muscles:
-        raise problem("path", f"robot {robot.name!r} has no muscles")
+        if not robot.coordinates:
+            raise InputError(f"robot {robot.name!r} has no joint that moves")
+        if not robot.muscles:
+            raise InputError(f"robot {robot.name!r} has no muscles")
     return reading, robot
 
 
-def read_parts(rows: Sequence[PartSettings], file: Path) -> tuple[RobotPart, ...]:
-    """The robots of [[robots]].
-
-    Args:
-        rows: Its tables.
-        file: The experiment.
-
-    Raises:
-        InputError: Something in them is wrong.
-    """
+def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPart, ...]:
+    """The robots of [[robots]]."""
     parts = []
     for k, row in enumerate(rows):
         key = f"robots[{k}]"
         if identifier(row.name) != row.name:
             what = f"{row.name!r} is no plain name: letters, digits, underscores"
-            raise InputError(what, file=file, key=f"{key}.name")
-        reading, robot = read_robot(row, file, key)
+            raise context.error(f"{key}.name", what)
+        reading, robot = read_robot(row, context, key)
         pose = Pose(row.position, row.rpy)
         parts.append(RobotPart(row.name, robot, pose, reading.files, row.overrides))
     return tuple(parts)
 
 
-def combined(parts: Sequence[RobotPart], file: Path) -> tuple[Reading, Robot]:
-    """All robots as one, and what it was read from.
-
-    Args:
-        parts: The robots.
-        file: The experiment.
-
-    Raises:
-        InputError: They do not go together.
-    """
+def combined(parts: Sequence[RobotPart], context: Context) -> tuple[Reading, Robot]:
+    """All robots as one, and what it was read from."""
     members = [Member(part.name, part.robot, part.pose, part.folder) for part in parts]
     name = "_and_".join(part.robot.name for part in parts[:3]) + ("_etc" if parts[3:] else "")
-    try:
+    with context.at("robots"):
         robot = combine(name, members)
-    except InputError as error:
-        raise InputError(error.what, file=file, key="robots") from None
     return Reading(robot, (), tuple(file for part in parts for file in part.files)), robot
 
 
 def robot_data(robot: Robot, path: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """What [robot] says of a robot, complete.
-
-    Args:
-        robot: The robot.
-        path: Its main file.
-        overrides: What is changed of it.
-    """
+    """What [robot] says of a robot, complete."""
     data = {"path": str(path), "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     return (
         data | ({"operational_space": robot.task_set} if robot.task_set else {}) | dict(overrides)
@@ -177,10 +136,6 @@ def robot_data(robot: Robot, path: Path, overrides: Mapping[str, Any]) -> dict[s
 
 
 def part_data(part: RobotPart) -> dict[str, Any]:
-    """What a table of [[robots]] says of a robot, complete.
-
-    Args:
-        part: The robot, and where it is.
-    """
+    """What a table of [[robots]] says of a robot, complete."""
     pose = {"position": list(part.pose.position), "rpy": list(part.pose.rpy)}
     return {"name": part.name, **pose, **robot_data(part.robot, part.files[0], part.overrides)}

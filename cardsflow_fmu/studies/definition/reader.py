@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,22 +43,19 @@ def read_study(path: Path) -> dict[str, Any]:
     """
     file = path / STUDY_FILE if path.is_dir() else path
     data = read_settings(file)
-    tables = StudyTables.read(data, Context(file))
-
-    def problem(key: str, what: str) -> InputError:
-        return InputError(what, file=file, key=key)
-
-    settings = _settings(tables.settings, problem)
+    context = Context(file)
+    tables = StudyTables.read(data, context)
+    settings = _settings(tables.settings, context)
     check = PathCheck(tables.experiment, settings)
     base = check.base  # what is wrong with the experiment itself comes first
-    variations = tuple(read_variations(tables.vary, check, file))
+    variations = tuple(read_variations(tables.vary, check, context))
     if tables.optimise is not None and not _can_search(variations):
         what = "needs variations with a range to search, and no seeds"
-        raise problem("optimise.method", what)
-    sampler, count = _sampling(tables, variations, problem)
-    metrics = _metrics(tables, base, problem)
-    require_free_names(variations, metrics, file)
-    _require_engines(tables, base, problem)
+        raise context.error("optimise.method", what)
+    sampler, count = _sampling(tables, variations, context)
+    metrics = _metrics(tables, base, context)
+    require_free_names(variations, metrics, context)
+    _require_engines(tables, base, context)
     usual = "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
     return {
         "file": file,
@@ -69,24 +67,21 @@ def read_study(path: Path) -> dict[str, Any]:
         "sampler": sampler,
         "count": count,
         "metrics": metrics,
-        "box": _box(data.get("workspace"), base, file),
+        "box": _box(data.get("workspace"), base, context),
         "optimise": tables.optimise,
         "output": tables.output or file.parent / usual,
         "tables": tuple(dict.fromkeys(tables.tables)),
     }
 
 
-Problem = Callable[[str, str], InputError]
-
-
-def _settings(given: Mapping[str, Any], problem: Problem) -> dict[str, Any]:
+def _settings(given: Mapping[str, Any], context: Context) -> dict[str, Any]:
     """Changes to the experiment that all runs share: full keys, or tables in tables."""
     settings: dict[str, Any] = {}
     for key, value in given.items():
         try:
             settings |= _leaves(split_path(key), value)
         except InputError as error:
-            raise problem("settings", f"{key!r} {error.what}") from None
+            raise context.error("settings", f"{key!r} {error.what}") from None
     return settings
 
 
@@ -103,7 +98,7 @@ def _can_search(variations: Sequence[Variation]) -> bool:
 
 
 def _sampling(
-    tables: StudyTables, variations: Sequence[Variation], problem: Problem
+    tables: StudyTables, variations: Sequence[Variation], context: Context
 ) -> tuple[Sampler, int | None]:
     """How the variations are combined, and how often."""
     drawn = [v.name for v in variations if not v.is_listed and not v.is_seed]
@@ -111,53 +106,49 @@ def _sampling(
     count = tables.count
     if tables.optimise is not None:
         if tables.sampler is not None or count is not None:
-            raise problem("sampler", "an optimisation samples by itself; leave it out")
+            raise context.error("sampler", "an optimisation samples by itself; leave it out")
         return sampler, None
     if sampler in ("grid", "list"):
         if drawn:
-            raise problem("sampler", f"{sampler!r} needs `values` or `grid` for {drawn[0]}")
+            raise context.error("sampler", f"{sampler!r} needs `values` or `grid` for {drawn[0]}")
         if count is not None:
-            raise problem("count", f"{sampler!r} has as many runs as its values make")
+            raise context.error("count", f"{sampler!r} has as many runs as its values make")
         sizes = [len(v.listed) for v in variations if v.is_listed]
         if sampler == "list" and len(set(sizes)) > 1:
-            raise problem("vary", f"a list needs equally many values everywhere, not {sizes}")
+            raise context.error("vary", f"a list needs equally many values everywhere, not {sizes}")
         if sampler == "grid" and math.prod(sizes) > MOST_RUNS:
-            raise problem("vary", f"a grid of {math.prod(sizes)} runs; at most {MOST_RUNS}")
+            raise context.error("vary", f"a grid of {math.prod(sizes)} runs; at most {MOST_RUNS}")
         return sampler, None
     if count is None or not 1 <= count <= MOST_RUNS:
-        raise problem("count", f"must be 1 to {MOST_RUNS} for {sampler!r}, not {count}")
+        raise context.error("count", f"must be 1 to {MOST_RUNS} for {sampler!r}, not {count}")
     if sampler == "sensitivity" and count & (count - 1):
-        raise problem("count", f"must be a power of 2 for {sampler!r}, not {count}")
+        raise context.error("count", f"must be a power of 2 for {sampler!r}, not {count}")
     if not variations:
-        raise problem("vary", "missing: what is varied")
+        raise context.error("vary", "missing: what is varied")
     return sampler, count
 
 
-def _metrics(tables: StudyTables, base: Experiment, problem: Problem) -> tuple[str, ...]:
+def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[str, ...]:
     """The metrics that are asked for, and those that an optimisation needs."""
     names = list(DEFAULT_METRICS if tables.metrics is None else tables.metrics)
     if (search := tables.optimise) is not None:
         names += [search.objective, *(c.metric for c in search.constraints)]
-    try:
+    with context.at("metrics"):
         return spelled_out(names, base.robot)
-    except InputError as error:
-        raise problem("metrics", error.what) from None
 
 
-def _require_engines(tables: StudyTables, base: Experiment, problem: Problem) -> None:
+def _require_engines(tables: StudyTables, base: Experiment, context: Context) -> None:
     """That the loop in C has all that the experiment has, and that Parquet can be written."""
     if tables.engine == "native":
         from cardsflow_fmu.native.library import native_models
 
-        try:
+        with context.at("engine"):
             native_models(base, ROLES)
-        except InputError as error:
-            raise problem("engine", error.what) from None
     if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
-        raise problem("tables", "parquet needs pyarrow: pip install 'cardsflow[parquet]'")
+        raise context.error("tables", "parquet needs pyarrow: pip install 'cardsflow[parquet]'")
 
 
-def _box(data: Mapping[str, Any] | None, base: Experiment, file: Path) -> Box | None:
+def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> Box | None:
     """Joint positions of the workspace."""
     if not data:
         return None
@@ -166,10 +157,12 @@ def _box(data: Mapping[str, Any] | None, base: Experiment, file: Path) -> Box | 
         "lower": tuple(c.lower for c in coordinates),
         "upper": tuple(c.upper for c in coordinates),
     }
-    box = Box.read(data, Context(file, robot_names(base.robot), limits), "workspace")
+    box = Box.read(
+        data, replace(context, names=robot_names(base.robot), defaults=limits), "workspace"
+    )
     if any(a > b for a, b in zip(box.lower, box.upper, strict=True)):
-        raise InputError("must not be above upper", file=file, key="workspace.lower")
+        raise context.error("workspace.lower", "must not be above upper")
     if box.points < 1 or box.points ** len(coordinates) > _MOST_POSES:
         what = f"{box.points} along each axis are too few or too many poses"
-        raise InputError(what, file=file, key="workspace.points")
+        raise context.error("workspace.points", what)
     return box

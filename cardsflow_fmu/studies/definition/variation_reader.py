@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.config.key_path import EVERY_OTHER, indexed, join_path, split_path
+from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import task_names
 
@@ -22,58 +22,39 @@ from .variations import Relative, Variation
 
 
 def read_variations(
-    tables: Sequence[VarySettings], check: PathCheck, file: Path
+    tables: Sequence[VarySettings], check: PathCheck, context: Context
 ) -> list[Variation]:
-    """The variations of a study.
-
-    Args:
-        tables: Its tables [[vary]].
-        check: The check of paths.
-        file: The study, for messages.
-
-    Raises:
-        InputError: Variations do not go together.
-        UnknownNameError: A path leads nowhere; the nearest is named.
-    """
+    """The variations of a study."""
     found: list[Variation] = []
     for k, table in enumerate(tables):
-        try:
+        with context.at(f"vary[{k}].path"):
             found += _variations(table, check)
-        except InputError as error:
-            raise InputError(error.what, file=file, key=f"vary[{k}].path") from None
     paths = [path for variation in found for path in variation.paths]
     for kind, words in (("name", [variation.name for variation in found]), ("path", paths)):
         twice = [word for word in words if words.count(word) > 1]
         if twice:
-            raise InputError(f"the {kind} {twice[0]!r} is there twice", file=file, key="vary")
-    _require_order(paths, file)
+            raise context.error("vary", f"the {kind} {twice[0]!r} is there twice")
+    _require_order(paths, context)
     return found
 
 
-def require_free_names(variations: Sequence[Variation], metrics: Sequence[str], file: Path) -> None:
-    """Refuse variations that are called as another column of the table is.
-
-    Args:
-        variations: Of the study.
-        metrics: Its metrics.
-        file: The study, for messages.
-
-    Raises:
-        InputError: One is.
-    """
+def require_free_names(
+    variations: Sequence[Variation], metrics: Sequence[str], context: Context
+) -> None:
+    """Refuse variations that are called as another column of the table is."""
     for variation in variations:
         if variation.name in (*LEADING_COLUMNS, *TRAILING_COLUMNS, *metrics):
             what = f"the table has another column {variation.name!r}; give the variation a name"
-            raise InputError(what, file=file, key="vary")
+            raise context.error("vary", what)
 
 
-def _require_order(paths: Sequence[str], file: Path) -> None:
+def _require_order(paths: Sequence[str], context: Context) -> None:
     """Refuse a path below which another before it has set something that it would undo."""
     before: set[str] = set()
     for path in paths:
         if path in before:
             what = f"{path!r} undoes what is before it for a part of it; let it be first"
-            raise InputError(what, file=file, key="vary")
+            raise context.error("vary", what)
         parts = split_path(path)
         before |= {join_path(parts[:k]) for k in range(1, len(parts))}
         name, index = indexed(parts[-1])
