@@ -13,7 +13,7 @@ from typing import Any
 
 import fmpy
 import pytest
-from fmpy import fmi2
+from support.fmu.fmu_host import load
 from support.interleaved import interleaved, record
 from support.robots.robots import EXAMPLES
 
@@ -32,21 +32,10 @@ def test_a_direction(example: str, substeps: int, limit: float, tmp_path: Path) 
     experiment = Experiment.load(EXAMPLES / example, settings)
     file = build(experiment, tmp_path / "out", native=True)["plant"]
     fmpy.extract(str(file), str(tmp_path / "fmu"))
-    description = fmpy.read_model_description(str(tmp_path / "fmu"))
-    step = float(description.defaultExperiment.stepSize)
-    slave = fmi2.FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=str(tmp_path / "fmu"),
-        modelIdentifier="plant",
-        instanceName="plant",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    variables = description.modelVariables
-    outputs = [v.valueReference for v in variables if v.causality == "output"]
-    inputs = [v.valueReference for v in variables if v.causality == "input"]
+    step, host = experiment.run.step, load(tmp_path / "fmu")
+    host.open()
+    host.start()
+    slave, inputs, outputs = host.slave, host.of("input"), host.of("output")
     unknowns, knowns = (c_uint * len(outputs))(*outputs), (c_uint * len(inputs))(*inputs)
     seeds, answers = (c_double * len(inputs))(*[1.0] * len(inputs)), (c_double * len(outputs))()
     time = [0.0]

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from support.interleaved import interleaved, record
 from support.oracles.mujoco_model import MujocoRobot
-from support.robots.robots import EXAMPLES, chain, planar_2r
+from support.robots.robots import EXAMPLES, chain, planar_2r, with_coordinates
 
-from addin_sdfusion.robot import Joint, Robot, read_robot
+from addin_sdfusion.robot import Robot, read_robot
 from sim_dart import compile_blob
 from sim_dart.core.library import Core, library
 
@@ -63,19 +63,10 @@ class CorePlant:
         assert not self.core.step(self.core.handle, forces, None, STEP, steps)
 
 
-def unlimited(robot: Robot) -> Robot:
-    """Without joint limits, which MuJoCo has softer."""
-
-    def free(joint: Joint) -> Joint:
-        wide = (replace(c, lower=-math.inf, upper=math.inf) for c in joint.coordinates)
-        return replace(joint, coordinates=tuple(wide))
-
-    return replace(robot, joints=tuple(free(joint) for joint in robot.joints))
-
-
 def both(name: str) -> tuple[CorePlant, MujocoRobot, np.ndarray, np.ndarray]:
     """The robot in both engines, its start, and forces on its muscles."""
-    robot = unlimited(ROBOTS[name]())
+    # Without joint limits, which MuJoCo has softer.
+    robot = with_coordinates(ROBOTS[name](), lower=-math.inf, upper=math.inf)
     start = np.full(len(robot.coordinates), 0.1)
     forces = np.array([muscle.f_min for muscle in robot.muscles])
     return CorePlant(robot), MujocoRobot(robot, step=STEP), start, forces

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from support.command_line import CommandLine
 from support.fmu.fmu_host import Host, opened, unpack
+from support.fmu.worker_host import unpack_stubborn
 
 from cardsflow_fmu.fmu.description import FmiVersion
 
@@ -25,6 +26,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def toy_fmu(tmp_path_factory: pytest.TempPathFactory, fmi: FmiVersion) -> Path:
     """An unpacked FMU of the toy model."""
     return unpack(tmp_path_factory.mktemp("toy") / "toy", fmi=fmi)
+
+
+@pytest.fixture(scope="session")
+def stubborn_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An unpacked FMU of the stubborn model."""
+    return unpack_stubborn(tmp_path_factory.mktemp("stubborn") / "stubborn")
 
 
 @pytest.fixture

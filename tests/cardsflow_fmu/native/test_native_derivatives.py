@@ -11,8 +11,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from fmpy import fmi2
-from support.fmu.fmu_host import Host, refused
+from support.fmu.fmu_host import opened, pack, refused
 from support.fmu.native_slopes import (
     PLAIN,
     STEP,
@@ -26,11 +25,10 @@ from support.fmu.native_slopes import (
 )
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot, random_tree
-from support.robots.robots import EXAMPLES
+from support.robots.robots import EXAMPLES, stopped, with_coordinates
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.fields import encode
 from cardsflow_fmu.native.model_file import NativeModel, plant_fields
@@ -56,12 +54,7 @@ def check(
         for _ in range(4):
             direction = rng.uniform(-1, 1, at.size)
             expected = stretched(gamma, at, direction, size)
-            slave.slave.reset()
-            slave.slave.setupExperiment(startTime=0.0)
-            slave.slave.enterInitializationMode()
-            slave.slave.exitInitializationMode()
-            slave.slave.setReal(inputs, list(forces))
-            found = slave.derivative(knowns, direction)
+            found = slave_at(slave, inputs, at).derivative(knowns, direction)
             scale = np.abs(expected).max()
             np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * scale)
 
@@ -104,17 +97,8 @@ def test_friction(tmp_path: Path) -> None:
 
 
 def test_springs_and_damping(tmp_path: Path) -> None:
-    robot = random_robot(6)
-    joints = tuple(
-        replace(
-            joint,
-            coordinates=tuple(
-                replace(c, damping=0.3, stiffness=5.0, rest=0.1) for c in joint.coordinates
-            ),
-        )
-        for joint in robot.joints
-    )
-    check(replace(robot, joints=joints), tmp_path, 6)
+    robot = with_coordinates(random_robot(6), damping=0.3, stiffness=5.0, rest=0.1)
+    check(robot, tmp_path, 6)
 
 
 def test_a_joint_at_its_limit(tmp_path: Path) -> None:
@@ -123,12 +107,8 @@ def test_a_joint_at_its_limit(tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = rng.uniform(-1, 1, n), rng.uniform(-2, 2, n)
-    first, *others = robot.joints
     qd[0] = 3.0
-    (stop,) = first.coordinates
-    first = replace(first, coordinates=(replace(stop, upper=float(q[0]) + 1e-3),))
-    robot = replace(robot, joints=(first, *others))
-    with started(robot, tmp_path, q, qd) as slave:
+    with started(stopped(robot, float(q[0]) + 1e-3), tmp_path, q, qd) as slave:
         inputs = slave.of["input"]
         knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
         at = np.concatenate([np.linspace(5, 50, m), np.zeros(len(inputs) - m), q, qd])
@@ -147,8 +127,7 @@ def test_closed_forms(example: str, tmp_path: Path) -> None:
     """dqd+ = -h (M + h D)^-1 L' df, dq+ = h dqd+, dl+ = L dq+, dy+ = J dq+: to 1e-12."""
     experiment = Experiment.load(EXAMPLES / example)
     slave = Slave(build(experiment, tmp_path, native=True)["plant"], tmp_path / "unpacked")
-    slave.slave.enterInitializationMode()
-    slave.slave.exitInitializationMode()
+    slave.restart()
     forces = slave.references("f")
     slave.slave.setReal(forces, [20.0] * len(forces))
     before = slave.step(5)
@@ -170,7 +149,6 @@ def test_at_the_start(tmp_path: Path) -> None:
     """dl/dq_start = L, dy/dq_start = J."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
     slave = Slave(build(experiment, tmp_path, native=True)["plant"], tmp_path / "unpacked")
-    slave.slave.enterInitializationMode()
     q = np.array(experiment.start.q)
     found = np.array([slave.derivative([k], np.ones(1)) for k in slave.references("q_start")]).T
     d = CoreDynamics(experiment.robot)
@@ -188,8 +166,7 @@ def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
     rows = []
     for asks in (False, True):
         slave = Slave(file, tmp_path / str(asks))
-        slave.slave.enterInitializationMode()
-        slave.slave.exitInitializationMode()
+        slave.restart()
         slave.slave.setReal(slave.references("f"), [30.0] * len(slave.references("f")))
         for _ in range(5):
             slave.step()
@@ -213,10 +190,7 @@ def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = np.full(n, 0.2), np.zeros(n)
     qd[0] = 3.0
-    first, *others = robot.joints
-    (stop,) = first.coordinates
-    first = replace(first, coordinates=(replace(stop, upper=0.201),))
-    with started(replace(robot, joints=(first, *others)), tmp_path, q, qd) as slave:
+    with started(stopped(robot, 0.201), tmp_path, q, qd) as slave:
         inputs = slave.of["input"]
         assert slave.step()[0] == pytest.approx(0.201, abs=1e-15)
         back = np.zeros(m)
@@ -242,18 +216,10 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
     groups["tensions"] = [Port("t.cable", "N", "output", "continuous", "Its tension")]
     counts, fields = plant_fields(robot, 1)
     contents = encode("plant", compile_blob(robot), groups, counts, fields | {"modelled": [0]})
-    file = write_fmu(
-        tmp_path / "plant.fmu",
-        model_class=PlantModel,
-        model_name="plant",
-        ports=all_ports(groups),
-        resources={},
-        step=STEP,
-        native=NativeModel(contents, True),
-    )
+    native = NativeModel(contents, True)
+    file = pack(tmp_path / "plant.fmu", PlantModel, all_ports(groups), native=native)
     slave = Slave(file, tmp_path / "unpacked")
-    slave.slave.enterInitializationMode()
-    slave.slave.exitInitializationMode()
+    slave.restart()
     (tension,) = slave.references("t")
     slave.slave.setReal([0, 1], [5.0, -5.0])
     assert slave.slave.getDirectionalDerivative([tension], [0, 1], [3.0, 1.0]) == [3.0]
@@ -277,20 +243,9 @@ def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
     files = [str(path) for path in (folder / "sources").rglob("*.c")]
     flags = ["-std=c99", "-DHAS_CORE_TANGENT=0", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
     subprocess.run(["gcc", *flags, *files, "-o", str(library), "-lm"], check=True)
-    description = fmpy.read_model_description(str(folder))
-    host = Host(
-        fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier="plant",
-            instanceName="plant",
-        )
-    )
-    host.open(events=False)
-    host.start()
-    host.slave.doStep(0.0, STEP)
-    output = next(v.valueReference for v in description.modelVariables if v.causality == "output")
-    refused(lambda: host.slave.getDirectionalDerivative([output], [0], [1.0]))
-    assert "no complex numbers" in host.last
-    host.slave.terminate()
-    host.slave.freeInstance()
+    with opened(folder) as (host,):
+        host.start()
+        host.slave.doStep(0.0, STEP)
+        refused(lambda: host.slave.getDirectionalDerivative(host.of("output")[:1], [0], [1.0]))
+        assert "no complex numbers" in host.last
+        host.slave.terminate()

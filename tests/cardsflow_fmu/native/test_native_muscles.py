@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import fmpy
 import pytest
 from support.cases import few
 from support.fmu.co_simulation import assert_native_agrees
-from support.fmu.fmu_host import load, refused
+from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
 
@@ -95,17 +96,10 @@ def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> Non
 
 @pytest.mark.native
 def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
-    folder = tmp_path / "unpacked"
-    fmpy.extract(str(build(experiment_of("mixed"), tmp_path, native=True)["plant"]), str(folder))
-    host = load(folder)
-    assert host.instantiate(host.slave.guid, (folder / "resources").as_uri())
-    host.slave.setupExperiment(startTime=0.0)
-    host.slave.enterInitializationMode()
-    host.slave.exitInitializationMode()
-    description = fmpy.read_model_description(str(folder))
-    (u,) = [v.valueReference for v in description.modelVariables if v.name == "u.cable_3"]
-    refused(lambda: host.slave.setReal([u], [float("nan")]) or host.slave.doStep(0.0, 1e-3))
-    assert "u.cable_3" in host.last
+    file = build(experiment_of("mixed"), tmp_path, native=True)["plant"]
+    with running(file, tmp_path / "unpacked") as host:
+        refused(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
+        assert "u.cable_3" in host.last
 
 
 def test_what_plants_lack_is_refused_by_name(tmp_path: Path) -> None:

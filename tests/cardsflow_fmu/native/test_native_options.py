@@ -8,10 +8,9 @@ from typing import Any, get_args
 import fmpy
 import numpy as np
 import pytest
-from fmpy import fmi2
 from support.cases import few
 from support.fmu.co_simulation import LAWS, assert_native_agrees, assert_rows_agree
-from support.fmu.fmu_host import load, refused
+from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES, with_coordinates
 
@@ -75,27 +74,6 @@ def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) 
         assert all(f"w.{link}.tz" in names for link in plant.wrenches)
 
 
-def opened(file: Path, folder: Path) -> tuple[fmi2.FMU2Slave, list[int], list[int]]:
-    """A plant at its start, and the references of its inputs and outputs."""
-    fmpy.extract(str(file), str(folder))
-    description = fmpy.read_model_description(str(folder))
-    slave = fmi2.FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=str(folder),
-        modelIdentifier="plant",
-        instanceName="plant",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    inputs, outputs = (
-        [v.valueReference for v in description.modelVariables if v.causality == kind]
-        for kind in ("input", "output")
-    )
-    return slave, inputs, outputs
-
-
 @pytest.mark.parametrize("case", few(CASES, 3))
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
@@ -104,34 +82,31 @@ def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -
     model = PlantModel(experiment)
     model.initialize()
     file = build(experiment, tmp_path, native=True)["plant"]
-    slave, inputs, outputs = opened(file, tmp_path / "unpacked")
     rng, step = np.random.default_rng(3), experiment.run.step
     starts: FloatArray = model.inputs.copy()
-    for k in range(300):
-        model.inputs[:] = starts + 0.1 * rng.uniform(0, 1, starts.size)
-        slave.setReal(inputs, model.inputs.tolist())
-        model.step(k * step, step)
-        slave.doStep(k * step, step)
-        np.testing.assert_array_equal(slave.getReal(outputs), model.outputs)
-    slave.terminate()
-    slave.freeInstance()
+    with running(file, tmp_path / "unpacked") as host:
+        for k in range(300):
+            model.inputs[:] = starts + 0.1 * rng.uniform(0, 1, starts.size)
+            host.slave.setReal(host.of("input"), model.inputs.tolist())
+            model.step(k * step, step)
+            host.slave.doStep(k * step, step)
+            np.testing.assert_array_equal(host.slave.getReal(host.of("output")), model.outputs)
 
 
 @pytest.mark.parametrize("case", few(["rk4", "energy", "wrenches", "all"], 2))
 def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
-    slave, inputs, outputs = opened(file, tmp_path / "unpacked")
-    slave.doStep(0.0, 1e-3)
+    with running(file, tmp_path / "unpacked") as host:
+        inputs, outputs = host.of("input"), host.of("output")
+        host.slave.doStep(0.0, 1e-3)
 
-    def ask() -> object:
-        return slave.getDirectionalDerivative(outputs, inputs, [1.0] * len(inputs))
+        def ask() -> object:
+            return host.slave.getDirectionalDerivative(outputs, inputs, [1.0] * len(inputs))
 
-    if fmpy.read_model_description(str(file)).coSimulation.providesDirectionalDerivative:
-        assert np.isfinite(ask()).all()
-    else:
-        refused(ask)
-    slave.terminate()
-    slave.freeInstance()
+        if fmpy.read_model_description(str(file)).coSimulation.providesDirectionalDerivative:
+            assert np.isfinite(ask()).all()
+        else:
+            refused(ask)
 
 
 @pytest.mark.parametrize("case", ["rk4", "all", "hill rk4"])
@@ -163,22 +138,18 @@ def energy_lost(rule: str, step: float, folder: Path) -> float:
     settings = {"plant.wrenches": ["link_2"], "plant.energy": True, "plant.integrator": rule}
     experiment = Experiment.load(EXAMPLES / "planar_2r", settings | {"plant.step": step})
     file = build(experiment, folder, native=True)["plant"]
-    slave, inputs, _ = opened(file, folder / "unpacked")
-    names = [v.name for v in fmpy.read_model_description(str(file)).modelVariables]
-    energies, works = (
-        [k for k, name in enumerate(names) if name.startswith(prefix)]
-        for prefix in ("energy.", "work.")
-    )
-    slave.setReal([inputs[0], names.index("w.link_2.fx")], [15.0, 3.0])
-    begin = sum(slave.getReal(energies))
-    for k in range(50):
-        slave.doStep(k * 2e-3, 2e-3)
-    done = slave.getReal(works)
-    assert min(abs(work) for work in done[:2]) > 0.01
-    lost = abs(sum(slave.getReal(energies)) - begin - sum(done))
-    slave.terminate()
-    slave.freeInstance()
-    return float(lost)
+    with running(file, folder / "unpacked") as host:
+        energies, works = (
+            [name for name in host.references if name.startswith(prefix)]
+            for prefix in ("energy.", "work.")
+        )
+        host.set(**{"f.cable_1": 15.0, "w.link_2.fx": 3.0})
+        begin = sum(host.get(*energies))
+        for k in range(50):
+            host.slave.doStep(k * 2e-3, 2e-3)
+        done = host.get(*works)
+        assert min(abs(work) for work in done[:2]) > 0.01
+        return abs(sum(host.get(*energies)) - begin - sum(done))
 
 
 @pytest.mark.parametrize(("rule", "order", "most"), [("euler", 1, 0.05), ("rk4", 4, 1e-7)])
@@ -231,17 +202,10 @@ def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
 def test_a_push_that_is_no_number_is_refused_by_name(
     name: str, value: float, tmp_path: Path
 ) -> None:
-    folder = tmp_path / "unpacked"
-    fmpy.extract(str(build(experiment_of("all"), tmp_path, native=True)["plant"]), str(folder))
-    host = load(folder)
-    assert host.instantiate(host.slave.guid, (folder / "resources").as_uri())
-    host.slave.setupExperiment(startTime=0.0)
-    host.slave.enterInitializationMode()
-    host.slave.exitInitializationMode()
-    variables = fmpy.read_model_description(str(folder)).modelVariables
-    (reference,) = [v.valueReference for v in variables if v.name == name]
-    refused(lambda: host.slave.setReal([reference], [value]) or host.slave.doStep(0.0, 1e-3))
-    assert name in host.last
+    file = build(experiment_of("all"), tmp_path, native=True)["plant"]
+    with running(file, tmp_path / "unpacked") as host:
+        refused(lambda: host.set(**{name: value}) or host.slave.doStep(0.0, 1e-3))
+        assert name in host.last
 
 
 @pytest.mark.native

@@ -7,14 +7,21 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import fmpy
 import pytest
 from stubborn_model import RAISE
-from support.fmu.fmu_host import STEP, Host, cannot_open, load, opened, plain_run, refused, unpack
-from support.fmu.worker_host import opened_stubborn, put, start, sums, unpack_stubborn, value
+from support.fmu.fmu_host import (
+    STEP,
+    Host,
+    cannot_open,
+    load,
+    opened,
+    plain_run,
+    refused,
+    unpack,
+    unpacked,
+)
+from support.fmu.worker_host import opened_stubborn, sums
 from toy_model import REFERENCES, OtherToyModel, ToyModel
-
-from cardsflow_fmu.fmu.writer import write_fmu
 
 pytestmark = pytest.mark.native
 
@@ -64,15 +71,9 @@ def instance(mode: str, toy_fmu: Path) -> Iterator[Host]:
         yield host
 
 
-@pytest.fixture(scope="session")
-def stubborn_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An unpacked FMU of the stubborn model."""
-    return unpack_stubborn(tmp_path_factory.mktemp("stubborn") / "stubborn")
-
-
 def test_where_the_model_runs(mode: str, stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
-        assert (value(host, "process") == os.getpid()) == (mode == "in-process")
+        assert (host.value("process") == os.getpid()) == (mode == "in-process")
 
 
 def test_a_run_is_the_plain_class(instance: Host) -> None:
@@ -102,20 +103,11 @@ def test_two_modules_of_one_name(
             patch.delitem(sys.modules, "equal_name", raising=False)
             import equal_name  # type: ignore[import-not-found]
 
-            archive = write_fmu(
-                folder / "equal.fmu",
-                model_class=equal_name.Model,
-                model_name="equal",
-                ports=equal_name.PORTS,
-                resources={},
-                step=STEP,
-            )
+            hosts.append(load(unpacked(folder / "equal", equal_name.Model, equal_name.PORTS)))
         sys.modules.pop("equal_name")
-        fmpy.extract(str(archive), str(folder / "fmu"))
-        hosts.append(load(folder / "fmu"))
     for host in hosts:
-        host.slave.instantiate(callbacks=host.callbacks)
-        start(host)
+        host.open()
+        host.start()
     assert [host.slave.getReal([0]) for host in hosts] == [[1.0], [2.0]]
     for host in hosts:
         host.slave.freeInstance()
@@ -147,13 +139,13 @@ def test_exceptions_reach_the_log(instance: Host, when: str) -> None:
 def test_twenty_instances(mode: str, stubborn_fmu: Path) -> None:
     hosts = [load(stubborn_fmu, f"number {i}") for i in range(20)]
     for host in hosts:
-        host.slave.instantiate(callbacks=host.callbacks)
-        start(host)
+        host.open()
+        host.start()
     for k in range(5):
         for i, host in enumerate(hosts):
-            put(host, u=float(i))
+            host.set(u=float(i))
             host.slave.doStep(k * STEP, STEP)
-    assert [value(host, "sum") for host in hosts] == [5.0 * i for i in range(20)]
+    assert [host.value("sum") for host in hosts] == [5.0 * i for i in range(20)]
     for host in hosts:
         host.slave.freeInstance()
 
@@ -161,14 +153,14 @@ def test_twenty_instances(mode: str, stubborn_fmu: Path) -> None:
 def test_freed_at_any_time(mode: str, stubborn_fmu: Path) -> None:
     for stage in range(5):
         host = load(stubborn_fmu)
-        host.slave.instantiate(callbacks=host.callbacks)
+        host.open()
         if stage >= 1:
             host.slave.setupExperiment(startTime=0.0)
             host.slave.enterInitializationMode()
         if stage >= 2:
             host.slave.exitInitializationMode()
         if stage >= 3:
-            put(host, action=RAISE)
+            host.set(action=RAISE)
             refused(lambda host=host: host.slave.doStep(0.0, STEP))
         if stage >= 4:
             host.slave.reset()
@@ -179,26 +171,25 @@ def test_failed_asked_reset_and_freed_again_and_again(mode: str, stubborn_fmu: P
     """`CARDSFLOW_TEST_REPEATS=200` is the full number."""
     for _ in range(REPEATS):
         with opened_stubborn(stubborn_fmu) as host:
-            put(host, action=RAISE)
+            host.set(action=RAISE)
             refused(lambda host=host: host.slave.doStep(0.0, STEP))
-            refused(lambda host=host: value(host, "sum"))
+            refused(lambda host=host: host.value("sum"))
             host.slave.reset()
-            start(host)
+            host.start()
             assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
 @pytest.mark.parametrize("size", [0, 65528, 65529, 300_000])
 def test_states_of_any_size(mode: str, stubborn_fmu: Path, size: int) -> None:
     with opened_stubborn(stubborn_fmu) as host:
-        put(host, state_size=float(size))
+        host.set(state_size=float(size))
         sums(host, 0, 5)
         state = host.slave.getFMUstate()
         first = sums(host, 5, 9)
         host.slave.setFMUstate(state)
-        assert sums(host, 5, 9) == first
-        data = host.slave.serializeFMUstate(state)
         host.slave.freeFMUstate(state)
-        assert len(data) > size
+        assert sums(host, 5, 9) == first
+        assert len(host.save()) > size
 
 
 def test_a_state_goes_to_the_other_mode(
@@ -207,16 +198,12 @@ def test_a_state_goes_to_the_other_mode(
     with opened(toy_fmu) as (one,):
         one.start(stiffness=7.0)
         one.drive(0, 10)
-        state = one.slave.getFMUstate()
-        data = one.slave.serializeFMUstate(state)
-        one.slave.freeFMUstate(state)
+        data = one.save()
         rest = one.drive(10, 50)
     other = "worker" if mode == "in-process" else "in-process"
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", other)
     with opened(toy_fmu) as (two,):
-        state = two.slave.deSerializeFMUstate(data)
-        two.slave.setFMUstate(state)
-        two.slave.freeFMUstate(state)
+        two.restore(data)
         assert (two.drive(10, 50) == rest).all()
     assert (rest == plain_run(50, stiffness=7.0)[10:]).all()
 

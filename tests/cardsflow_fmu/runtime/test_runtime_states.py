@@ -69,12 +69,7 @@ def test_goes_to_another_instance(toy_fmu: Path) -> None:
     with opened(toy_fmu, toy_fmu) as (one, two):
         one.start(stiffness=7.0, gain=2.0)
         one.drive(0, 10)
-        state = one.slave.getFMUstate()
-        data = one.slave.serializeFMUstate(state)
-        one.slave.freeFMUstate(state)
-        state = two.slave.deSerializeFMUstate(data)
-        two.slave.setFMUstate(state)
-        two.slave.freeFMUstate(state)
+        two.restore(one.save())
         assert (one.drive(10, 50) == two.drive(10, 50)).all()
 
 
@@ -84,9 +79,7 @@ from pathlib import Path
 from support.fmu.fmu_host import opened
 
 with opened(Path(sys.argv[1])) as (host,):
-    state = host.slave.deSerializeFMUstate(Path(sys.argv[2]).read_bytes())
-    host.slave.setFMUstate(state)
-    host.slave.freeFMUstate(state)
+    host.restore(Path(sys.argv[2]).read_bytes())
     print(host.drive(10, 50).tobytes().hex())
 """
 
@@ -94,9 +87,7 @@ with opened(Path(sys.argv[1])) as (host,):
 def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -> None:
     started.set(gain=2.0)
     started.drive(0, 10)
-    state = started.slave.getFMUstate()
-    (tmp_path / "state").write_bytes(started.slave.serializeFMUstate(state))
-    started.slave.freeFMUstate(state)
+    (tmp_path / "state").write_bytes(started.save())
     command = [sys.executable, "-c", OTHER_PROCESS, str(toy_fmu), str(tmp_path / "state")]
     done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True)
     assert bytes.fromhex(done.stdout) == started.drive(10, 50).tobytes()
@@ -155,9 +146,7 @@ def test_in_initialization_mode(host: Host) -> None:
 
 def test_wrong_bytes_are_refused(started: Host) -> None:
     slave = started.slave
-    state = slave.getFMUstate()
-    data = slave.serializeFMUstate(state)
-    slave.freeFMUstate(state)
+    data = started.save()
     for wrong in (b"", data[:-1], data + b"\0", data[:40], b"\1" + data[1:]):
         refused(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
         assert started.last.startswith("deSerializeFMUstate: the state")
@@ -168,9 +157,7 @@ def test_damaged_bytes_do_no_harm(toy_fmu: Path) -> None:
     rng = random.Random(1)
     with opened(toy_fmu) as (host,):
         host.start()
-        state = host.slave.getFMUstate()
-        data = host.slave.serializeFMUstate(state)
-        host.slave.freeFMUstate(state)
+        data = host.save()
         for _ in range(300):
             wrong = bytearray(data)
             for _ in range(rng.randint(1, 4)):
@@ -185,9 +172,7 @@ def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path, fmi: FmiVe
     other = unpack(tmp_path / "other", OtherToyModel, "other", fmi=fmi)
     with opened(toy_fmu, other) as (one, two):
         one.start()
-        state = one.slave.getFMUstate()
-        data = one.slave.serializeFMUstate(state)
-        one.slave.freeFMUstate(state)
+        data = one.save()
         refused(lambda: two.slave.deSerializeFMUstate(data))
         assert two.last == "deSerializeFMUstate: the state is another FMU's"
 
@@ -227,9 +212,7 @@ def go_to(host: Host, data: bytes) -> None:
 def test_numbers_that_cannot_be_set_are_refused(started: Host) -> None:
     slave = started.slave
     started.drive(0, 5)
-    state = slave.getFMUstate()
-    data = slave.serializeFMUstate(state)
-    slave.freeFMUstate(state)
+    data = started.save()
     header = struct.calcsize("<8s4I3Q3d")
     start_time, time = header - 24, header - 8
     places = [start_time, time, header, header + 8 * REFERENCES["gain"]]

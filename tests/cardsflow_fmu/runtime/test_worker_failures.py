@@ -19,11 +19,7 @@ from support.fmu.worker_host import (
     eventually,
     is_running,
     opened_stubborn,
-    put,
-    start,
     sums,
-    unpack_stubborn,
-    value,
 )
 
 pytestmark = [
@@ -36,12 +32,12 @@ KILLS = int(os.environ.get("CARDSFLOW_TEST_KILLS", "3"))
 HOST = """
 import sys
 from pathlib import Path
-from support.fmu.worker_host import load, put, start, value
+from support.fmu.fmu_host import load
 host = load(Path(sys.argv[1]))
-host.slave.instantiate(callbacks=host.callbacks)
-start(host)
-print(int(value(host, "process")), flush=True)
-put(host, action=float(sys.argv[2]))
+host.open()
+host.start()
+print(int(host.value("process")), flush=True)
+host.set(action=float(sys.argv[2]))
 if sys.argv[2] != "0":
     host.slave.doStep(0.0, 1e-3)
 sys.stdin.read()
@@ -54,38 +50,32 @@ def worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
 
 
-@pytest.fixture(scope="session")
-def stubborn_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An unpacked FMU of the stubborn model."""
-    return unpack_stubborn(tmp_path_factory.mktemp("stubborn") / "stubborn")
-
-
 def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)
         for _ in range(KILLS):
-            process = int(value(host, "process"))
-            put(host, action=SLEEP, worker_timeout=1e6)
+            process = int(host.value("process"))
+            host.set(action=SLEEP, worker_timeout=1e6)
             killer = threading.Timer(0.05, os.kill, (process, signal.SIGKILL))
             killer.start()
             refused(lambda: host.slave.doStep(5 * STEP, STEP))
             killer.join()
             assert host.last.endswith("the worker process was ended by signal 9")
-            refused(lambda: value(host, "sum"))
+            refused(lambda: host.value("sum"))
             host.slave.reset()
-            start(host)
-            assert value(host, "process") != process
+            host.start()
+            assert host.value("process") != process
             assert sums(host, 0, 5) == expected
 
 
 def test_killed_between_steps(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         for call in ("doStep", "reset"):
-            os.kill(int(value(host, "process")), signal.SIGKILL)
+            os.kill(int(host.value("process")), signal.SIGKILL)
             if call == "doStep":
                 refused(lambda: host.slave.doStep(0.0, STEP))
             host.slave.reset()
-            start(host)
+            host.start()
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
@@ -95,11 +85,11 @@ def test_killed_between_steps(stubborn_fmu: Path) -> None:
 )
 def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
-        put(host, action=action)
+        host.set(action=action)
         refused(lambda: host.slave.doStep(0.0, STEP))
         assert message in host.last
         host.slave.reset()
-        start(host)
+        host.start()
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
@@ -111,26 +101,26 @@ def test_hangs(
     if told_by == "environment":
         monkeypatch.setenv("CARDSFLOW_FMU_TIMEOUT", "0.5")
     with opened_stubborn(stubborn_fmu) as host:
-        process = value(host, "process")
-        put(host, action=action, worker_timeout=0.5 if told_by == "parameter" else 1e6)
+        process = host.value("process")
+        host.set(action=action, worker_timeout=0.5 if told_by == "parameter" else 1e6)
         begin = time.monotonic()
         refused(lambda: host.slave.doStep(0.0, STEP))
         assert time.monotonic() - begin > 0.4
         assert host.last.endswith("no answer from the worker process within 0.5 s")
         assert not is_running(process)
         host.slave.reset()
-        start(host)
+        host.start()
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
 def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         state = host.slave.getFMUstate()
-        os.kill(int(value(host, "process")), signal.SIGKILL)
+        os.kill(int(host.value("process")), signal.SIGKILL)
         refused(lambda: host.slave.doStep(0.0, STEP))
         host.slave.setFMUstate(state)
         host.slave.freeFMUstate(state)
-        put(host, u=1.0)
+        host.set(u=1.0)
         host.slave.doStep(0.0, STEP)
 
 
@@ -153,9 +143,9 @@ def test_host_ends_without_freeing(stubborn_fmu: Path) -> None:
 
 def test_interrupt_of_the_terminal(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
-        os.kill(int(value(host, "process")), signal.SIGINT)
+        os.kill(int(host.value("process")), signal.SIGINT)
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
-        assert os.getpgid(int(value(host, "process"))) != os.getpgid(0)
+        assert os.getpgid(int(host.value("process"))) != os.getpgid(0)
 
 
 def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
@@ -163,7 +153,7 @@ def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
     try:
         with opened_stubborn(stubborn_fmu) as host:
             assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
-            os.kill(int(value(host, "process")), signal.SIGKILL)
+            os.kill(int(host.value("process")), signal.SIGKILL)
             refused(lambda: host.slave.doStep(3 * STEP, STEP))
     finally:
         signal.signal(signal.SIGCHLD, before)
@@ -171,7 +161,7 @@ def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
 
 def test_free_leaves_nothing(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
-        process = value(host, "process")
+        process = host.value("process")
         assert int(process) in children()
     assert int(process) not in children()
 
@@ -195,13 +185,14 @@ def read_number(host: subprocess.Popen[str]) -> int:
 CLOSED = """
 import os, sys
 from pathlib import Path
-from support.fmu.worker_host import load, start, sums
+from support.fmu.fmu_host import load
+from support.fmu.worker_host import sums
 output = os.dup(1)
 for number in map(int, sys.argv[2]):
     os.close(number)
 host = load(Path(sys.argv[1]))
-host.slave.instantiate(callbacks=host.callbacks)
-start(host)
+host.open()
+host.start()
 os.write(output, repr(sums(host, 0, 5)).encode())
 host.slave.freeInstance()
 """

@@ -9,8 +9,9 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
@@ -21,7 +22,8 @@ from toy_model import PORTS, REFERENCES, ToyModel
 
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.writer import write_fmu
-from cardsflow_fmu.models.model import FloatArray
+from cardsflow_fmu.models.model import FloatArray, FmuModel
+from cardsflow_fmu.signals.port import Port
 
 from .fmi3_host import FMU3SlaveAs2
 
@@ -47,6 +49,7 @@ class Host:
     """An instance, and what it has logged."""
 
     slave: fmi2.FMU2Slave
+    variables: list[fmpy.model_description.ScalarVariable] = field(default_factory=list)
     messages: list[Message] = field(default_factory=list)
     callbacks: fmi2.fmi2CallbackFunctions = field(default_factory=fmi2.fmi2CallbackFunctions)
 
@@ -57,12 +60,21 @@ class Host:
 
         self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
 
+    @cached_property
+    def references(self) -> dict[str, int]:
+        """Value references by name."""
+        return {variable.name: variable.valueReference for variable in self.variables}
+
+    def of(self, causality: str) -> list[int]:
+        """Value references of one causality."""
+        return [v.valueReference for v in self.variables if v.causality == causality]
+
     @property
     def last(self) -> str:
         """The last message, as a host that formats it would show it."""
         return self.messages[-1].text.replace("%%", "%").replace("##", "#")
 
-    def open(self, events: bool) -> None:
+    def open(self, events: bool = False) -> None:
         """Instantiate."""
         self.slave.instantiate(callbacks=self.callbacks, loggingOn=events)
 
@@ -91,12 +103,29 @@ class Host:
 
     def set(self, **values: float) -> None:
         """Set real variables by name."""
-        self.slave.setReal([REFERENCES[name] for name in values], list(values.values()))
+        self.slave.setReal([self.references[name] for name in values], list(values.values()))
 
     def get(self, *names: str) -> list[float]:
         """Get real variables by name."""
-        values: list[float] = self.slave.getReal([REFERENCES[name] for name in names])
+        values: list[float] = self.slave.getReal([self.references[name] for name in names])
         return values
+
+    def value(self, name: str) -> float:
+        """A real variable."""
+        return self.get(name)[0]
+
+    def save(self) -> bytes:
+        """The state, serialised."""
+        state = self.slave.getFMUstate()
+        data: bytes = self.slave.serializeFMUstate(state)
+        self.slave.freeFMUstate(state)
+        return data
+
+    def restore(self, data: bytes) -> None:
+        """Go to a serialised state."""
+        state = self.slave.deSerializeFMUstate(data)
+        self.slave.setFMUstate(state)
+        self.slave.freeFMUstate(state)
 
     def drive(self, first: int, last: int) -> FloatArray:
         """Step from `first` to `last` with a varying force; the outputs behind every step."""
@@ -122,7 +151,7 @@ class Host3(Host):
     def last(self) -> str:
         return self.messages[-1].text
 
-    def open(self, events: bool) -> None:
+    def open(self, events: bool = False) -> None:
         self.slave.instantiate(logMessage=self.log, loggingOn=events)
 
 
@@ -153,16 +182,22 @@ def unpack(
     fmi: FmiVersion = "2.0",
 ) -> Path:
     """Build an FMU and unpack it into `folder`; returns that."""
-    archive = write_fmu(
-        folder.with_suffix(".fmu"),
-        model_class=model_class,
-        model_name=name,
-        ports=PORTS,
-        resources={"x_start.txt": repr(x_start).encode()},
-        step=STEP,
-        fmi=fmi,
-    )
-    fmpy.extract(str(archive), str(folder))
+    resources = {"x_start.txt": repr(x_start).encode()}
+    return unpacked(folder, model_class, PORTS, model_name=name, resources=resources, fmi=fmi)
+
+
+def pack(file: Path, model_class: type[FmuModel], ports: Sequence[Port], **options: Any) -> Path:
+    """Build an FMU; without resources, and with a step of 1 ms, unless options say otherwise."""
+    given = {"model_name": file.stem, "resources": {}, "step": STEP, **options}
+    return write_fmu(file, model_class=model_class, ports=ports, **given)
+
+
+def unpacked(
+    folder: Path, model_class: type[FmuModel], ports: Sequence[Port], **options: Any
+) -> Path:
+    """Build an FMU and unpack it into `folder`; returns that."""
+    file = pack(folder.with_suffix(".fmu"), model_class, ports, **options)
+    fmpy.extract(str(file), str(folder))
     return folder
 
 
@@ -176,7 +211,16 @@ def load(folder: Path, instance_name: str = "größe 1") -> Host:
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName=instance_name,
     )
-    return Host(slave) if is_2 else Host3(slave)
+    return (Host if is_2 else Host3)(slave, description.modelVariables)
+
+
+@contextmanager
+def running(file: Path, folder: Path) -> Iterator[Host]:
+    """An instance of an FMU, unpacked into a folder, in step mode; freed at the end."""
+    fmpy.extract(str(file), str(folder))
+    with opened(folder) as (host,):
+        host.start()
+        yield host
 
 
 @contextmanager

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import fmpy
 import numpy as np
-from fmpy import fmi2
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.fields import encode
 from cardsflow_fmu.native.model_file import NativeModel, plant_fields
@@ -21,6 +19,8 @@ from cardsflow_fmu.signals.groups import all_ports
 from cardsflow_fmu.signals.muscles import driven_muscles, ideal_muscles, state_order
 from cardsflow_fmu.signals.ports import plant_groups
 from sim_dart import compile_blob
+
+from .fmu_host import load, pack
 
 FloatArray = NDArray[np.float64]
 STEP = 1e-3
@@ -46,20 +46,25 @@ class Slave:
         fmpy.extract(str(file), str(folder))
         description = fmpy.read_model_description(str(folder))
         assert description.coSimulation.providesDirectionalDerivative
-        self.slave = fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier="plant",
-            instanceName="plant",
-        )
-        self.slave.instantiate()
+        host = load(folder)
+        host.open()
+        self.slave = host.slave
+        self.names = list(host.references)
+        self.of = {kind: host.of(kind) for kind in ("input", "output", "parameter")}
+        self.settle()
+
+    def settle(self, references: Sequence[int] = (), values: Sequence[float] = ()) -> None:
+        """Into initialization mode with these inputs and start values."""
+        self.slave.reset()
         self.slave.setupExperiment(startTime=0.0)
-        self.names = [v.name for v in description.modelVariables]
-        self.of = {
-            kind: [v.valueReference for v in description.modelVariables if v.causality == kind]
-            for kind in ("input", "output", "parameter")
-        }
+        self.slave.setReal(list(references), list(values))
+        self.slave.enterInitializationMode()
         self.time = 0.0
+
+    def restart(self, references: Sequence[int] = (), values: Sequence[float] = ()) -> None:
+        """Into step mode, from these inputs and start values."""
+        self.settle(references, values)
+        self.slave.exitInitializationMode()
 
     def references(self, *prefixes: str) -> list[int]:
         """Of the variables whose names begin so, a dot behind; they stand in that order."""
@@ -95,15 +100,8 @@ def plant_file(
     groups = plant_groups(robot, q.tolist(), qd.tolist(), STEP, energy=energy, wrenches=wrenches)
     fields = plant_fields(robot, substeps, integrator, wrenches)
     contents = encode("plant", compile_blob(robot), groups, *fields)
-    return write_fmu(
-        folder / "plant.fmu",
-        model_class=PlantModel,
-        model_name="plant",
-        ports=all_ports(groups),
-        resources={},
-        step=STEP,
-        native=NativeModel(contents, True),
-    )
+    native = NativeModel(contents, True)
+    return pack(folder / "plant.fmu", PlantModel, all_ports(groups), native=native)
 
 
 @contextmanager
@@ -111,8 +109,7 @@ def started(
     robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, options: Options = PLAIN
 ) -> Iterator[Slave]:
     slave = Slave(plant_file(robot, folder, q, qd, options), folder / "unpacked")
-    slave.slave.enterInitializationMode()
-    slave.slave.exitInitializationMode()
+    slave.restart()
     yield slave
     slave.slave.terminate()
     slave.slave.freeInstance()
@@ -123,12 +120,7 @@ def gamma_of(slave: Slave, knowns: list[int]) -> Gamma:
     start = [slave.names.index(_start_of(slave.names[k])) for k in knowns]
 
     def gamma(values: FloatArray) -> FloatArray:
-        slave.slave.reset()
-        slave.slave.setupExperiment(startTime=0.0)
-        slave.slave.setReal(start, list(values))
-        slave.slave.enterInitializationMode()
-        slave.slave.exitInitializationMode()
-        slave.time = 0.0
+        slave.restart(start, values)
         return slave.step()
 
     return gamma
@@ -140,21 +132,9 @@ def _start_of(name: str) -> str:
 
 
 def slave_at(slave: Slave, inputs: list[int], at: FloatArray) -> Slave:
-    slave.slave.reset()
-    slave.slave.setupExperiment(startTime=0.0)
-    slave.slave.enterInitializationMode()
-    slave.slave.exitInitializationMode()
+    slave.restart()
     slave.slave.setReal(inputs, list(at[: len(inputs)]))
     return slave
-
-
-def settle(slave: Slave, values: FloatArray, starts: list[int]) -> None:
-    """Into initialization mode with these inputs and start values."""
-    slave.slave.reset()
-    slave.slave.setupExperiment(startTime=0.0)
-    slave.slave.setReal(starts, list(values))
-    slave.slave.enterInitializationMode()
-    slave.time = 0.0
 
 
 def check(
@@ -186,15 +166,14 @@ def check(
         spread = np.concatenate([np.abs(commands) + 1e-2, np.ones(at.size - commands.size)])
 
         def gamma(values: FloatArray) -> FloatArray:
-            settle(slave, values, starts)
-            slave.slave.exitInitializationMode()
+            slave.restart(starts, values)
             first = np.array(slave.slave.getReal(outputs))
             return np.concatenate([first, slave.step()])
 
         judged = []
         for _ in range(3):
             direction = rng.uniform(-1, 1, at.size) * spread
-            settle(slave, at, starts)
+            slave.settle(starts, at)
             first = slave.derivative(starts, direction)
             slave.slave.exitInitializationMode()
             ahead = [direction[: len(inputs)], first[: 2 * n], first[first.size - states :]]

@@ -7,63 +7,31 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import fmpy
-from stubborn_model import PORTS, REFERENCES, StubbornModel
+from stubborn_model import PORTS, StubbornModel
 
-from cardsflow_fmu.fmu.writer import write_fmu
-
-from .fmu_host import STEP, Host, load
+from .fmu_host import STEP, Host, opened, unpacked
 
 
-def unpack_stubborn(folder: Path, factor: float = 1.0, name: str = "stubborn") -> Path:
+def unpack_stubborn(folder: Path) -> Path:
     """Build an FMU of the stubborn model and unpack it into `folder`; returns that."""
-    archive = write_fmu(
-        folder.with_suffix(".fmu"),
-        model_class=StubbornModel,
-        model_name=name,
-        ports=PORTS,
-        resources={"factor.txt": repr(factor).encode()},
-        step=STEP,
-    )
-    fmpy.extract(str(archive), str(folder))
-    return folder
+    return unpacked(folder, StubbornModel, PORTS, resources={"factor.txt": b"1.0"})
 
 
 @contextmanager
 def opened_stubborn(folder: Path) -> Iterator[Host]:
     """An instance in step mode, freed at the end."""
-    host = load(folder, "stubborn")
-    host.slave.instantiate(callbacks=host.callbacks)
-    start(host)
-    yield host
-    host.slave.freeInstance()
-
-
-def start(host: Host) -> None:
-    """Everything up to step mode."""
-    host.slave.setupExperiment(startTime=0.0)
-    host.slave.enterInitializationMode()
-    host.slave.exitInitializationMode()
-
-
-def put(host: Host, **values: float) -> None:
-    """Set variables by name."""
-    host.slave.setReal([REFERENCES[name] for name in values], list(values.values()))
-
-
-def value(host: Host, name: str) -> float:
-    """A variable by name."""
-    (found,) = host.slave.getReal([REFERENCES[name]])
-    return float(found)
+    with opened(folder) as (host,):
+        host.start()
+        yield host
 
 
 def sums(host: Host, first: int, last: int) -> list[float]:
     """Step from `first` to `last` with u = k; the sums behind every step."""
     found = []
     for k in range(first, last):
-        put(host, u=float(k))
+        host.set(u=float(k))
         host.slave.doStep(k * STEP, STEP)
-        found.append(value(host, "sum"))
+        found += host.get("sum")
     return found
 
 

@@ -56,6 +56,15 @@ def one_joint(
     return Robot(name, (Link(name, inertia),), (joint,))
 
 
+def stopped(robot: Robot, upper: float) -> Robot:
+    """A robot with an upper limit to its first coordinate."""
+    first, *others = robot.joints
+    (stop,) = first.coordinates
+    return replace(
+        robot, joints=(replace(first, coordinates=(replace(stop, upper=upper),)), *others)
+    )
+
+
 def chain(joints: int = 20, muscles: int = 60, points: int = 4) -> Robot:
     """A hanging chain of revolute joints about alternating axes, muscles over four links each."""
     rng = np.random.default_rng(7)
