@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot import read_robot
-from addin_sdfusion.robot.checks.check import check
-from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics
 
@@ -21,10 +17,6 @@ MUSCLES = ("flexor", "extensor")
 @pytest.fixture(scope="module")
 def followed() -> Result:
     return simulate(Experiment.load(PNEUMATIC_ELBOW), through="direct")
-
-
-def test_the_robot_is_sound() -> None:
-    assert [f.message for f in check(read_robot(PNEUMATIC_ELBOW / "robot")) if f.is_error] == []
 
 
 def test_the_joint_follows(followed: Result) -> None:
@@ -85,11 +77,3 @@ def test_both_integrators_agree(followed: Result) -> None:
     exact = Experiment.load(PNEUMATIC_ELBOW, {"plant.integrator": "rk4"})
     other = simulate(exact, through="direct")
     np.testing.assert_allclose(other["q.elbow"], followed["q.elbow"], rtol=0, atol=1e-3)
-
-
-def test_fmus_give_equal_columns_and_a_figure(tmp_path: Path) -> None:
-    experiment = Experiment.load(PNEUMATIC_ELBOW, {"run.duration": 0.5})
-    fmu, direct = run(experiment, tmp_path), simulate(experiment, through="direct")
-    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
-    assert (tmp_path / "tracking.png").stat().st_size > 1000
-    assert b"pressure [Pa]" in (tmp_path / "tracking.svg").read_bytes()

@@ -216,41 +216,36 @@ def test_a_published_set_of_parameters_goes_by_its_name() -> None:
     assert (given["gear_ratio"], given["rest_length"], given["stiffness"]) == (53.0, 0.7, 1e4)
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"muscles.cable_1.model": "hil"}, "muscles.cable_1.model: no muscle model 'hil'"),
-        ({"muscles.cable_1.model": 3}, "muscles.cable_1.model: must be a table"),
-        ({"muscles.cable_1.model": "mckibben"}, "missing: mckibben needs thread_length in m"),
-        (
-            {"muscles.cable_1.model": {"kind": "mckibben", "turns": 2.0}},
-            "muscles.cable_1.model.thread_length: missing",
-        ),
-        (
-            {"muscles.cable_1.model": MCKIBBEN | {"thread_length": -1.0}},
-            "muscles.cable_1.model.thread_length: thread_length must be above 0 and at most 1000, "
-            "not -1.0",
-        ),
-        (
-            {"muscles.cable_1.model": MCKIBBEN | {"thread_lenght": 1.0}},
-            "muscles.cable_1.model.thread_lenght: no key 'thread_lenght'; did you mean "
-            "'thread_length'?",
-        ),
-        (
-            {"muscles.cable_1.model": MCKIBBEN | {"thread_length": "long"}},
-            "muscles.cable_1.model.thread_length: must be a number",
-        ),
-        (
-            {"muscles.cable_1.model": {"preset": "roboy_test_bench", "kind": "mckibben"}},
-            "'roboy_test_bench' is a series_elastic_motor, not a mckibben",
-        ),
-        ({"plant.integrator": "rk5"}, "plant.integrator: no integrator 'rk5'"),
-        ({"plant.substeps": 0}, "plant.substeps: must be at least 1"),
-        ({"plant.substeps": MOST_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
-        ({"plant.energy": 1}, "plant.energy: must be true or false"),
-        ({"controller.muscle_horizon": -1.0}, "controller.muscle_horizon: must not be negative"),
-    ],
-)
+BAD_MODELS: list[tuple[object, str]] = [
+    ("hil", ": no muscle model 'hil'"),
+    (3, ": must be a table"),
+    ("mckibben", ".thread_length: missing: mckibben needs thread_length in m"),
+    ({"kind": "mckibben", "turns": 2.0}, ".thread_length: missing"),
+    (
+        MCKIBBEN | {"thread_length": -1.0},
+        ".thread_length: thread_length must be above 0 and at most 1000, not -1.0",
+    ),
+    (
+        MCKIBBEN | {"thread_lenght": 1.0},
+        ".thread_lenght: no key 'thread_lenght'; did you mean 'thread_length'?",
+    ),
+    (MCKIBBEN | {"thread_length": "long"}, ".thread_length: must be a number"),
+]
+BAD_SETTINGS: list[tuple[dict[str, Any], str]] = [
+    ({"plant.integrator": "rk5"}, "plant.integrator: no integrator 'rk5'"),
+    ({"plant.substeps": 0}, "plant.substeps: must be at least 1"),
+    ({"plant.substeps": MOST_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
+    ({"plant.energy": 1}, "plant.energy: must be true or false"),
+    ({"controller.muscle_horizon": -1.0}, "controller.muscle_horizon: must not be negative"),
+    (
+        {"muscles.cable_1.model": {"preset": "roboy_test_bench", "kind": "mckibben"}},
+        "'roboy_test_bench' is a series_elastic_motor, not a mckibben",
+    ),
+    *(({"muscles.cable_1.model": m}, f"muscles.cable_1.model{text}") for m, text in BAD_MODELS),
+]
+
+
+@pytest.mark.parametrize(("settings", "message"), BAD_SETTINGS)
 def test_wrong_settings_are_refused_with_file_and_key(
     settings: dict[str, Any], message: str
 ) -> None:
@@ -263,15 +258,8 @@ def test_wrong_settings_are_refused_with_file_and_key(
 def test_a_finding_about_a_muscle_names_it() -> None:
     """What hangs on several parameters together is the check's."""
     with pytest.raises(CardsflowError, match="cable_1"):
-        arm(
-            {
-                "muscles.cable_1.model": {
-                    **HILL,
-                    "kind": "hill_millard2012",
-                    "active_transition": 0.1,
-                }
-            }
-        )
+        model = HILL | {"kind": "hill_millard2012", "active_transition": 0.1}
+        arm({"muscles.cable_1.model": model})
 
 
 @pytest.mark.parametrize("settings", [MIXED, DRIVEN])

@@ -9,7 +9,9 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from support.fmu.fmu_host import OUTPUTS, STEP, SUPPORT, run
+from support.fmu.fmu_host import OUTPUTS, STEP, run
+from support.native.targets import PROGRAMS
+from support.robots.robots import PLANAR_2R
 from toy_model import REFERENCES, ToyModel
 
 from cardsflow_fmu.experiment.experiment import Experiment
@@ -18,7 +20,6 @@ from cardsflow_fmu.simulation.build import build
 
 STEPS = 1000
 KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # what sanitized builds need
-EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"
 
 
 @pytest.fixture(scope="session")
@@ -26,13 +27,19 @@ def c_host(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The compiled host."""
     program = tmp_path_factory.mktemp("c_host") / "c_host"
     headers = Path(fmpy.__file__).parent / "c-code"
-    source = SUPPORT / "c_host.c"
-    run([compiler, "-Wall", "-Werror", f"-I{headers}", str(source), "-o", str(program), "-ldl"])
+    source = PROGRAMS / "fmu_trajectory.c"
+    flags = ["-Wall", "-Werror", "-ffp-contract=off", f"-I{headers}"]
+    run([compiler, *flags, str(source), "-o", str(program), "-ldl"])
     return program
 
 
+def swing(k: int) -> float:
+    """What the host adds to the start value of an input in step k."""
+    return 0.1 * ((k % 23) / 23.0)
+
+
 def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -> np.ndarray:
-    """What the host prints for an unpacked FMU."""
+    """What the host prints for an unpacked FMU, one of whose inputs swings."""
     description = fmpy.read_model_description(str(folder))
     name = description.coSimulation.modelIdentifier
     done = subprocess.run(
@@ -41,8 +48,7 @@ def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -
             str(folder / f"binaries/linux64/{name}.so"),
             description.guid,
             (folder / "resources").as_uri(),
-            str(STEPS),
-            *map(str, (number, *references)),
+            *map(str, (STEPS, round(1e3 * STEP), 1, number, *references)),
         ],
         capture_output=True,
         text=True,
@@ -51,7 +57,8 @@ def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -
         cwd="/",
     )
     assert done.returncode == 0, done.stderr
-    return np.array([line.split() for line in done.stdout.splitlines()], float)
+    bits = [[int(word, 16) for word in line.split()] for line in done.stdout.splitlines()]
+    return np.array(bits, np.uint64).view(float)
 
 
 @pytest.mark.native
@@ -61,14 +68,14 @@ def test_steps_the_toy(c_host: Path, toy_fmu: Path) -> None:
     model.initialize()
     expected = []
     for k in range(STEPS):
-        model.inputs[0] = k / 1000.0
+        model.inputs[0] = swing(k)
         model.step(k * STEP, STEP)
         expected.append(model.values[OUTPUTS].copy())
     assert (found == np.array(expected)).all()
 
 
 def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
-    experiment = Experiment.load(EXAMPLE)
+    experiment = Experiment.load(PLANAR_2R)
     archive = build(experiment, tmp_path / "fmus")["plant"]
     fmpy.extract(str(archive), str(tmp_path / "plant"))
     model = PlantModel(experiment)
@@ -77,7 +84,8 @@ def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
     number = references["f.cable_1"]
     found = outputs_of(c_host, tmp_path / "plant", number, outputs)
     model.initialize()
+    start = model.values[number]
     for k in range(STEPS):
-        model.values[number] = k / 1000.0
+        model.values[number] = start + swing(k)
         model.step(k * STEP, STEP)
         assert (found[k] == model.values[outputs]).all()

@@ -1,4 +1,4 @@
-/* The body as an FMI 2.0 co-simulation FMU with scalars. */
+/* The body as an FMI 2.0 co-simulation FMU with scalars; the rest is written by external_fmus.py. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,28 +35,9 @@ void fmi2FreeInstance(fmi2Component c)
     free(c);
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerant, fmi2Real tolerance,
-                               fmi2Real start, fmi2Boolean ends, fmi2Real stop)
-{
-    (void)c, (void)tolerant, (void)tolerance, (void)start, (void)ends, (void)stop;
-    return fmi2OK;
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component c)
-{
-    (void)c;
-    return fmi2OK;
-}
-
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     return ((body *)c)->inertia > 0.0 ? fmi2OK : fmi2Error;
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    (void)c;
-    return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
