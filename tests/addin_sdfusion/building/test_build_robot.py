@@ -83,8 +83,8 @@ def test_at_its_initial_pose_everything_is_where_the_design_has_it(drawn: Drawn)
     for muscle in robot.muscles:
         written_points = drawn.robot.muscle(muscle.name).via_points
         assert [v.link for v in muscle.via_points] == [v.link for v in written_points]
-        for via, said in zip(muscle.via_points, written_points, strict=True):
-            at = drawn.T_root_link[said.link] @ [*said.position, 1.0]
+        for via, point in zip(muscle.via_points, written_points, strict=True):
+            at = drawn.T_root_link[point.link] @ [*point.position, 1.0]
             np.testing.assert_allclose(poses[via.link] @ [*via.position, 1.0], at, atol=1e-12)
 
 
@@ -107,25 +107,25 @@ def test_a_coordinate_moves_the_child_about_the_axis_of_the_design(kind: str, se
     q0 = initial(robot)
     before = forward(robot, q0)
     step = 0.3
-    for said in drawn.snapshot.joints:
-        names = {path.rpartition("+")[2][:-2]: path for path in (said.one, said.two) if path}
-        one = next(n for n, path in names.items() if path == said.one)
-        two = next(n for n, path in names.items() if path == said.two)
-        for k, motion in enumerate(said.motions):
-            name = f"{said.name}_{motion.role}" if motion.role else said.name
+    for joint in drawn.snapshot.joints:
+        names = {path.rpartition("+")[2][:-2]: path for path in (joint.one, joint.two) if path}
+        one = next(n for n, path in names.items() if path == joint.one)
+        two = next(n for n, path in names.items() if path == joint.two)
+        for k, motion in enumerate(joint.motions):
+            name = f"{joint.name}_{motion.role}" if motion.role else joint.name
             after = forward(robot, {**q0, name: q0[name] + step})
 
             # The frame on `two` has the snapshot's axes; the pose of `one` in it follows m1 m2 m3.
-            def chain(values: list[float], said: Any = said) -> Any:
+            def chain(values: list[float], joint: Any = joint) -> Any:
                 T = np.eye(4)
-                for m, value in zip(said.motions, values, strict=True):
+                for m, value in zip(joint.motions, values, strict=True):
                     T = T @ motion_matrix(m.kind, m.axis, value)
                 return T
 
-            values = [m.value for m in said.motions]
+            values = [m.value for m in joint.motions]
             moved = [v + step if i == k else v for i, v in enumerate(values)]
             about = np.eye(4)
-            about[:3, 3] = said.origin_two
+            about[:3, 3] = joint.origin_two
             change = about @ chain(moved) @ np.linalg.inv(chain(values)) @ np.linalg.inv(about)
             relative = np.linalg.inv(after[two]) @ after[one]
             expected = np.linalg.inv(before[two]) @ change @ before[one]

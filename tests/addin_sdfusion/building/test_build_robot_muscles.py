@@ -35,14 +35,14 @@ def robot_of(snapshot: DesignSnapshot) -> Robot:
 
 
 def face(name: str, after: int, shape: Any = "cylinder", **more: Any) -> SurfaceSnapshot:
-    said = {
+    stored = {
         "name": name,
         "link": "upper",
         "muscles": [{"muscle": "flexor", "after": after, "side": -1, "turns": 1}],
     }
     axis = more.pop("axis", (0.6, 0.0, 0.8))
     length = 0.3 if shape == "cylinder" else 0.0
-    text = {"wrap": json.dumps(said)}
+    text = {"wrap": json.dumps(stored)}
     return SurfaceSnapshot("upper:1", shape, 0.02, (0.4, 0.1, 0.2), axis, length, name, text)
 
 

@@ -1,4 +1,4 @@
-"""Every defect of a design has one finding, which says what to do."""
+"""Every defect of a design has one finding, with what to do."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ def twins(**more: Any) -> DesignSnapshot:
         for k in (1, 2)
     )
     if "occurrence" in more:
-        said = {**json.loads(both[0].attributes["point"]), "occurrence": more["occurrence"]}
-        both = tuple(replace(p, attributes={"point": json.dumps(said)}) for p in both)
+        stored = {**json.loads(both[0].attributes["point"]), "occurrence": more["occurrence"]}
+        both = tuple(replace(p, attributes={"point": json.dumps(stored)}) for p in both)
     return replace(
         ARM,
         occurrences=(*ARM.occurrences, *fingers),
@@ -98,8 +98,8 @@ def twins(**more: Any) -> DesignSnapshot:
 
 
 def wrap(link: str = "upper", after: int = 1, **more: Any) -> DesignSnapshot:
-    said = {"name": "elbow", "link": link, "muscles": [{"muscle": "flexor", "after": after}]}
-    given = {"length": 0.1, "attributes": {"wrap": json.dumps(said)}, **more}
+    stored = {"name": "elbow", "link": link, "muscles": [{"muscle": "flexor", "after": after}]}
+    given = {"length": 0.1, "attributes": {"wrap": json.dumps(stored)}, **more}
     surface = SurfaceSnapshot("upper:1", "cylinder", 0.02, (0.4, 0.0, 0.0), **given)
     return replace(ARM, surfaces=(surface,))
 
@@ -337,12 +337,12 @@ CASES = {
         with_points(PointSnapshot("COM_lower", "lower:1", (0.0, 0.0, 0.0), "c")),
         [("warning", "com-point-ignored", "COM_lower")],
     ),
-    "a component in two links, link said": (twins(), []),
-    "a component in two links, neither said": (
+    "a component in two links, link given": (twins(), []),
+    "a component in two links, neither given": (
         twins(link="lower"),
         [("error", "ambiguous-point", "Pflexor4")],
     ),
-    "a component in two links, occurrence said": (twins(link="lower", occurrence="finger:2"), []),
+    "a component in two links, occurrence given": (twins(link="lower", occurrence="finger:2"), []),
     "task point on an unknown link": (
         with_points(PointSnapshot("EE_hand", "", (0.0, 0.0, 0.0), "e")),
         [("error", "unknown-link", "hand")],

@@ -420,9 +420,9 @@ def test_wrap_surfaces_task_points_and_markers(fusion: Any, user: User) -> None:
     done(command)
     assert {"EE_torso", "VM_arm"} <= user.points().keys()
     attribute = user.face("Sphere").attributes.itemByName("CARDSFlow", "wrap")
-    said = json.loads(attribute.value)
-    assert said["name"] == "elbow"
-    assert said["muscles"] == [{"muscle": "motor0", "after": 0, "side": 1, "turns": 1}]
+    stored = json.loads(attribute.value)
+    assert stored["name"] == "elbow"
+    assert stored["muscles"] == [{"muscle": "motor0", "after": 0, "side": 1, "turns": 1}]
     assert fusion.fingerprint() == mine
     command = user.define()
     command.set("wrap", "elbow")

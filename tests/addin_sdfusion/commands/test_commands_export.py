@@ -115,9 +115,9 @@ def test_an_export_and_the_message_after_it(fusion: Any, tmp_path: Path) -> None
     assert all(record.hidden for record in fusion.world.progress)
     assert fusion.fingerprint() == mine
     assert len(fusion.world.undo_steps) == 1
-    said = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "settings").value)
-    assert said["name"] == "arm"
-    assert said["collision"] == "none"
+    stored = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "settings").value)
+    assert stored["name"] == "arm"
+    assert stored["collision"] == "none"
 
 
 def test_exporting_twice_in_one_session_doubles_nothing(fusion: Any, tmp_path: Path) -> None:

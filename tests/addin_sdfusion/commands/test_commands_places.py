@@ -65,8 +65,8 @@ def test_points_of_copies_with_one_id_are_two(
     names = []
     for occurrence in fusion.design.rootComponent.occurrences:
         point = occurrence.component.constructionPoints.item(0)
-        said = json.loads(point.attributes.itemByName("CARDSFlow", "point").value)
-        names.append((point.name, said["link"], said["number"]))
+        stored = json.loads(point.attributes.itemByName("CARDSFlow", "point").value)
+        names.append((point.name, stored["link"], stored["number"]))
     assert names == [("VP_motor0_EXPORT_a_0", "a", 0), ("VP_motor0_EXPORT_b_1", "b", 1)]
 
 
@@ -104,7 +104,7 @@ def test_the_task_point_of_one_place_is_shown_there(fusion: Any) -> None:
 def test_what_sdf_refuses_is_reported_before_the_export(
     fusion: Any, tmp_path: Path, name: str
 ) -> None:
-    """Check said that nothing was wrong, and then Export refused."""
+    """Check found nothing, and then Export refused."""
     build = Builder("reserved")
     paths = designs.chain(build, ("base", name))
     build.point(paths[0], (1.0, 0.0, 5.0), "EE_base")
@@ -166,11 +166,11 @@ def test_check_saves_a_snapshot_that_exports_the_same(fusion: Any, tmp_path: Pat
     command.press("save")
     assert str(file) in command["detail"].text
     assert all(record.hidden for record in fusion.world.progress)
-    for wrong, said in ((tmp_path, "cannot be written"), (file, "Nothing was saved")):
+    for wrong, text in ((tmp_path, "cannot be written"), (file, "Nothing was saved")):
         fusion.world.file_answers.append(str(wrong))
         fusion.world.cancel_progress_after = 0 if wrong == file else None
         command.press("save")
-        assert said in command["detail"].text
+        assert text in command["detail"].text
     command.cancel()
     assert fusion.full_fingerprint() == before
     assert fusion.messages == []

@@ -1,4 +1,4 @@
-"""The fake's transactions and user interface behave as the user manual says."""
+"""The fake's transactions and user interface behave as the user manual has it."""
 
 from __future__ import annotations
 

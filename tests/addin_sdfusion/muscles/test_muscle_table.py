@@ -46,8 +46,8 @@ from addin_sdfusion.snapshot import DesignSnapshot, PointSnapshot, SurfaceSnapsh
 # Reading a design
 
 
-def point(name: str, said: PointAttribute | None = None, **more: Any) -> PointSnapshot:
-    attributes = {"point": point_text(said)} if said else {}
+def point(name: str, attribute: PointAttribute | None = None, **more: Any) -> PointSnapshot:
+    attributes = {"point": point_text(attribute)} if attribute else {}
     place = {"occurrence": "a:1", "position": (0.0, 0.0, 0.0), "entity": name} | more
     return PointSnapshot(name, attributes=attributes, **place)
 
@@ -82,8 +82,8 @@ def test_copies_of_fusion_are_an_error_that_names_them() -> None:
 
 
 def test_an_attribute_beats_the_name() -> None:
-    said = PointAttribute("via", "arm", "biceps", 4)
-    table, findings = read_table(design(point("VP_motor0_EXPORT_hand_9", said)))
+    attribute = PointAttribute("via", "arm", "biceps", 4)
+    table, findings = read_table(design(point("VP_motor0_EXPORT_hand_9", attribute)))
     (row,) = table.points
     assert (row.muscle, row.number, row.link) == ("biceps", 4, "arm")
     assert codes(findings) == ["default-forces"]
@@ -114,9 +114,9 @@ def test_points_of_all_roles() -> None:
 
 
 def test_a_point_in_several_places_counts_where_its_link_is() -> None:
-    said = PointAttribute("via", "right", "m", 0)
+    attribute = PointAttribute("via", "right", "m", 0)
     places = [
-        point("p", said, occurrence=path, position=(x, 0.0, 0.0))
+        point("p", attribute, occurrence=path, position=(x, 0.0, 0.0))
         for path, x in (("arm:1", 1.0), ("arm:2", 2.0))
     ]
     link_of = {"arm:1": "left", "arm:2": "right"}
@@ -124,7 +124,7 @@ def test_a_point_in_several_places_counts_where_its_link_is() -> None:
     assert [p.position[0] for p in table.points] == [2.0]
     table, _ = read_table(design(*places))
     assert [p.position[0] for p in table.points] == [1.0]
-    meant = point_text(replace(said, occurrence="arm:1"))
+    meant = point_text(replace(attribute, occurrence="arm:1"))
     table, _ = read_table(
         design(*(replace(p, attributes={"point": meant}) for p in places)), link_of
     )
@@ -159,9 +159,9 @@ def test_a_broken_list_of_muscles_is_a_finding(text: str) -> None:
 
 def test_the_list_of_muscles_gives_order_and_forces() -> None:
     rows = (MuscleRow("z", f_max=math.inf), MuscleRow("a", "#00ff00", 1.0, 2.0))
-    said = PointAttribute("via", "arm", "m", 0)
+    attribute = PointAttribute("via", "arm", "m", 0)
     table, findings = read_table(
-        design(point("p", said), attributes={"muscles": muscles_text(rows)})
+        design(point("p", attribute), attributes={"muscles": muscles_text(rows)})
     )
     assert table.rows[:2] == rows
     assert table.rows[2].name == "m"
@@ -177,8 +177,8 @@ def test_wrap_surfaces_and_what_is_wrong_with_them() -> None:
     bad = WrapAttribute("w", "arm", (WrapUse("m", 4), WrapUse("n", 0)))
     surfaces = [
         SurfaceSnapshot("a:1", "cylinder", 0.01, (1.0, 2.0, 3.0), (1.0, 0.0, 0.0), 0.2, str(i),
-                        {"wrap": wrap_text(said)})
-        for i, said in enumerate((good, bad))
+                        {"wrap": wrap_text(attribute)})
+        for i, attribute in enumerate((good, bad))
     ]  # fmt: skip
     surfaces.append(replace(surfaces[0], entity="2", attributes={"wrap": "?"}))
     surfaces.append(replace(surfaces[0], entity="3", attributes={}))
@@ -197,9 +197,9 @@ def test_huge_numbers_do_not_take_long() -> None:
 
 
 def test_attributes_are_what_they_were_written_as() -> None:
-    said = PointAttribute("task", "a", name="n", axes=("x",), occurrence="a:1", made=True)
-    assert read_point(point_text(said)) == said
-    assert json.loads(point_text(said)).keys() >= {"role", "muscle", "number", "link", "name"}
+    attribute = PointAttribute("task", "a", name="n", axes=("x",), occurrence="a:1", made=True)
+    assert read_point(point_text(attribute)) == attribute
+    assert json.loads(point_text(attribute)).keys() >= {"role", "muscle", "number", "link", "name"}
     wrap = WrapAttribute("w", "a", (WrapUse("m", 1, -1, 2), WrapUse("n", 0)), "a:1")
     assert read_wrap(wrap_text(wrap)) == wrap
     rows = (MuscleRow("ü", model=CableModel("linear_spring", (("K", 1e-9),)), f_max=math.inf),)

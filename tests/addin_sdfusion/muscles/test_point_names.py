@@ -56,19 +56,19 @@ def test_malformed_names_are_known_as_such() -> None:
 
 @given(st.integers(0, 999_999_999), links, st.integers(0, 999_999_999))
 def test_via_points_keep_link_and_numbers(motor: int, link: str, number: int) -> None:
-    said = parse_point_name(via_point_name(motor, link, number))
-    assert said == PointName("via", link, motor, number)
-    assert said.muscle == f"motor{motor}"
+    parsed = parse_point_name(via_point_name(motor, link, number))
+    assert parsed == PointName("via", link, motor, number)
+    assert parsed.muscle == f"motor{motor}"
 
 
 @given(st.from_regex(r"[a-z0-9_]{1,9}", fullmatch=True))
 def test_task_points_and_markers_keep_the_link(link: str) -> None:
     for name, role in ((task_point_name(link), "task"), (marker_name(link), "marker")):
-        said = parse_point_name(name)
-        assert said is not None
-        assert said.role == role
-        assert said.link == link.removeprefix("EXPORT_")
-        assert said.muscle == ""
+        parsed = parse_point_name(name)
+        assert parsed is not None
+        assert parsed.role == role
+        assert parsed.link == link.removeprefix("EXPORT_")
+        assert parsed.muscle == ""
 
 
 @given(st.lists(st.sampled_from(["motor0", "motor1", "motor5", "biceps", "motor05", "x", "ü"])))

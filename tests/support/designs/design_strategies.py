@@ -105,7 +105,7 @@ def initial(robot: Robot) -> dict[str, float]:
 
 
 def mass_of(parts: Sequence[tuple[float, Any, Any]], sign: int = 1) -> MassSnapshot:
-    """What the CAD system says of (mass, com, inertia about the com) in the root frame."""
+    """CAD mass properties of parts (mass, com, inertia about it), in the root frame."""
     mass = sum(m for m, _, _ in parts)
     com = sum(m * c for m, c, _ in parts) / mass
     about_origin = sum(J + shift(m, c) for m, c, J in parts)
@@ -307,18 +307,18 @@ class Draughtsman:
     def points(self, robot: Robot, poses: dict[str, Any], paths: dict[str, str]) -> Any:
         for i, muscle in enumerate(robot.muscles):
             for k, via in enumerate(muscle.via_points):
-                said = {"role": "via", "muscle": muscle.name, "number": k, "link": via.link}
+                stored = {"role": "via", "muscle": muscle.name, "number": k, "link": via.link}
                 yield PointSnapshot(
                     f"VP_motor{i}_EXPORT_{via.link}_{k}",
                     paths.get(via.link, ""),
                     moved(poses[via.link], via.position),
                     f"p{i}.{k}",
-                    {"point": json.dumps(said)},
+                    {"point": json.dumps(stored)},
                 )
         for task in robot.task_frames:
-            said = {"role": "task", "link": task.link, "name": task.name}
+            stored = {"role": "task", "link": task.link, "name": task.name}
             at = moved(poses[task.link], task.position)
-            text = {"point": json.dumps(said)}
+            text = {"point": json.dumps(stored)}
             yield PointSnapshot(f"EE_{task.name}", paths[task.link], at, task.name, text)
 
 

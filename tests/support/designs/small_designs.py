@@ -72,8 +72,8 @@ def group(link: str, *paths: str, **more: Any) -> GroupSnapshot:
 def via(
     muscle: str, number: int, link: str, at: Sequence[float], path: str = "", **more: Any
 ) -> Any:
-    said = {"role": "via", "muscle": muscle, "number": number, "link": link}
-    text = {"point": json.dumps({**said, **more})}
+    stored = {"role": "via", "muscle": muscle, "number": number, "link": link}
+    text = {"point": json.dumps({**stored, **more})}
     return PointSnapshot(
         f"P{muscle}{number}", path, tuple(map(float, at)), f"{muscle}.{number}", text
     )

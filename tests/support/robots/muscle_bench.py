@@ -1,4 +1,4 @@
-"""One muscle on a sliding link, so that its length and speed are what a test says."""
+"""One muscle on a sliding link, so that a test sets its length and speed."""
 
 from __future__ import annotations
 
