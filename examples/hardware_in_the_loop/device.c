@@ -3,7 +3,7 @@
  *     cc -std=c99 -O2 -o device device.c -lm
  *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
  *
- * The signature stands for names and units of the signals: see the protocol. Nothing is allocated.
+ * The signature is that of names and units of the signals: see the protocol. Nothing is allocated.
  * What a microcontroller exchanges is the robot, the clock, the socket and the source of chance. */
 #define _POSIX_C_SOURCE 200809L
 

@@ -78,13 +78,13 @@ static int open_law(void)
 static int tick_law(double period, const double *state, const double *reference, double *forces)
 {
     static const real unloaded[COORDINATES] = {0};
-    real at[2 * COORDINATES], wanted[3 * (TASKS ? TASKS : COORDINATES)];
+    real at[2 * COORDINATES], desired[3 * (TASKS ? TASKS : COORDINATES)];
     size_t length;
     for (size_t j = 0; j < sizeof at / sizeof *at; j++)
         at[j] = (real)state[j];
-    for (size_t j = 0; j < sizeof wanted / sizeof *wanted; j++)
-        wanted[j] = (real)reference[j];
-    const int status = control_loop_tick(loop, (real)period, at, at + COORDINATES, wanted, unloaded);
+    for (size_t j = 0; j < sizeof desired / sizeof *desired; j++)
+        desired[j] = (real)reference[j];
+    const int status = control_loop_tick(loop, (real)period, at, at + COORDINATES, desired, unloaded);
     const real *acting = control_loop_array(loop, "acting", &length);
     for (size_t i = 0; i < length; i++)
         forces[i] = (double)acting[i];

@@ -143,7 +143,7 @@ CORE_API int core_external_wrenches(core *c, int32_t count, const int32_t *frame
                        const real *wrench);
 
 /* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
-   the law's range acts as the nearest one in it, that of a passive muscle is not looked at. Those that
+   the law's range acts as the nearest one in it, that of a passive muscle has no effect. Those that
    return int return 0, or 1 + the index of the first muscle whose command is not finite; then nothing
    has changed. ---- */
 

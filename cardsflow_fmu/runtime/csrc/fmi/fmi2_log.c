@@ -7,7 +7,7 @@
 /* Hosts cut messages off; FMPy does so behind 2047 bytes. */
 enum { LONGEST_MESSAGE = 2000 };
 
-/* The message is a printf format, in which "#r0#" stands for a variable. */
+/* The message is a printf format, in which "#r0#" means a variable. */
 static int is_special(char c)
 {
     return c == '%' || c == '#';

@@ -25,24 +25,24 @@ static int is_real(const struct port_table *ports, uint32_t reference)
            ports->ports[reference].type == PORT_REAL;
 }
 
-/* Takes the elements of every variable, of which there must be `wanted`. NULL, or what is wrong. */
+/* Takes the elements of every variable, of which there must be `expected`. NULL, or what is wrong. */
 static const char *expand(const struct port_table *ports, const uint32_t *references, size_t count,
-                          size_t wanted, struct indices *indices)
+                          size_t expected, struct indices *indices)
 {
     indices->count = 0;
-    indices->items = malloc((wanted + 1) * sizeof *indices->items);
+    indices->items = malloc((expected + 1) * sizeof *indices->items);
     if (!indices->items)
         return "out of memory";
     for (size_t i = 0; i < count; i++) {
         if (!is_real(ports, references[i]))
             return "a value reference is no real variable";
         size_t size = ports->ports[references[i]].size;
-        if (size > wanted - indices->count)
+        if (size > expected - indices->count)
             return "too few seeds or sensitivities for the variables";
         for (size_t k = 0; k < size; k++)
             indices->items[indices->count++] = references[i] + (uint32_t)k;
     }
-    return indices->count == wanted ? NULL : "too many seeds or sensitivities for the variables";
+    return indices->count == expected ? NULL : "too many seeds or sensitivities for the variables";
 }
 
 static const char *check(const struct port_table *ports, const struct derivative *request)

@@ -31,7 +31,7 @@ struct instance {
 struct instance *instance_open(const struct log *log, const char *guid, const char *folder);
 void instance_close(struct instance *instance);
 
-/* The times of the experiment; `call` is what FMI calls the function that tells them. */
+/* The times of the experiment; `call` is what FMI calls the function that sets them. */
 enum status instance_set_up(struct instance *instance, const char *call, double start_time,
                             double stop_time);
 enum status instance_enter_initialization_mode(struct instance *instance);

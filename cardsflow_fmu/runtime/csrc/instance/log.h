@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-/* The numbers are those of FMI 2 and FMI 3. A message with STATUS_OK tells of an event. */
+/* The numbers are those of FMI 2 and FMI 3. A message with STATUS_OK reports an event. */
 enum status { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR };
 
 typedef void log_writer(void *context, enum status status, const char *text);
@@ -12,7 +12,7 @@ typedef void log_writer(void *context, enum status status, const char *text);
 struct log {
     log_writer *write;
     void *context;
-    int events; /* whether events are wanted; anything worse always is */
+    int events; /* whether events are reported; anything worse always is */
 };
 
 void log_status(const struct log *log, enum status status, const char *text);

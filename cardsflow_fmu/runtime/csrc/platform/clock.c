@@ -1,5 +1,5 @@
 #if !defined(_WIN32) && !defined(_GNU_SOURCE)
-#define _POSIX_C_SOURCE 200809L /* for clock_gettime, where a compiler is told to be strict */
+#define _POSIX_C_SOURCE 200809L /* for clock_gettime, where a compiler is strict */
 #endif
 #include "clock.h"
 

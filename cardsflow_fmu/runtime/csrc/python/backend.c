@@ -31,15 +31,15 @@ int backend_open(struct model *model, const struct port_table *ports, const char
     int failed = 1;
     if (native_file_exists(resources))
         return native_open(model, ports, resources, error);
-    char *wanted = environment_get("CARDSFLOW_FMU_HOST");
-    if (!wanted)
+    char *host = environment_get("CARDSFLOW_FMU_HOST");
+    if (!host)
         failed = open_where_it_fits(model, ports, resources, error);
-    else if (strcmp(wanted, "in-process") == 0)
+    else if (strcmp(host, "in-process") == 0)
         failed = open_in_process(model, ports, resources, error);
-    else if (strcmp(wanted, "worker") == 0)
+    else if (strcmp(host, "worker") == 0)
         failed = python_worker_open(model, ports, resources, error);
     else
-        text_set(error, "CARDSFLOW_FMU_HOST is in-process or worker, not %s", wanted);
-    free(wanted);
+        text_set(error, "CARDSFLOW_FMU_HOST is in-process or worker, not %s", host);
+    free(host);
     return failed;
 }

@@ -13,7 +13,7 @@ enum { CLOCK_SIZE = 2 };
  * derivative return bytes or text. */
 struct python_model {
     struct python_api py;
-    python_object *memory; /* a bytearray, or a view of others' memory: the clock, then the values */
+    python_object *memory; /* a bytearray, or a view of memory of another: the clock, then the values */
     python_object *initialize;
     python_object *step;
     python_object *reset;
@@ -167,15 +167,15 @@ static int take_answers(const struct python_api *py, python_object *result,
                         const struct derivative *request, struct text *error)
 {
     void *bytes = NULL;
-    size_t size = 0, wanted = request->unknown_count * sizeof *request->answers;
+    size_t size = 0, expected = request->unknown_count * sizeof *request->answers;
     if (copy_bytes(py, result, &bytes, &size, error))
         return 1;
-    if (size == wanted && size > 0)
+    if (size == expected && size > 0)
         memcpy(request->answers, bytes, size);
-    else if (size != wanted)
+    else if (size != expected)
         text_set(error, "the model answered another number of values");
     free(bytes);
-    return size != wanted;
+    return size != expected;
 }
 
 static int derivative(struct model *model, const struct derivative *request)

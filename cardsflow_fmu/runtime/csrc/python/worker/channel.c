@@ -88,7 +88,7 @@ static int append(struct channel *channel, uint64_t size)
 }
 
 /* Tells the other side of a new number, which everything written before comes with. */
-static void tell(uint32_t *number, const uint32_t *others_sleep, const struct bell *bell)
+static void notify(uint32_t *number, const uint32_t *others_sleep, const struct bell *bell)
 {
     __atomic_store_n(number, *number + 1, __ATOMIC_SEQ_CST);
     if (__atomic_load_n(others_sleep, __ATOMIC_SEQ_CST))
@@ -158,7 +158,7 @@ static int exchange(struct channel *channel, struct process *process, enum comma
     block->host.size = size;
     if (size)
         memcpy(block->room, bytes, size);
-    tell(&block->host.asked, &block->worker.sleeps, &process->bell);
+    notify(&block->host.asked, &block->worker.sleeps, &process->bell);
     return wait_for_answer(channel, process, longest, error);
 }
 
@@ -202,7 +202,7 @@ void channel_quit(struct channel *channel, struct process *process)
     struct channel_block *block = channel->block;
     block->host.command = COMMAND_QUIT;
     block->host.size = 0;
-    tell(&block->host.asked, &block->worker.sleeps, &process->bell);
+    notify(&block->host.asked, &block->worker.sleeps, &process->bell);
 }
 
 static void wait_for_command(struct channel *channel, const struct bell *bell)
@@ -231,14 +231,14 @@ static void post(struct channel *channel, const struct bell *bell, enum outcome 
     block->worker.size = size;
     block->worker.total = channel->bytes.size;
     block->worker.outcome = (uint32_t)outcome;
-    tell(&block->worker.answered, &block->host.sleeps, bell);
+    notify(&block->worker.answered, &block->host.sleeps, bell);
 }
 
 /* Answers a part. */
 static void acknowledge(struct channel *channel, const struct bell *bell)
 {
     channel->block->worker.size = channel->block->worker.total = 0;
-    tell(&channel->block->worker.answered, &channel->block->host.sleeps, bell);
+    notify(&channel->block->worker.answered, &channel->block->host.sleeps, bell);
 }
 
 enum command channel_next(struct channel *channel, const struct bell *bell)

@@ -1,7 +1,7 @@
 /* Commands from a host to its worker, and their answers, over shared memory.
  *
  * Clock and values lie in the memory and are everybody's, in turn: the host's until it asks, the
- * worker's until it answers. Bytes that go along with a command or an answer are passed in parts. */
+ * worker's until it answers. Bytes that go with a command or an answer are passed in parts. */
 #ifndef CHANNEL_H
 #define CHANNEL_H
 
@@ -62,7 +62,7 @@ int channel_ask(struct channel *channel, struct process *process, enum command c
                 const void *bytes, size_t size, double longest, enum outcome *outcome,
                 struct text *error);
 
-/* Host: tells the process to quit, without waiting. */
+/* Host: asks the process to quit, without waiting. */
 void channel_quit(struct channel *channel, struct process *process);
 
 /* Worker: waits for the next command, whose bytes are in `channel->bytes`. */

@@ -25,7 +25,7 @@ struct python_worker {
 
 /* Before the package is known to be there: any Python 3 understands it. Nothing is imported from the
  * host's current folder. Files that the host has left open for its children are closed. What cannot be
- * imported is told to the host. */
+ * imported is reported to the host. */
 static const char START[] =
     "import sys\n"
     "sys.path[:] = [p for p in sys.path if p]\n"
@@ -40,7 +40,7 @@ static const char START[] =
     "else:\n"
     "    main(*sys.argv[1:])\n";
 
-/* Waits this long for a process that was told to quit, and at least for one to terminate, in s. */
+/* Waits this long for a process that has the command to quit, and at least for one to terminate, in s. */
 static const double LONGEST_QUIT = 5;
 
 static void stop(struct python_worker *self, double patience)
@@ -253,11 +253,11 @@ static struct python_worker *make_worker(const struct port_table *ports, const c
             return self;
         free_worker(self);
     }
-    text_set(error, "out of memory, or the file of this library cannot be told");
+    text_set(error, "out of memory, or the file of this library is unknown");
     return NULL;
 }
 
-/* The first line only: what was tried is told in one. */
+/* The first line only: what was tried is in one. */
 static int first_line(const char *text)
 {
     return (int)strcspn(text, "\n");

@@ -9,7 +9,7 @@ struct patience {
     double usual; /* in s */
 };
 
-/* Whether the word took the value while it was looked at; not for longer than makes sense, which may
+/* Whether the word took the value while it was polled; not for longer than makes sense, which may
  * be next to nothing. */
 int wait_looking(const uint32_t *word, uint32_t value, const struct patience *patience);
 

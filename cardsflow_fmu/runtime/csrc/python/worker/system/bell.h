@@ -16,7 +16,7 @@ enum bell_answer { BELL_RUNG, BELL_SILENT, BELL_GONE };
 /* Wakes the other one; rings that nobody waits for are kept or lost, never waited for. */
 void bell_ring(const struct bell *bell);
 
-/* Waits for a ring, as long as told. A ring may be an old one. */
+/* Waits for a ring, for a time at most. A ring may be an old one. */
 enum bell_answer bell_wait(const struct bell *bell, double seconds);
 
 void bell_close(struct bell *bell);

@@ -13,7 +13,7 @@ struct process {
     void *handle, *job;
 #else
     long id;
-    int status; /* as waitpid tells, once it runs no more */
+    int status; /* as of waitpid, once it runs no more */
 #endif
 };
 
@@ -26,14 +26,14 @@ int process_start(struct process *process, const char *program, const char *cons
 /* Whether it has ended by itself, or does so within some seconds, and how. */
 int process_has_ended(struct process *process, double seconds, struct text *how);
 
-/* Waits for its end, as long as told, then ends it. Nothing of it is left. */
+/* Waits for its end, for a time at most, then ends it. Nothing of it is left. */
 void process_end(struct process *process, double patience);
 
 /* In the process that was started: finds memory and bell by the last argument. From then on this
  * process ends as soon as the other one has. 0, or nonzero. */
 int process_attach(const char *argument, struct shared_memory *memory, struct bell *bell);
 
-/* Path of the file that holds this function, in UTF-8, on the heap; NULL when it cannot be told. */
+/* Path of the file that holds this function, in UTF-8, on the heap; NULL when that is unknown. */
 char *process_own_library(void);
 
 #endif

@@ -60,7 +60,7 @@ static HANDLE make_job(void)
     return job;
 }
 
-/* What the started process inherits, in the order in which it is told of them. */
+/* What the started process inherits, in the order of its arguments. */
 enum { OWN_EVENT, HOST_EVENT, HOST_PROCESS, MEMORY, HANDLES };
 
 static int make_handles(HANDLE handles[HANDLES], const struct shared_memory *memory)
