@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import qpsolvers
 from support.controllers import qp_problems
 from support.controllers.qp_problems import (
     FloatArray,
@@ -17,7 +18,6 @@ from support.controllers.qp_problems import (
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from controllers.qp import dual_newton
-from controllers.qp import solver as qp
 from controllers.qp.problem import BoxProblem, BoxSolution, check, row_softness
 from controllers.qp.solver import BoxSolver
 
@@ -279,7 +279,7 @@ def test_daqp_follows_where_dual_newton_does_not_converge(monkeypatch: pytest.Mo
         assert (solution.status, solution.fell_back, solution.solver) == ("solved", True, "daqp")
         if weights is None:
             assert relative_error(solution.x, expected.x) < 1e-8
-    monkeypatch.setattr(qp.qpsolvers, "solve_problem", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr(qpsolvers, "solve_problem", lambda *_, **__: 1 / 0)
     assert solve(problem).status == "not converged"
 
 
