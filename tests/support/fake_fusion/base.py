@@ -80,6 +80,11 @@ def new(cls: type, **fields: Any) -> Any:
     return made
 
 
+def by_name(name: str, **fields: Any) -> Any:
+    """The same of a class by its name, wherever the fake defines it."""
+    return new(_every_class()[name], **fields)
+
+
 def stored(path: str, kind: str) -> property:
     """A property that is kept as it is in a private field, such as "data.visible".
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, edited, new
+from ..base import Base, api, by_name, edited, new
 from ..collections_ import Items, listing, named
 from ..maths import is_rigid, matrix
 from ..state import world
@@ -67,48 +67,17 @@ class Component(WithName, BaseComponent):
 
     bRepBodies = property(lambda self: new(BRepBodies, component=self._data, path=()))
     meshBodies = property(lambda self: new(MeshBodies, component=self._data, path=()))
-
-    @property
-    def constructionPoints(self) -> Any:
-        from .points import ConstructionPoints
-
-        return new(ConstructionPoints, component=self._data)
-
-    @property
-    def sketches(self) -> Any:
-        from .sketches import Sketches
-
-        return new(Sketches, component=self._data)
-
-    @property
-    def joints(self) -> Any:
-        from .joints import Joints
-
-        return new(Joints, component=self._data)
-
-    @property
-    def asBuiltJoints(self) -> Any:
-        from .joints import AsBuiltJoints
-
-        return new(AsBuiltJoints, component=self._data)
-
-    @property
-    def rigidGroups(self) -> Any:
-        from .joints import RigidGroups
-
-        return new(RigidGroups, component=self._data)
-
-    @property
-    def customGraphicsGroups(self) -> Any:
-        from ..ui.graphics import CustomGraphicsGroups
-
-        return new(CustomGraphicsGroups, component=self._data)
-
-    @property
-    def assemblyConstraints(self) -> Any:
-        from .joints import AssemblyConstraints
-
-        return new(AssemblyConstraints, component=self._data)
+    constructionPoints = property(lambda self: by_name("ConstructionPoints", component=self._data))
+    sketches = property(lambda self: by_name("Sketches", component=self._data))
+    joints = property(lambda self: by_name("Joints", component=self._data))
+    asBuiltJoints = property(lambda self: by_name("AsBuiltJoints", component=self._data))
+    rigidGroups = property(lambda self: by_name("RigidGroups", component=self._data))
+    customGraphicsGroups = property(
+        lambda self: by_name("CustomGraphicsGroups", component=self._data)
+    )
+    assemblyConstraints = property(
+        lambda self: by_name("AssemblyConstraints", component=self._data)
+    )
 
     @property
     def allJoints(self) -> list:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base import Base, api, new
+from ..base import Base, api, by_name, new
 
 _LENGTHS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "deg": 0.017453292519943295, "rad": 1.0}
 
@@ -85,11 +85,9 @@ class CommandInput(Base):
 
 
 class _Holder(CommandInput):
-    @property
-    def children(self) -> Any:
-        from .command_inputs import CommandInputs
-
-        return new(CommandInputs, command=self._data.command, parent=self._data)
+    children = property(
+        lambda self: by_name("CommandInputs", command=self._data.command, parent=self._data)
+    )
 
 
 @api("adsk.core")
