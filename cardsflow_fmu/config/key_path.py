@@ -22,7 +22,7 @@ class PathError(InputError):
 
 
 def split_path(key: str) -> list[str]:
-    """The parts of a full key; a name that holds dots stands in quotes: `controller.kp."hand.x"`.
+    """The parts of a full key; a name with dots is in quotes: `controller.kp."hand.x"`.
 
     Args:
         key: The full key.

@@ -55,7 +55,7 @@ def each(
         default: Of every value; none where it must be given; None for an empty tuple.
         others: Value of names that a table leaves out; the default where it is None. Values that
             are vectors are given in tables alone.
-        word: A text that may stand in the place of the values; None once it is read.
+        word: A text that is allowed instead of the values; None once it is read.
         alias: The key, where the attribute has another name.
     """
     own: Any = Field(

@@ -139,9 +139,11 @@ class Table(BaseModel):
 
     def meaningless(self, allowed: Iterable[str]) -> list[InputError]:
         """An error for each key that is given and is none of those allowed."""
-        known = list(allowed)
-        given = [key for key in type(self).model_fields if key in self.model_fields_set]
-        return [UnknownNameError("key", k, known, key=k) for k in given if k not in known]
+        keys = {name: own.alias or name for name, own in type(self).model_fields.items()}
+        fitting = list(allowed)
+        known = [keys[name] for name in fitting]
+        given = [name for name in keys if name in self.model_fields_set and name not in fitting]
+        return [UnknownNameError("key", keys[name], known, key=keys[name]) for name in given]
 
 
 def checked(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
@@ -224,7 +226,7 @@ def _fraction(value: float) -> float:
 
 
 class _File:
-    """Of a path: relative to the file that it stands in."""
+    """Of a path: relative to the file that it is given in."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -257,10 +259,10 @@ class Numbers:
 
 
 class Short:
-    """Of a table or a list: values that stand for one.
+    """Of a table or a list: short forms.
 
     Args:
-        written_out: What a value stands for; the value itself where it is none of these.
+        written_out: Gives what a short form means; any other value as it is.
         schema: Of these values.
     """
 

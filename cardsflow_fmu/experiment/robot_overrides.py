@@ -1,6 +1,6 @@
 """What an experiment changes of its robot: any number, vector or attachment, by name.
 
-The tables below [robot] are named as the parts of `Robot` are; `points` stands for via points:
+The tables below [robot] are named as the parts of `Robot` are; `points` are via points:
 
     [robot.links.link_1.inertia]
     mass = 2.5

@@ -127,7 +127,7 @@ def experiment_text(robot: Robot, path: str, cable_set: str | None = None) -> st
         *_line("output", "results", run),
         *_defaults(run, {"format", "coupling"}),
         "",
-        "# Tables that can stand here besides:",
+        "# Other tables:",
         *(f"# [{name}]  {_meaning(tables[name])}" for name in _BESIDE),
     ]
     return "\n".join(lines) + "\n"

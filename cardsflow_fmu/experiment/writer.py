@@ -108,7 +108,7 @@ def _inner_path(uri: str, link: str) -> PurePosixPath:
     path = PurePosixPath(text)
     if path.is_absolute() or ".." in path.parts or "\\" in text:
         raise InputError(
-            f"collision mesh {uri!r} of link {link!r} stands outside the robot's folder, and "
+            f"collision mesh {uri!r} of link {link!r} is outside the robot's folder, and "
             "cannot travel in an FMU; put it into the folder, or run with --direct"
         )
     return path

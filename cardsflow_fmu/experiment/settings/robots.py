@@ -72,7 +72,7 @@ class RobotPart:
 
     @property
     def folder(self) -> Path:
-        """Where its main file stands."""
+        """The folder of its main file."""
         return self.files[0].parent
 
 

@@ -28,7 +28,7 @@ class RunSettings(Table):
     @model_validator(mode="after")
     def _check_order(self) -> Self:
         if self.scheme != "gauss_seidel":
-            self.require_only(type(self).model_fields.keys() - {"order"})
+            self.require_only(key for key in type(self).model_fields if key != "order")
         elif sorted(self.order) != sorted(ROLES):
             what = f"must be a list of {', '.join(ROLES)} in any order"
             raise SettingError(what if self.order else f"missing: {what}", key="order")
