@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.fmu.external_fmus import FMI2, FMI3, exchange_only, external_fmu
+from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
@@ -17,7 +18,6 @@ from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.simulation.run import simulate
 
-EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"
 LEVERS = np.array([[0.1, -0.1, 0.05, -0.05], [0.0, 0.02, 0.1, -0.1]])
 STEP = 1e-3
 
@@ -49,7 +49,7 @@ def experiment(plant: object, **settings: Any) -> Experiment:
         "run.duration": 0.05,
         **{key.replace("__", "."): value for key, value in settings.items()},
     }
-    return Experiment.load(EXAMPLE, changes)
+    return Experiment.load(PLANAR_2R, changes)
 
 
 def direct(experiment: Experiment) -> Result:
@@ -176,10 +176,10 @@ def test_what_is_no_fmu_is_refused(tmp_path: Path, compiler: str, old: str, new:
 def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVersion) -> None:
     """In either version of FMI, arrays too, beside a reference of FMI 2.0."""
     settings = {"run.duration": 0.05}
-    built = build(Experiment.load(EXAMPLE, settings), tmp_path, fmi=version)
+    built = build(Experiment.load(PLANAR_2R, settings), tmp_path, fmi=version)
     named = settings | {f"fmus.{role}": str(built[role]) for role in ("plant", "controller")}
-    result = simulate(Experiment.load(EXAMPLE, named))
-    np.testing.assert_array_equal(result.rows, simulate(Experiment.load(EXAMPLE, settings)).rows)
+    result = simulate(Experiment.load(PLANAR_2R, named))
+    np.testing.assert_array_equal(result.rows, simulate(Experiment.load(PLANAR_2R, settings)).rows)
     assert math.isfinite(result.summary["tracking"]["rms"])
 
 
@@ -196,14 +196,14 @@ def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVer
 )
 def test_keys_that_do_not_fit_are_refused(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
-        Experiment.load(EXAMPLE, settings)
+        Experiment.load(PLANAR_2R, settings)
     assert message in str(caught.value)
 
 
 def test_a_coupling_is_part_of_the_data_that_travels() -> None:
     order = ("reference", "controller", "plant")
     settings = {"run.coupling": "gauss_seidel", "run.order": list(order)}
-    data = experiment_data(Experiment.load(EXAMPLE, settings))["run"]
+    data = experiment_data(Experiment.load(PLANAR_2R, settings))["run"]
     assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
 
 
@@ -211,20 +211,20 @@ def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: st
     text = FMI2.replace('start="', 'start="q', 1)
     file = external_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
     with pytest.raises(InputError, match=r"odd\.fmu: is no FMU: could not convert"):
-        simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
+        simulate(Experiment.load(PLANAR_2R, {"fmus.plant": str(file)}))
 
 
 def test_a_library_that_cannot_be_loaded_leaves_the_current_folder(tmp_path: Path) -> None:
-    built = build(Experiment.load(EXAMPLE), tmp_path / "built")
+    built = build(Experiment.load(PLANAR_2R), tmp_path / "built")
     file, here = tmp_path / "odd.fmu", Path.cwd()
     with zipfile.ZipFile(built["plant"]) as good, zipfile.ZipFile(file, "w") as bad:
         for name in good.namelist():
             bad.writestr(name, b"?" if name.startswith("binaries/") else good.read(name))
     with pytest.raises(InputError, match=r"odd\.fmu: cannot be loaded"):
-        simulate(Experiment.load(EXAMPLE, {"fmus.plant": str(file)}))
+        simulate(Experiment.load(PLANAR_2R, {"fmus.plant": str(file)}))
     assert Path.cwd() == here
 
 
 def test_a_path_that_is_too_long_is_refused() -> None:
     with pytest.raises(InputError, match=r"fmus\.plant\.path: there is no file"):
-        Experiment.load(EXAMPLE, {"fmus.plant": "p" * 400})
+        Experiment.load(PLANAR_2R, {"fmus.plant": "p" * 400})

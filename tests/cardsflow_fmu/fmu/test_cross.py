@@ -8,14 +8,13 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.fmu import platforms as cross
 from cardsflow_fmu.runtime import library, sources
 from cardsflow_fmu.runtime.library import library_path, this_platform
-
-EXAMPLES = Path(__file__).parents[3] / "examples"
 
 MAGIC = {
     "x86_64-linux": b"\x7fELF\x02\x01",

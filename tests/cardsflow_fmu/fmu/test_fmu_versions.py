@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, __version__, build
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.simulation.run import simulate
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
 SCHEMAS = Path(fmpy.__file__).parent / "schema/fmi3"
 NAMES = ("plant", "controller", "reference")
 SHORT = {"run.duration": 0.2}

@@ -1,15 +1,21 @@
-"""The .ssp in other tools, from an environment without this package and without DART."""
+"""Systems and FMUs in other tools, from an environment without this package and without DART."""
 
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import json
+import subprocess
+import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 from support.fmu.bare_environment import BareEnvironment
 from support.fmu.fmu_host import SUPPORT
+from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
@@ -23,9 +29,42 @@ from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
 pytestmark = pytest.mark.interop
 
 IMPORTERS = SUPPORT / "importers"
-EXAMPLES = Path(__file__).parents[3] / "examples"
 STEP = 1e-3
-STEPS = {"planar_2r": 1000, "roboy_left_arm": 100}
+NATIVE_STEP, NATIVE_STEPS = 5e-3, 60
+BUILDS: list[tuple[FmiVersion, bool]] = [("2.0", False), ("3.0", True), ("3.0", False)]
+
+
+class Case(NamedTuple):
+    """An example's system, how it is stepped, and how near other tools come to our rows."""
+
+    example: str
+    steps: int
+    native: bool = False
+    step: float = STEP
+    near: float = 1e-9
+
+
+CASES = [
+    Case("planar_2r", 1000),
+    Case("roboy_left_arm", 100),
+    *(
+        Case(example, NATIVE_STEPS, True, NATIVE_STEP, 1e-12)
+        for example in ("planar_2r", "roboy_left_arm", "hill_arm")
+    ),
+]
+
+
+class System(NamedTuple):
+    """A system: its .ssp, the same unpacked, and the numbers that its components give."""
+
+    case: Case
+    path: Path
+    unpacked: Path
+    names: list[str]
+
+
+def settings_of(step: float, steps: int) -> dict[str, float]:
+    return {"run.duration": step * steps, "run.step": step, "controller.period": step}
 
 
 @pytest.fixture(scope="module")
@@ -34,24 +73,14 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> BareEnvironment:
     return BareEnvironment(folder, "libcosimpy", "ecospy", "fmpy", "numpy", "lxml")
 
 
-@pytest.fixture(scope="module", params=STEPS)
-def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    steps = STEPS[request.param]
-    settings = {"run.duration": steps * STEP, "run.step": STEP, "controller.period": STEP}
-    experiment = Experiment.load(EXAMPLES / request.param, settings)
-    return built(experiment, tmp_path_factory.mktemp(request.param))
-
-
-def built(experiment: Experiment, folder: Path) -> Path:
-    """The system that is built beside the FMUs."""
-    build(experiment, folder)
-    return folder / "system.ssp"
-
-
-def signals(path: Path, folder: Path) -> list[str]:
-    """All numbers that the components give, but times of computation."""
-    components = read_system(unpack_ssp(path, folder)).components
-    return [
+@pytest.fixture(scope="module", params=CASES, ids=lambda case: f"{case.example}-{case.native}")
+def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> System:
+    case: Case = request.param
+    folder = tmp_path_factory.mktemp(case.example)
+    experiment = Experiment.load(EXAMPLES / case.example, settings_of(case.step, case.steps))
+    build(experiment, folder, native=case.native)
+    components = read_system(unpack_ssp(folder / "system.ssp", folder / "unpacked")).components
+    names = [  # all but times of computation
         f"{component.name}.{connector.name}"
         for component in components
         for connector in component.connectors
@@ -59,50 +88,41 @@ def signals(path: Path, folder: Path) -> list[str]:
         and connector.type == "Real"
         and connector.name != "solve_time"
     ]
+    return System(case, folder / "system.ssp", folder / "unpacked", names)
 
 
-def loads(library: str) -> bool:
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
-
-
-def steps_of(path: Path) -> int:
-    return next(steps for name, steps in STEPS.items() if name in str(path))
-
-
-def run(bare: BareEnvironment, importer: str, path: Path, names: list[str]) -> np.ndarray:
-    steps = steps_of(path)
-    printed = bare.run([str(IMPORTERS / importer), str(path), str(STEP), str(steps), *names])
-    rows = json.loads(printed.splitlines()[-1])
-    assert len(rows) == steps
+def run(bare: BareEnvironment, importer: str, system: System) -> np.ndarray:
+    """The rows of the system's numbers in another tool."""
+    words = [str(system.path), str(system.case.step), str(system.case.steps), *system.names]
+    rows = json.loads(bare.run([str(IMPORTERS / importer), *words]).splitlines()[-1])
+    assert len(rows) == system.case.steps
     return np.array(rows)
 
 
 @pytest.mark.parametrize("importer", ["with_ecos.py", "with_libcosim.py"])
 def test_other_masters_give_our_trajectories(
-    bare: BareEnvironment, importer: str, system: Path, tmp_path: Path
+    bare: BareEnvironment, importer: str, system: System
 ) -> None:
     """Both, ecos and libcosim, couple all participants at once, as our `jacobi` does."""
-    if importer == "with_ecos.py" and not loads("libtbb.so.12"):
-        pytest.skip("ecos needs libtbb12")
-    names = signals(system, tmp_path / "unpacked")
-    theirs = run(bare, importer, system, names)
-    ours = simulate_system(system, {"run.coupling": "jacobi"})
-    for name, column in zip(names, theirs.T, strict=True):
+    if importer == "with_ecos.py":
+        try:
+            ctypes.CDLL("libtbb.so.12")
+        except OSError:
+            pytest.skip("ecos needs libtbb12")
+    theirs, near = run(bare, importer, system), system.case.near
+    ours = simulate_system(system.path, {"run.coupling": "jacobi"})
+    for name, column in zip(system.names, theirs.T, strict=True):
         own = ours[name.split(".", 1)[1]][1:]
-        np.testing.assert_allclose(column, own, rtol=1e-9, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(column, own, rtol=near, atol=near, err_msg=name)
 
 
-def test_fmpy_runs_the_system(bare: BareEnvironment, system: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("system", CASES[:2], indirect=True, ids=lambda case: case.example)
+def test_fmpy_runs_the_system(bare: BareEnvironment, system: System, tmp_path: Path) -> None:
     """FMPy's system simulation steps all at once too, but the first time with inputs of zero."""
-    names = signals(system, tmp_path / "unpacked")
-    theirs = run(bare, "with_fmpy.py", system, names)
-    structure = read_system(tmp_path / "unpacked")
+    theirs = run(bare, "with_fmpy.py", system)
+    structure = read_system(system.unpacked)
     fmus = [
-        FmuInstance(c.name, tmp_path / "unpacked" / c.source, tmp_path / c.name)
+        FmuInstance(c.name, system.unpacked / c.source, tmp_path / c.name)
         for c in structure.components
     ]
     wiring = {".".join(c.target): ".".join(c.source) for c in structure.connections}
@@ -112,7 +132,7 @@ def test_fmpy_runs_the_system(bare: BareEnvironment, system: Path, tmp_path: Pat
         for k, name in enumerate(fmu.input_names):
             if f"{fmu.name}.{name}" in wiring:
                 fmu.inputs[k] = 0.0
-    for k in range(steps_of(system)):
+    for k in range(system.case.steps):
         for fmu in fmus:
             fmu.step(k * STEP, STEP)
         for copy in copies:
@@ -120,15 +140,13 @@ def test_fmpy_runs_the_system(bare: BareEnvironment, system: Path, tmp_path: Pat
         values = {
             f"{f.name}.{n}": v for f in fmus for n, v in zip(f.output_names, f.outputs, strict=True)
         }
-        rows.append([values[name] for name in names])
+        rows.append([values[name] for name in system.names])
     for fmu in fmus:
         fmu.close()
     np.testing.assert_allclose(theirs, rows, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("version", "arrays"), [("2.0", False), ("3.0", True), ("3.0", False)], ids=str
-)
+@pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
 def test_plant_and_controller_run_in_fmpy_alone(
     bare: BareEnvironment, tmp_path: Path, version: FmiVersion, arrays: bool
 ) -> None:
@@ -147,3 +165,61 @@ def test_plant_and_controller_run_in_fmpy_alone(
         ports = [port.name for port in direct.ports]
         expected = [direct.values[ports.index(name)] for name in signals[role]]
         np.testing.assert_allclose([values[0], values[-1]], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
+@pytest.mark.parametrize("example", ["roboy_left_arm", "hill_arm"])
+def test_native_plant_and_controller_run_in_fmpy_alone(
+    bare: BareEnvironment, example: str, version: FmiVersion, arrays: bool, tmp_path: Path
+) -> None:
+    """It validates too; positions and forces in the end are those of FMI 2.0."""
+    experiment = Experiment.load(EXAMPLES / example, settings_of(NATIVE_STEP, NATIVE_STEPS))
+    fmus = build(experiment, tmp_path / "out", fmi=version, arrays=arrays, native=True)
+    plain = build(experiment, tmp_path / "plain", native=True)
+    signals = {
+        "plant": ("q", [c.name for c in experiment.robot.coordinates]),
+        "controller": ("f", [muscle.name for muscle in experiment.robot.muscles]),
+    }
+    for model, (prefix, names) in signals.items():
+        one_by_one = [f"{prefix}.{name}" for name in names]
+        asked = [one_by_one[0].split(".")[0]] if arrays else one_by_one
+        assert last(bare, fmus[model], asked) == last(bare, plain[model], one_by_one)
+
+
+def last(bare: BareEnvironment, file: Path, names: list[str]) -> list[float]:
+    """The last values of some variables, nothing being connected."""
+    arguments = [
+        str(IMPORTERS / "with_fmpy_alone.py"),
+        str(file),
+        str(NATIVE_STEP),
+        str(NATIVE_STEP * NATIVE_STEPS),
+    ]
+    values: list[float] = np.ravel(
+        np.concatenate(json.loads(bare.run([*arguments, *names]).splitlines()[-1]))
+    ).tolist()
+    return values
+
+
+@pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
+@pytest.mark.parametrize("example", ["roboy_left_arm", "hill_arm"])
+def test_checkers_find_nothing_in_native_fmus(
+    example: str, version: FmiVersion, arrays: bool, tmp_path: Path
+) -> None:
+    """`fmpy validate` and, where it is installed, `fmutool -check`."""
+    files = build(
+        Experiment.load(EXAMPLES / example, settings_of(NATIVE_STEP, NATIVE_STEPS)),
+        tmp_path,
+        fmi=version,
+        arrays=arrays,
+        native=True,
+    )
+    for file in files.values():
+        assert validate_fmu(str(file)) == []
+        if importlib.util.find_spec("fmu_manipulation_toolbox"):
+            tool = Path(sys.executable).parent / "fmutool"
+            done = subprocess.run(
+                [tool, "-input", file, "-check"], capture_output=True, text=True, check=False
+            )
+            said = done.stdout + done.stderr
+            assert f"compliant with FMI-{version}" in said
+            assert not any(word in said for word in ("ERROR", "WARNING", "CRITICAL"))

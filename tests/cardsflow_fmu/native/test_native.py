@@ -12,7 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from support.cases import few
-from support.fmu.co_simulation import assert_native_agrees, co_simulate
+from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import load
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
@@ -22,7 +22,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.native.fields import NATIVE_MODELS
 from cardsflow_fmu.native.model_file import NATIVE_FILE
 from cardsflow_fmu.simulation.build import build
-from cardsflow_fmu.simulation.run import simulate
 
 SETTINGS: dict[str, dict[str, object]] = {
     "planar_2r": {"run.duration": 0.6},
@@ -76,16 +75,17 @@ def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    ("example", "settings", "message"),
     [
-        ({"controller.type": "lyapunov"}, "the law 'lyapunov'"),
-        ({"controller.type": "torque_position"}, "the law 'torque_position'"),
+        ("planar_2r", {"controller.type": "lyapunov"}, "the law 'lyapunov'"),
+        ("planar_2r", {"controller.type": "torque_position"}, "the law 'torque_position'"),
+        ("pick_up", {}, "worlds with contacts.*without --native"),
     ],
 )
 def test_what_the_core_lacks_is_refused_by_name(
-    settings: dict[str, object], message: str, tmp_path: Path
+    example: str, settings: dict[str, object], message: str, tmp_path: Path
 ) -> None:
-    experiment = Experiment.load(EXAMPLES / "planar_2r", settings)
+    experiment = Experiment.load(EXAMPLES / example, settings)
     with pytest.raises(InputError, match=message):
         build(experiment, tmp_path / "out", native=True)
     assert not (tmp_path / "out").exists()
@@ -116,13 +116,3 @@ def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
         target.write_bytes(sound[:cut])
         assert not host.instantiate(host.slave.guid, (folder / "resources").as_uri())
         assert "native.bin" in host.last
-
-
-def test_the_run_over_python_objects_is_the_same(tmp_path: Path) -> None:
-    """The native closed loop against the plain Python one."""
-    experiment = Experiment.load(EXAMPLES / "planar_2r", SETTINGS["planar_2r"])
-    native = co_simulate(experiment, tmp_path, native=True)
-    direct = simulate(experiment, through="direct")
-    for name in ("q.joint_1", "q.joint_2"):
-        column = native.rows[:, native.names.index(name)]
-        np.testing.assert_allclose(column, direct[name], rtol=0, atol=1e-12)

@@ -14,7 +14,6 @@ from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 
@@ -100,10 +99,3 @@ def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
     with running(file, tmp_path / "unpacked") as host:
         refused(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
         assert "u.cable_3" in host.last
-
-
-def test_what_plants_lack_is_refused_by_name(tmp_path: Path) -> None:
-    experiment, what = Experiment.load(EXAMPLES / "pick_up"), "worlds with contacts"
-    with pytest.raises(InputError, match=f"{what}.*without --native"):
-        build(experiment, tmp_path / "out", native=True)
-    assert not (tmp_path / "out").exists()

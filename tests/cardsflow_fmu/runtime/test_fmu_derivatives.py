@@ -8,16 +8,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 import pytest
 from array_model import ARRAYS, INDEX, PORTS, ArrayModel
-from fmpy import fmi2, fmi3
-from support.fmu.fmu_host import refused
+from support.fmu.fmu_host import load, refused, unpacked
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.model import FloatArray, FmuModel
 from cardsflow_fmu.models.plant import PlantModel
@@ -27,8 +25,7 @@ from sim_dart import DartDynamics
 pytestmark = pytest.mark.native
 
 STEP = 1e-2
-PLANAR_2R = Path(__file__).parents[3] / "examples/planar_2r"
-ARM = Path(__file__).parents[3] / "examples/roboy_left_arm"
+ARM = EXAMPLES / "roboy_left_arm"
 
 Ask = Callable[[Sequence[str], Sequence[str], Sequence[float]], FloatArray]
 
@@ -192,25 +189,10 @@ def test_a_run_is_the_same_with_questions_in_between() -> None:
 
 def open_fmu(folder: Path, version: str, arrays: bool) -> tuple[Any, Ask]:
     """An instance, and what asks it by the names of ports."""
-    path = write_fmu(
-        folder / "two.fmu",
-        model_class=ArrayModel,
-        model_name="two",
-        ports=PORTS,
-        resources={},
-        step=STEP,
-        fmi=version,  # type: ignore[arg-type]
-        arrays=arrays,
-    )
-    fmpy.extract(str(path), str(folder / "two"))
-    description = fmpy.read_model_description(str(folder / "two"))
-    slave = (fmi2.FMU2Slave if version == "2.0" else fmi3.FMU3Slave)(
-        guid=description.guid,
-        unzipDirectory=str(folder / "two"),
-        modelIdentifier="two",
-        instanceName="two",
-    )
-    slave.instantiate()
+    options = {"step": STEP, "fmi": version, "arrays": arrays}
+    host = load(unpacked(folder / "two", ArrayModel, PORTS, **options))
+    host.open()
+    slave = host.slave
 
     def ask(unknowns: Sequence[str], knowns: Sequence[str], seeds: Sequence[float]) -> FloatArray:
         index = ARRAYS if arrays else INDEX
@@ -226,15 +208,11 @@ def test_through_fmi(tmp_path: Path, version: str, arrays: bool, moving: ArrayMo
     slave, ask = open_fmu(tmp_path, version, arrays)
     names = ("x", "u") if arrays else (["x.a", "x.b"], ["u.a", "u.b"])
     unknowns, knowns = ([names[0]], [names[1]]) if arrays else names
-    if version == "2.0":
-        slave.setupExperiment(startTime=0.0)
+    slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
     assert ask(unknowns, knowns, [1.0, 1.0]).tolist() == [0.0, 0.0]
     slave.exitInitializationMode()
-    setter, getter = (
-        (slave.setReal, slave.getReal) if version == "2.0" else (slave.setFloat64, slave.getFloat64)
-    )
-    setter([0] if arrays else [0, 1], [0.7, -0.4])
+    slave.setReal([0] if arrays else [0, 1], [0.7, -0.4])
     slave.doStep(0.0, STEP)
     expected = closed_form(moving, STEP)["u"] @ [2.0, -3.0]
     np.testing.assert_allclose(ask(unknowns, knowns, [2.0, -3.0]), expected, atol=1e-9)
@@ -247,7 +225,10 @@ def test_through_fmi(tmp_path: Path, version: str, arrays: bool, moving: ArrayMo
     )
     slave.doStep(STEP, STEP)
     moving.step(STEP, STEP)
-    values = getter([ARRAYS["x"]], 2) if arrays else getter([INDEX["x.a"], INDEX["x.b"]])
+    if arrays:
+        values = slave.getFloat64([ARRAYS["x"]], 2)
+    else:
+        values = slave.getReal([INDEX["x.a"], INDEX["x.b"]])
     assert values == moving.outputs[:2].tolist()
     slave.freeInstance()
 

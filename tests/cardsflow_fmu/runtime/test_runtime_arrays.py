@@ -14,11 +14,10 @@ import pytest
 from array_model import ARRAYS, INDEX, PORTS, ArrayModel
 from fmpy import fmi3
 from fmpy.validation import validate_fmu
-from support.fmu.fmu_host import refused
+from support.fmu.fmu_host import load, pack, refused
 
 from addin_sdfusion.robot import SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.direct_participant import DirectParticipant
 
 pytestmark = pytest.mark.native
@@ -27,29 +26,17 @@ STEP = 1e-2
 
 
 def write(path: Path, **changes: Any) -> Path:
-    arguments: dict[str, Any] = {"fmi": "3.0", "step": STEP, **changes}
-    return write_fmu(
-        path, model_class=ArrayModel, model_name="two", ports=PORTS, resources={}, **arguments
-    )
+    return pack(path, ArrayModel, PORTS, **{"fmi": "3.0", "step": STEP, **changes})
 
 
 class Instance:
     """An instance, what it has logged, and the times of its intermediate updates."""
 
     def __init__(self, folder: Path) -> None:
-        self.messages: list[str] = []
         self.updates: list[tuple[float, float]] = []
-        description = fmpy.read_model_description(str(folder))
-        self.slave = fmi3.FMU3Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier="two",
-            instanceName="two",
-        )
-        self.slave.instantiate(
-            logMessage=lambda _, status, category, text: self.messages.append(text.decode()),
-            intermediateUpdate=self.update,
-        )
+        self.host = load(folder)
+        self.slave: Any = self.host.slave
+        self.slave.instantiate(logMessage=self.host.log, intermediateUpdate=self.update)
 
     def update(self, _: object, time: float, *flags: Any) -> None:
         assert [bool(flag) for flag in flags[:4]] == [False, True, True, False]
@@ -57,8 +44,7 @@ class Instance:
         self.updates.append((time, count))
 
     def start(self) -> None:
-        self.slave.enterInitializationMode()
-        self.slave.exitInitializationMode()
+        self.host.start()
 
 
 @pytest.fixture(scope="module")
@@ -130,13 +116,13 @@ def test_wrong_lengths_are_refused(folder: Path, size: int) -> None:
         made = Instance(folder)
         made.start()
         refused(lambda call=call, made=made: call(made.slave))
-        assert "values" in made.messages[-1]
+        assert "values" in made.host.last
         made.slave.freeInstance()
 
 
 def test_elements_have_no_reference(started: Instance) -> None:
     refused(lambda: started.slave.getFloat64([INDEX["x.b"]]))
-    assert "value reference 5 is within the array x" in started.messages[-1]
+    assert "value reference 5 is within the array x" in started.host.last
 
 
 def test_time_cannot_be_set(started: Instance) -> None:
@@ -148,7 +134,7 @@ def test_other_types_are_refused(folder: Path) -> None:
         made = Instance(folder)
         made.start()
         refused(lambda made=made, name=name: getattr(made.slave, f"get{name}")([0]))
-        assert "Float64 and Boolean variables only" in made.messages[-1]
+        assert "Float64 and Boolean variables only" in made.host.last
         made.slave.freeInstance()
 
 
@@ -163,12 +149,7 @@ def test_state_goes_to_another_instance(folder: Path) -> None:
     one.start()
     one.slave.setFloat64([ARRAYS["u"]], [1.5, -0.5])
     one.slave.doStep(0.0, STEP)
-    state = one.slave.getFMUState()
-    data = one.slave.serializeFMUState(state)
-    one.slave.freeFMUState(state)
-    state = two.slave.deserializeFMUState(data)
-    two.slave.setFMUState(state)
-    two.slave.freeFMUState(state)
+    two.host.restore(one.host.save())
     rows = []
     for made in (one, two):
         made.slave.doStep(STEP, STEP)
@@ -216,10 +197,10 @@ def test_what_the_standard_makes_optional(started: Instance) -> None:
             continue
         function = slave.dll[name]
         function.argtypes = None
-        before = len(started.messages)
+        before = len(started.host.messages)
         arguments = [None] * 9
         assert function(ctypes.c_void_p(slave.component), *arguments) == fmi3.fmi3Error
-        assert len(started.messages) == before + 1
+        assert len(started.host.messages) == before + 1
         assert function(None, *arguments) == fmi3.fmi3Error
     slave.doStep(0.0, STEP)
 
@@ -235,7 +216,7 @@ def test_null_pointers(started: Instance) -> None:
     step.argtypes = None
     zero = ctypes.c_double(0.0), ctypes.c_double(STEP)
     assert step(component, *zero, False, None, None, None, None) == fmi3.fmi3Error
-    assert started.messages[-1] == "doStep: null pointer"
+    assert started.host.last == "doStep: null pointer"
 
 
 @pytest.mark.parametrize(("version", "arrays"), [("2.0", False), ("3.0", True), ("3.0", False)])

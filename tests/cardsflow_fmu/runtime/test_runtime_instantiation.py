@@ -77,12 +77,6 @@ def test_model_file_entries(damaged: Path, entry: str, value: str, message: str)
     assert message in cannot_open(damaged)
 
 
-def test_model_that_cannot_be_made(damaged: Path) -> None:
-    (damaged / "resources/x_start.txt").write_text("far")
-    message = cannot_open(damaged)
-    assert message.startswith("ValueError: could not convert string to float: 'far'\nTraceback")
-
-
 def test_model_with_memory_of_its_own(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         ToyModel, "from_resources", classmethod(lambda cls, folder, values: cls(0.0))

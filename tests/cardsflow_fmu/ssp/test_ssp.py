@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from lxml import etree
 from support.fmu.external_fmus import external_fmu
+from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, build
@@ -23,7 +24,6 @@ from cardsflow_fmu.signals.units import KNOWN_UNITS, conversion
 from cardsflow_fmu.simulation.run import simulate, simulate_system
 from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
 
-EXAMPLE = Path(__file__).parents[3] / "examples/planar_2r"
 SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"
 SETTINGS = {"run.duration": 0.05}
 
@@ -32,7 +32,7 @@ Change = Callable[[dict[str, bytes]], None]
 
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return built(Experiment.load(EXAMPLE, SETTINGS), tmp_path_factory.mktemp("ssp"))
+    return built(Experiment.load(PLANAR_2R, SETTINGS), tmp_path_factory.mktemp("ssp"))
 
 
 def built(experiment: Experiment, folder: Path) -> Path:
@@ -82,7 +82,7 @@ def test_what_is_written_satisfies_the_schemas_of_ssp(system: Path) -> None:
 
 
 def test_the_same_experiment_gives_the_same_bytes(system: Path, tmp_path: Path) -> None:
-    again = built(Experiment.load(EXAMPLE, SETTINGS), tmp_path)
+    again = built(Experiment.load(PLANAR_2R, SETTINGS), tmp_path)
     assert again.read_bytes() == system.read_bytes()
 
 
@@ -100,7 +100,7 @@ def test_what_was_written_is_read_back(system: Path, tmp_path: Path) -> None:
 def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
     order = {"run.order": ["reference", "controller", "plant"]} if scheme[0] == "g" else {}
     settings = {"run.coupling": scheme, **order}
-    ours = simulate(Experiment.load(EXAMPLE, SETTINGS | settings), through="direct")
+    ours = simulate(Experiment.load(PLANAR_2R, SETTINGS | settings), through="direct")
     result = simulate_system(system, settings)
     assert set(result.names) == set(ours.names)
     for name in result.names:
@@ -112,9 +112,9 @@ def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
 
 def test_a_slower_controller_gives_its_period_to_the_system(tmp_path: Path) -> None:
     settings = SETTINGS | {"controller.period": 0.005, "plant.step": 0.001, "run.step": 0.001}
-    path = built(Experiment.load(EXAMPLE, settings), tmp_path)
+    path = built(Experiment.load(PLANAR_2R, settings), tmp_path)
     result = simulate_system(path)
-    ours = simulate(Experiment.load(EXAMPLE, settings), through="direct")
+    ours = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
     assert result.summary["step"] == 0.005
     np.testing.assert_array_equal(result["q.joint_1"], ours["q.joint_1"][::5])
 
@@ -147,9 +147,9 @@ def test_the_command_runs_a_system(
 def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
     """Any FMU with the plant's ports may be the hardware: here, another plant."""
     folder = tmp_path / "other"
-    other = build(Experiment.load(EXAMPLE, SETTINGS | {"start.q": [0.1, 0.2]}), folder)["plant"]
+    other = build(Experiment.load(PLANAR_2R, SETTINGS | {"start.q": [0.1, 0.2]}), folder)["plant"]
     with_hardware = SETTINGS | {"fmus.hardware": str(other)}
-    path = built(Experiment.load(EXAMPLE, with_hardware), tmp_path / "built")
+    path = built(Experiment.load(PLANAR_2R, with_hardware), tmp_path / "built")
     assert {"hardware.ssd", "resources/hardware.fmu"} < set(contents(path))
     assert simulate_system(path)["q.joint_1"][0] == -0.5
     assert simulate_system(path, {"variant": "hardware"})["q.joint_1"][0] == 0.1
@@ -170,7 +170,7 @@ def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) ->
         },
     }
     settings = SETTINGS | {"fmus.plant": plant, "wiring.plant.brake": 0.0}
-    experiment = Experiment.load(EXAMPLE, settings)
+    experiment = Experiment.load(PLANAR_2R, settings)
     ours = simulate(experiment, through="direct")
     result = simulate_system(built(experiment, tmp_path / "built"))
     np.testing.assert_allclose(np.radians(result["angle_1"]), ours["q.joint_1"], rtol=1e-13)
@@ -180,7 +180,7 @@ def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) ->
 def test_arrays_cannot_be_connectors(tmp_path: Path, compiler: str) -> None:
     file = external_fmu(tmp_path / "body.fmu", compiler, "3.0")
     plant = {"path": str(file), "inputs": {"f": "pulls"}, "outputs": {"q": "angles"}}
-    experiment = Experiment.load(EXAMPLE, SETTINGS | {"fmus.plant": plant})
+    experiment = Experiment.load(PLANAR_2R, SETTINGS | {"fmus.plant": plant})
     with pytest.raises(InputError, match="input pulls is no scalar number, as SSP needs"):
         build(experiment, tmp_path / "built")
 
