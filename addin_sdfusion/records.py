@@ -82,7 +82,7 @@ def _record(cls: type[Record], plain: Any, where: str, budget: _Budget) -> Recor
     for key in plain:
         if key not in hints:
             raise InputError(f"unknown key {key!r} (known: {', '.join(hints)})", key=where)
-    missing = [f.name for f in fields(cls) if _required(f) and f.name not in plain]  # type: ignore[arg-type]
+    missing = [f.name for f in fields(cls) if _default(f) is MISSING and f.name not in plain]  # type: ignore[arg-type]
     if missing:
         raise InputError(f"key {missing[0]!r} is missing", key=where)
     items = plain.items()
@@ -93,10 +93,6 @@ def _default(f: Any) -> Any:
     if f.default is not MISSING:
         return f.default
     return f.default_factory() if f.default_factory is not MISSING else MISSING
-
-
-def _required(f: Any) -> bool:
-    return _default(f) is MISSING
 
 
 @cache

@@ -22,7 +22,7 @@ from .design_checks import (
     snapshot_findings,
     up_hint,
 )
-from .joints.edges import Edge, Edges, find_edges, grounded_links
+from .joints.edges import Edges, find_edges, grounded_links
 from .links.links import PREFIX, Links, find_links, is_link_group
 from .links.mass_properties import link_inertia
 from .links.masses import Masses, weigh
@@ -157,7 +157,7 @@ class _Building:
 
     def _find_tree(self, edges: Edges) -> Tree:
         snapshot, links = self._snapshot, self._links
-        held = [edge for edge in edges.held if _is_between(edge, links)]
+        held = [e for e in edges.held if all(link in links.names for link in e.links)]
         grounded = [n for n in grounded_links(snapshot, links) if n in links.names]
         settings, name = snapshot.settings, snapshot.name
         return find_tree(links.names, edges.joints, held, grounded, settings, name)
@@ -186,7 +186,3 @@ class _Building:
             TASK_SET if TASK_SET in names else "",
             wrap_surfaces=muscles.surfaces,
         )
-
-
-def _is_between(edge: Edge, links: Links) -> bool:
-    return all(link in links.names for link in edge.links)

@@ -71,7 +71,8 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
     """Points that are broken, have no effect, or could be in several places."""
     used = {row.entity for rows in (table.points, table.tasks, table.markers) for row in rows}
     for name in in_name_order({p.name for p in snapshot.points if p.problem and p.entity in used}):
-        problem = f"Fusion says: {_problem_of(snapshot, name)}; edit it so that it is where it was"
+        first = min(p.problem for p in snapshot.points if p.name == name and p.problem)
+        problem = f"Fusion says: {first.strip()}; edit it so that it is where it was"
         yield warning(Subject("point", name), "broken-point", problem)
     names = in_name_order({p.name for p in snapshot.points if _is_com(p)})
     if names:
@@ -81,10 +82,6 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
         )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)
     yield from _ambiguous(snapshot, table, links)
-
-
-def _problem_of(snapshot: DesignSnapshot, name: str) -> str:
-    return min(p.problem for p in snapshot.points if p.name == name and p.problem).strip()
 
 
 def _is_com(point: PointSnapshot) -> bool:

@@ -6,7 +6,7 @@ from array import array
 from dataclasses import replace
 
 from ..robot.model.pose import Vector3
-from ..snapshot import BodySnapshot, DesignSnapshot, JointSnapshot, MassSnapshot, MeshSnapshot
+from ..snapshot import DesignSnapshot, JointSnapshot, MassSnapshot, MeshSnapshot
 
 
 def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
@@ -16,7 +16,7 @@ def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
     return replace(
         snapshot,
         occurrences=tuple(replace(o, mass=_mass(o.mass)) for o in snapshot.occurrences),
-        bodies=tuple(map(_body, snapshot.bodies)),
+        bodies=tuple(replace(b, mass=_mass(b.mass), mesh=_mesh(b.mesh)) for b in snapshot.bodies),
         joints=tuple(map(_joint, snapshot.joints)),
         points=tuple(replace(p, position=_turned(p.position)) for p in snapshot.points),
         surfaces=tuple(
@@ -37,10 +37,6 @@ def _mass(mass: MassSnapshot | None) -> MassSnapshot | None:
     xx, yy, zz, xy, yz, xz = mass.moments
     moments = (xx, zz, yy, 0.0 - xz, 0.0 - yz, xy)
     return replace(mass, com=_turned(mass.com), moments=moments)
-
-
-def _body(body: BodySnapshot) -> BodySnapshot:
-    return replace(body, mass=_mass(body.mass), mesh=_mesh(body.mesh))
 
 
 def _mesh(mesh: MeshSnapshot | None) -> MeshSnapshot | None:

@@ -75,7 +75,8 @@ class Command:
         definition = ui.commandDefinitions.addButtonDefinition(
             self.dialog.id, self.dialog.name, tooltip, str(folder)
         )
-        self._connect(definition, "commandCreated", self._created, self._kept)
+        opened = guarded(self._open, self.dialog.name)
+        self._connect(definition, "commandCreated", opened, self._kept)
         panel = ui.allToolbarPanels.itemById(PANEL)
         if panel is not None:
             control = panel.controls.addCommand(definition)
@@ -105,9 +106,6 @@ class Command:
         handler = type(_HANDLERS[event], (base,), {"notify": lambda _, args: work(args)})()
         getattr(sender, event).add(handler)
         kept.append(handler)
-
-    def _created(self, args: Any) -> None:
-        guarded(self._open, self.dialog.name)(args)
 
     def _open(self, args: Any) -> None:
         self._window = None

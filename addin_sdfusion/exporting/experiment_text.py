@@ -29,7 +29,7 @@ def gentle_motion(robot: Robot) -> Trajectory:
     A coordinate uses at most half of the room that its limits leave on the wider side; without
     room it stays. An initial value outside its limits is moved to the nearer one.
     """
-    starts = [_inside(c) for c in robot.coordinates]
+    starts = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
     ends = [_nearby(c, q) for c, q in zip(robot.coordinates, starts, strict=True)]
     rest = (0.0,) * len(starts)
     points = [
@@ -122,10 +122,6 @@ def _limits(c: Coordinate) -> str:
     if not (math.isfinite(c.lower) or math.isfinite(c.upper)):
         return ""
     return f", limits {c.lower!r} to {c.upper!r}"
-
-
-def _inside(c: Coordinate) -> float:
-    return min(max(c.initial, c.lower), c.upper)
 
 
 def _nearby(c: Coordinate, q: float) -> float:

@@ -25,7 +25,7 @@ from ..robot.files import write_files
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
 from ..robot.model.pose import IDENTITY
-from ..robot.model.robot import Link, Mesh, Robot
+from ..robot.model.robot import Link, Robot
 from ..robot.model.rotations import inverse
 from ..robot.writers.caspr.model import losses as caspr_losses
 from ..robot.writers.caspr.model import write_caspr
@@ -154,12 +154,9 @@ class _Export:
             file = self._folder / path
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content)
-        meshes = (replace(mesh, uri=self._uri(mesh)) for mesh in made.meshes)
+        root = f"model://{self._model}"  # Gazebo finds a model by the name of its folder
+        meshes = (replace(mesh, uri=f"{root}/{mesh.uri}") for mesh in made.meshes)
         return replace(link, meshes=tuple(meshes))
-
-    def _uri(self, mesh: Mesh) -> str:
-        """Gazebo finds a model by the name of its folder."""
-        return f"model://{self._model}/{mesh.uri}"
 
     def _write_experiment(self, robot: Robot) -> None:
         self._findings += experiment_findings(robot)

@@ -16,7 +16,8 @@ _WINDOWS_REFUSES = frozenset('<>:"/\\|?*')
 
 def safe_name(name: str) -> str:
     """A name as part of a file's name: letters, digits, `_` and `-`; other signs become `_`."""
-    kept = (sign if sign.isalnum() or sign in "_-" else "_" for sign in _plain(name))
+    name = unicodedata.normalize("NFC", name)  # macOS and Linux spell accents differently
+    kept = (sign if sign.isalnum() or sign in "_-" else "_" for sign in name)
     safe = "".join(kept)[:LONGEST]
     if not safe or _DEVICES.fullmatch(safe):
         safe = f"_{safe}"
@@ -46,8 +47,3 @@ def refused_name(name: str) -> bool:
     """Whether a system refuses the name for a folder: Windows refuses the most."""
     wrong = any(sign in _WINDOWS_REFUSES or not sign.isprintable() for sign in name)
     return wrong or name != name.rstrip(". ") or bool(_DEVICES.fullmatch(name))
-
-
-def _plain(name: str) -> str:
-    """The name with accents in their letters: macOS and Linux spell these differently."""
-    return unicodedata.normalize("NFC", name)

@@ -72,7 +72,8 @@ def delete_point(table: MuscleTable, muscle: str, index: int) -> MuscleTable:
     """The table without a point; the muscle stays, with or without points."""
     points = list(table.points_of(muscle))
     del points[index]
-    return with_points(table, muscle, points, _first(table, muscle))
+    first = min((point.number for point in table.points_of(muscle)), default=0)
+    return with_points(table, muscle, points, first)
 
 
 def move_point(table: MuscleTable, muscle: str, index: int, by: int) -> MuscleTable:
@@ -164,7 +165,3 @@ def next_color(table: MuscleTable) -> str:
     """The colour that the fewest muscles have."""
     used = [row.color for row in table.rows]
     return min(COLORS, key=used.count)
-
-
-def _first(table: MuscleTable, muscle: str) -> int:
-    return min((point.number for point in table.points_of(muscle)), default=0)

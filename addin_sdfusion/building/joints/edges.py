@@ -109,7 +109,7 @@ def grounded_paths(snapshot: DesignSnapshot) -> set[str]:
 
 def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]) -> Iterator[Edge]:
     grounded = {ROOT, *grounded_paths(snapshot)}
-    for joint in sorted(snapshot.joints, key=_joint_key):
+    for joint in sorted(snapshot.joints, key=lambda j: (natural_key(j.name), j.name, repr(j))):
         name = joint.name.removeprefix(PREFIX)
         subject = Subject("joint", name)
         ends = [_link_at(path, links, grounded) for path in (joint.one, joint.two)]
@@ -135,11 +135,8 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
         if not wrong:
             motions = () if joint.kind == "rigid" else joint.motions
             origins = joint.origin_one, joint.origin_two
-            yield Edge(name, one, two, _unit(motions), *origins)
-
-
-def _joint_key(joint: JointSnapshot) -> tuple[object, ...]:
-    return natural_key(joint.name), joint.name, repr(joint)
+            unit = tuple(replace(m, axis=normalized(m.axis)) for m in motions)
+            yield Edge(name, one, two, unit, *origins)
 
 
 def _link_at(path: str | None, links: Links, grounded: Collection[str]) -> object:
@@ -150,10 +147,6 @@ def _link_at(path: str | None, links: Links, grounded: Collection[str]) -> objec
     if path is None:
         return _OUTSIDE
     return links.of_occurrence.get(path, None if path in grounded else _OUTSIDE)
-
-
-def _unit(motions: tuple[MotionSnapshot, ...]) -> tuple[MotionSnapshot, ...]:
-    return tuple(replace(motion, axis=normalized(motion.axis)) for motion in motions)
 
 
 def _within(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Finding]:

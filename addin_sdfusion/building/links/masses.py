@@ -47,7 +47,9 @@ class _Weighing:
         for o in sorted(snapshot.occurrences, key=lambda o: o.path):
             self._children.setdefault(o.parent, []).append(o.path)
         self._bodies: dict[str, list[BodySnapshot]] = {}
-        for body in sorted(snapshot.bodies, key=_body_key):
+        for body in sorted(
+            snapshot.bodies, key=lambda b: (b.occurrence, b.name, b.kind, repr(b.mass))
+        ):
             self._bodies.setdefault(body.occurrence, []).append(body)
         self._whole: dict[str, bool] = {}
         self._findings: list[Finding] = []
@@ -146,7 +148,3 @@ class _Weighing:
 
 def _subject(body: BodySnapshot) -> Subject:
     return Subject("body", f"{body.occurrence}/{body.name}" if body.occurrence else body.name)
-
-
-def _body_key(body: BodySnapshot) -> tuple[str, ...]:
-    return body.occurrence, body.name, body.kind, repr(body.mass)

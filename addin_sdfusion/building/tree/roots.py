@@ -62,7 +62,7 @@ def find_roots(
             findings += _not_grounded(candidates, grounded, bodies, settings)
         elif candidates:
             firsts = list({bodies.find(link): link for link in reversed(candidates)}.values())
-            roots[k] = _preferred(candidates, grounded)
+            roots[k] = next((link for link in candidates if link in grounded), candidates[0])
             if len(firsts) > 1:
                 what = f"links {listed(in_name_order(firsts))} of one tree are held to the ground"
                 findings.append(_several(subject, what))
@@ -130,10 +130,6 @@ def _not_grounded(
     ]
     problem = f"is grounded, but exported as movable, as the base is {settings.base!r}; unground it"
     return [warning(Subject("link", link), "ground-ignored", problem) for link in others]
-
-
-def _preferred(candidates: Sequence[str], grounded: Sequence[str]) -> str:
-    return next((link for link in candidates if link in grounded), candidates[0])
 
 
 def _several(subject: Subject, what: str) -> Finding:

@@ -78,7 +78,7 @@ class Export(Window):
         if attribute is None or attribute.value != text:
             self.design.attributes.add(GROUP, SETTINGS, text)
         warnings = [finding.message for finding in self.findings if not finding.is_error]
-        if warnings and not ask(_warned(warnings), DIALOG.name):
+        if warnings and not ask(f"{_listed(warnings)}\n\nExport all the same?", DIALOG.name):
             return
         self._export()
 
@@ -93,7 +93,9 @@ class Export(Window):
             message("The export is cancelled; the folder is as it was.", DIALOG.name)
             return
         except RobotError as error:
-            message(_refused([f.message for f in error.findings if f.is_error]), DIALOG.name)
+            errors = _listed([f.message for f in error.findings if f.is_error])
+            text = f"The robot cannot be exported:\n\n{errors}\n\nCheck shows where that is."
+            message(text, DIALOG.name)
             return
         except InputError as error:
             message(str(error), DIALOG.name)
@@ -181,14 +183,6 @@ class Export(Window):
 
 def _word(words: Mapping[str, Value], value: str) -> str:
     return next(word for word, meaning in words.items() if meaning == value)
-
-
-def _warned(warnings: list[str]) -> str:
-    return f"{_listed(warnings)}\n\nExport all the same?"
-
-
-def _refused(errors: list[str]) -> str:
-    return f"The robot cannot be exported:\n\n{_listed(errors)}\n\nCheck shows where that is."
 
 
 def _listed(texts: list[str]) -> str:

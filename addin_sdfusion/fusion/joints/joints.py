@@ -98,11 +98,12 @@ class _Reader:
 
     def _whole(self, joint: JointSnapshot) -> JointSnapshot:
         motion = self._joint.jointMotion
-        kind = self._kind(motion)
+        kind = "inferred" if motion is None else joint_kinds().get(motion.jointType)
         if kind is None:
             return replace(joint, problem=f"Fusion's joint type {motion.jointType} is not known")
         ends = self._ends(broken=bool(joint.problem))
-        joint = replace(joint, kind=kind, one=ends.one, two=ends.two, locked=self._locked())
+        locked = bool(optional(lambda: self._joint.isLocked))  # as-built joints cannot be
+        joint = replace(joint, kind=kind, one=ends.one, two=ends.two, locked=locked)
         if kind == "inferred":
             return joint
         try:
@@ -111,12 +112,6 @@ class _Reader:
             if joint.problem or joint.suppressed:  # said already, or of no effect
                 return joint
             raise
-
-    def _kind(self, motion: Any) -> JointKind | None:
-        return "inferred" if motion is None else joint_kinds().get(motion.jointType)
-
-    def _locked(self) -> bool:
-        return bool(optional(lambda: self._joint.isLocked))  # as-built joints cannot be
 
     def _ends(self, *, broken: bool) -> _Ends:
         one, T_one = self._end(self._joint.occurrenceOne, broken)

@@ -61,14 +61,6 @@ def _slide(motion: Any, role: str = "") -> Freedom:
     return _shift(axis, value, limits, role, motion.slideDirection)
 
 
-def _revolute(motion: Any) -> tuple[Freedom, ...]:
-    return (_rotation(motion),)
-
-
-def _slider(motion: Any) -> tuple[Freedom, ...]:
-    return (_slide(motion),)
-
-
 def _cylindrical(motion: Any) -> tuple[Freedom, ...]:
     """It slides along the axis that it turns about: it has no direction of its own."""
     axis, value, limits = motion.rotationAxisVector, motion.slideValue, motion.slideLimits
@@ -100,8 +92,8 @@ def _ball(m: Any) -> tuple[Freedom, ...]:
 
 
 _READERS: dict[JointKind, Callable[[Any], tuple[Freedom, ...]]] = {
-    "revolute": _revolute,
-    "slider": _slider,
+    "revolute": lambda motion: (_rotation(motion),),
+    "slider": lambda motion: (_slide(motion),),
     "cylindrical": _cylindrical,
     "pin_slot": _pin_slot,
     "planar": _planar,

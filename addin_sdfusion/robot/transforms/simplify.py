@@ -12,7 +12,7 @@ from dataclasses import replace
 from ..model.joint import Joint, Motion
 from ..model.muscle import CableSet, Muscle, ViaPoint, WrapSurface
 from ..model.pose import IDENTITY, Pose
-from ..model.robot import WORLD, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
+from ..model.robot import WORLD, Inertia, Link, Robot, TaskFrame, TaskSet
 from ..model.rotations import (
     Matrix3,
     add,
@@ -111,11 +111,8 @@ def _in_frame(link: Link, T_home_link: Pose) -> Link:
     if any(T_home_link.rpy):
         matrix = rotate_inertia(rotation(T_home_link.rpy), matrix)
     inertia = Inertia.of(own.mass, apply(T_home_link, own.com), matrix)
-    return replace(link, inertia=inertia, meshes=tuple(_mesh(m, T_home_link) for m in link.meshes))
-
-
-def _mesh(mesh: Mesh, T_home_link: Pose) -> Mesh:
-    return replace(mesh, pose=compose(T_home_link, mesh.pose))
+    meshes = tuple(replace(m, pose=compose(T_home_link, m.pose)) for m in link.meshes)
+    return replace(link, inertia=inertia, meshes=meshes)
 
 
 def _union(link: Link, parts: list[Link]) -> Link:

@@ -74,7 +74,8 @@ def muscle_element(parent: ElementTree.Element, muscle: Muscle) -> ElementTree.E
 def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
     """Add `<wrap surface segment side turns>` to a muscle's element."""
     for wrap in muscle.wraps:
-        words = {"segment": str(wrap.segment), "side": _side(wrap), "turns": str(wrap.turns)}
+        side = INSIDE if wrap.inside else str(wrap.side)
+        words = {"segment": str(wrap.segment), "side": side, "turns": str(wrap.turns)}
         element(node, "wrap", surface=wrap.surface, **words)
 
 
@@ -139,10 +140,6 @@ def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -
         surface=surface.name,
         **more,
     )
-
-
-def _side(wrap: Wrap) -> str:
-    return INSIDE if wrap.inside else str(wrap.side)
 
 
 def _muscle(

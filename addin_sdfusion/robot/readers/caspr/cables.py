@@ -8,7 +8,6 @@ from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, Property
 from ...errors import UnknownNameError
 from ...finding import Subject, member
 from ...model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint
-from ...model.pose import Vector3
 from ...model.robot import WORLD, Link
 from ...model.rotations import add
 from ..xml import Node, shortened
@@ -165,8 +164,5 @@ def _via_point(node: Node, links: Sequence[Link], reference: str) -> ViaPoint:
     link = link_by_number(node, links)
     if link is None:
         return ViaPoint(WORLD, location)
-    return ViaPoint(link.name, _in_link_frame(location, link, reference))
-
-
-def _in_link_frame(location: Vector3, link: Link, reference: str) -> Vector3:
-    return add(link.inertia.com, location) if reference == "com" else location
+    at_com = reference == "com"
+    return ViaPoint(link.name, add(link.inertia.com, location) if at_com else location)

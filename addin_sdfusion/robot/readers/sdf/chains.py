@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from ...finding import Subject
 from ...finding_builders import unknown
-from ...model.joint import Coordinate, Joint
+from ...model.joint import Joint
 from ...model.pose import IDENTITY
 from ...model.rotations import compose, inverse
 from ..xml import Node, shortened
@@ -99,11 +99,7 @@ def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
         parts[0].parent,
         parts[-1].child,
         tuple(replace(motion, coordinate=indices[k]) for k, motion in enumerate(motions)),
-        tuple(_named(driven[word.motion], word) for word in words),
+        tuple(replace(driven[w.motion], name=w.name, actuated=w.actuated) for w in words),
         parts[0].T_parent_joint,
         parts[-1].T_child_joint,
     )
-
-
-def _named(coordinate: Coordinate, word: _Word) -> Coordinate:
-    return replace(coordinate, name=word.name, actuated=word.actuated)

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.robot import Robot, find
-from ...model.rotations import Matrix3, multiply, rotation
+from ...model.rotations import multiply, rotation
 from ...transforms.joint_chains import Names
 from ..wrap_side import is_shorter_path, side_direction
 from ..xml_text import element, numbers
@@ -105,13 +105,9 @@ def _add_surface(
 ) -> None:
     """A chosen side is that of the x axis, so the object is turned there."""
     node = element(parent, SHAPES[surface.shape], name=name)
-    R = multiply(rotation(surface.pose.rpy), _about_z(angle or 0.0))
+    R = multiply(rotation(surface.pose.rpy), rotation((0.0, 0.0, angle or 0.0)))
     placement(node, ("translation", "xyz_body_rotation"), surface.pose.position, R)
     element(node, "quadrant", "all" if angle is None else "+x")
     element(node, "radius", surface.radius)
     if surface.shape == "cylinder":
         element(node, "length", min(surface.length, ENDLESS))
-
-
-def _about_z(angle: float) -> Matrix3:
-    return rotation((0.0, 0.0, angle))
