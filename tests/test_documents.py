@@ -148,9 +148,9 @@ def test_settings_are_read(block: Block, experiments: Path) -> None:
     """Tables of an experiment are read, in the place of those of the example in the note."""
     data = tomllib.loads(block.text)
     assert data
-    if block.told(documents.NOT_RUN) is not None:
+    if block.argument(documents.NOT_RUN) is not None:
         return
-    example = block.told(documents.PART_OF)
+    example = block.argument(documents.PART_OF)
     if example is None:
         hint = f"<!-- {documents.PART_OF}examples/... -->"
         assert not EXPERIMENT_TABLES & set(data), f"{block}: of which example? {hint}"
@@ -181,7 +181,7 @@ def test_notes_to_tests_are_understood_and_few_blocks_are_not_run() -> None:
             note = block.note
             runs = block.language in ("sh", "bash", "python", "diff")
             assert not (runs and note) or any(note.startswith(word) for word in words), block
-            reason = block.told(documents.NOT_RUN)
+            reason = block.argument(documents.NOT_RUN)
             assert reason is None or len(reason) > 8, block
             not_run += [] if reason is None else [block]
     assert len(not_run) <= MOST_NOT_RUN, "\n".join(map(str, not_run))

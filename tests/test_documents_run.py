@@ -42,7 +42,7 @@ def runnable() -> list[Path]:
 
 def _runs(block: Block) -> bool:
     known = block.language in ("sh", "bash", "python", "diff")
-    return known and block.told(documents.NOT_RUN) is None
+    return known and block.argument(documents.NOT_RUN) is None
 
 
 @pytest.mark.slow
@@ -73,11 +73,11 @@ class Place:
             self._patch(block)
         elif block.language == "python":
             self._python(block)
-        elif block.told(documents.UNTIL_INTERRUPTED) is not None:
+        elif block.argument(documents.UNTIL_INTERRUPTED) is not None:
             pytest.importorskip("viser", reason="needs the extra `viewer`")
             for line in _lines(block):
                 self._until_interrupted(f"{line} --no-browser", block)
-        elif block.told(documents.SIDE_BY_SIDE) is not None:
+        elif block.argument(documents.SIDE_BY_SIDE) is not None:
             self._side_by_side(block)
         else:
             self._shell(block)
@@ -86,7 +86,7 @@ class Place:
         self._finish(["bash", "-c", _SHELL + block.text], block)
 
     def _python(self, block: Block) -> None:
-        goes_on = block.told(documents.CONTINUES) is not None
+        goes_on = block.argument(documents.CONTINUES) is not None
         self._before = (self._before if goes_on else "") + block.text
         file = self.folder / "block.py"
         file.write_text(self._before)
@@ -145,7 +145,7 @@ class Place:
         done = subprocess.run(
             command,
             cwd=self.folder,
-            env=self._environment(block.told(documents.RUN_WITH) or ""),
+            env=self._environment(block.argument(documents.RUN_WITH) or ""),
             capture_output=True,
             text=True,
             check=False,

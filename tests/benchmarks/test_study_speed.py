@@ -33,7 +33,7 @@ SHORT = "[settings]\ncontroller.period = 0.01\nrun.step = 0.01\nrun.duration = 4
 
 
 def test_throughput(tmp_path: Path) -> None:
-    """200 runs on one process and on two, in turn; only a quiet machine tells anything.
+    """200 runs on one process and on two, in turn; their ratio counts on a quiet machine only.
 
     The processes are warm before the clock runs. What this process does for a run bounds the ratio
     on two cores, and is seen on a busy machine as well.
@@ -81,7 +81,7 @@ def test_overhead(tmp_path: Path, engine: str, limit: float) -> None:
 
 
 def test_computing_time_of_a_run_beside_its_steps(tmp_path: Path) -> None:
-    """What a busy machine tells as well: the processor's time of runs of two steps."""
+    """On a busy machine too: the processor's time of runs of two steps."""
     study = small_study(tmp_path, MANY, TOP.format(40, 1), TWO_STEPS)
     with ThreadPoolExecutor(1) as executor:
         run_study(study, executor, jobs=1, output=tmp_path / "warm")

@@ -101,7 +101,7 @@ def test_however_it_is_drawn_the_robot_is_the_same(how: dict) -> None:
     built = build_robot(drawn(**how))
     assert built.robot is not None, built.findings
     robot, old = built.robot, "attributes" in how
-    if old:  # names alone tell neither what a muscle is called nor which axes of a task count
+    if old:  # names alone hold neither muscles' names nor the axes of tasks
         names = {f"motor{k}": f"cable_{k + 1}" for k in range(4)}
         robot = robot.with_muscles(replace(m, name=names[m.name]) for m in robot.muscles)
     same_dynamics(robot, tasks=not old)

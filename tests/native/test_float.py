@@ -83,7 +83,7 @@ def test_every_platform_gives_the_same_bits(
 
 
 def test_literals_must_be_single_too(tmp_path: Path) -> None:
-    """Else doubles would slip in: a compiler that was not told so stops."""
+    """Else doubles would slip in: a compiler without that flag stops."""
     with pytest.raises(AssertionError, match="literals_must_be_of_single_precision"):
         build_program(Target(["gcc", "-O1"]), tmp_path, REPLAY, "-DCARDSFLOW_FLOAT")
 

@@ -16,7 +16,7 @@ RUN_WITH = "run with: "
 CONTINUES = "continues"
 """The Python block goes on where the one before it ended."""
 UNTIL_INTERRUPTED = "run until Ctrl-C"
-"""The command goes on until it is interrupted, once it has told its address."""
+"""The command goes on until it is interrupted, once it has printed its address."""
 SIDE_BY_SIDE = "run side by side"
 """Every line has a terminal of its own; the last one ends by itself."""
 PART_OF = "part of: "
@@ -45,7 +45,7 @@ class Block:
     def __str__(self) -> str:
         return f"{self.file.relative_to(ROOT)}:{self.line}"
 
-    def told(self, what: str) -> str | None:
+    def argument(self, what: str) -> str | None:
         """What the note says behind one of the words above; None if it does not."""
         return self.note.removeprefix(what).strip() if self.note.startswith(what) else None
 

@@ -1,15 +1,14 @@
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
+from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.analysis.info import fmu_info, robot_info
-from cardsflow_fmu.cli.main import main
 
 
 def test_the_planar_arm_is_what_its_files_say() -> None:
@@ -36,14 +35,13 @@ def test_an_fmu_lists_its_variables(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("thing", ["robot", "fmu"])
 def test_the_command_prints_tables_or_json(
-    thing: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    thing: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     path = PLANAR_2R / "robot"
     if thing == "fmu":
         path = build(Experiment.load(PLANAR_2R), tmp_path)["controller"]
-    assert main(["info", str(path)]) == 0
-    table = capsys.readouterr().out
-    assert main(["info", str(path), "--json"]) == 0
-    info = json.loads(capsys.readouterr().out)
+    code, table, _ = cardsflow("info", path)
+    assert code == 0
+    info = cardsflow.json("info", path)
     names = info["muscles"] if thing == "robot" else info["variables"]
     assert all(item["name"] in table for item in names)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import two_link_arm
 
 from addin_sdfusion.robot import WORLD, CableSet, Muscle, ViaPoint, write_sdf
-from cardsflow_fmu.cli.main import main
 
 
 @pytest.fixture
@@ -24,10 +23,9 @@ def robot(tmp_path: Path) -> Path:
     return tmp_path / "arm"
 
 
-def findings(capsys: pytest.CaptureFixture[str], *words: object) -> list[dict[str, str]]:
-    assert main(["check", *map(str, words), "--json"]) == 0
-    output = json.loads(capsys.readouterr().out)
-    return [f for f in output if f["code"].startswith("muscle-meets")]
+def findings(cardsflow: CommandLine, *words: object) -> list[dict[str, str]]:
+    found = cardsflow.json("check", *words)
+    return [f for f in found if f["code"].startswith("muscle-meets")]
 
 
 def table(folder: Path, text: str) -> Path:
@@ -36,12 +34,12 @@ def table(folder: Path, text: str) -> Path:
 
 
 def test_a_meeting_names_both_the_distance_and_the_time(
-    robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    robot: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     motion = table(
         tmp_path, "time,q.joint_1,q.joint_2\n0,0,0\n0.5,-0.7853981633974483,0\n1,-1.2,0\n"
     )
-    found = findings(capsys, robot, "--motion", motion, "--clearance", "1e-6")
+    found = findings(cardsflow, robot, "--motion", motion, "--clearance", "1e-6")
     (meeting,) = [f for f in found if f["code"] == "muscle-meets-muscle"]
     assert meeting["severity"] == "warning"
     assert meeting["kind"] == "muscle"
@@ -50,40 +48,34 @@ def test_a_meeting_names_both_the_distance_and_the_time(
     assert "at t = 0.5 s" in meeting["message"]
 
 
-def test_without_a_motion_nothing_is_looked_for(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert findings(capsys, robot) == []
+def test_without_a_motion_nothing_is_looked_for(robot: Path, cardsflow: CommandLine) -> None:
+    assert findings(cardsflow, robot) == []
 
 
-def test_far_away_is_no_finding(
-    robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_far_away_is_no_finding(robot: Path, tmp_path: Path, cardsflow: CommandLine) -> None:
     motion = table(tmp_path, "joint_1,joint_2\n0,0\n")
-    assert findings(capsys, robot, "--motion", motion) == []
-    near = findings(capsys, robot, "--motion", motion, "--clearance", "0.5")
+    assert findings(cardsflow, robot, "--motion", motion) == []
+    near = findings(cardsflow, robot, "--motion", motion, "--clearance", "0.5")
     assert "at joint_1 = 0 rad, joint_2 = 0 rad" in near[0]["message"]
 
 
-def test_links_as_capsules(robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_links_as_capsules(robot: Path, tmp_path: Path, cardsflow: CommandLine) -> None:
     motion = table(tmp_path, "joint_1,joint_2\n-0.7853981633974483,0\n")
-    found = findings(capsys, robot, "--motion", motion, "--capsules", "0.05")
+    found = findings(cardsflow, robot, "--motion", motion, "--capsules", "0.05")
     messages = [f["message"] for f in found if f["code"] == "muscle-meets-link"]
     assert any("50 mm deep through link 'link_2'" in message for message in messages)
 
 
-def test_random_postures_are_the_same_every_time(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    first = findings(capsys, robot, "--motion", "random", "--clearance", "0.05")
+def test_random_postures_are_the_same_every_time(robot: Path, cardsflow: CommandLine) -> None:
+    first = findings(cardsflow, robot, "--motion", "random", "--clearance", "0.05")
     assert first
-    assert findings(capsys, robot, "--motion", "random", "--clearance", "0.05") == first
+    assert findings(cardsflow, robot, "--motion", "random", "--clearance", "0.05") == first
 
 
-def test_a_trajectory_beside_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_trajectory_beside_the_robot(cardsflow: CommandLine) -> None:
     """The planar arm's cables lie in one plane: 1 and 2 pull from both sides of it."""
     found = findings(
-        capsys, PLANAR_2R / "robot", "--motion", "simple_joint_motion", "--clearance", "1"
+        cardsflow, PLANAR_2R / "robot", "--motion", "simple_joint_motion", "--clearance", "1"
     )
     assert found
     assert all("at t = " in f["message"] for f in found)
@@ -96,14 +88,9 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_a_motion_that_is_none_is_one_line(
-    case: str, robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_motion_that_is_none_is_one_line(case: str, robot: Path, cardsflow: CommandLine) -> None:
     motion, message = BAD[case]
-    assert main(["check", str(robot), "--motion", motion]) == 2
-    output = capsys.readouterr()
-    assert message in output.err
-    assert output.err.count("\n") == 1
+    assert message in cardsflow.refused("check", robot, "--motion", motion)
 
 
 BAD_TABLES = {
@@ -117,19 +104,15 @@ BAD_TABLES = {
 
 @pytest.mark.parametrize("case", BAD_TABLES)
 def test_a_bad_table_is_one_line(
-    case: str, robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    case: str, robot: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     text, message = BAD_TABLES[case]
-    assert main(["check", str(robot), "--motion", str(table(tmp_path, text))]) == 2
-    output = capsys.readouterr()
-    assert message in output.err
-    assert output.err.count("\n") == 1
+    assert message in cardsflow.refused("check", robot, "--motion", table(tmp_path, text))
 
 
-def test_other_bad_input(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", str(robot), "--motion", "random", "--clearance", "-1"]) == 2
-    assert "--clearance: must be 0 or above" in capsys.readouterr().err
-    assert main(["check", str(robot), "--motion", "random", "--capsules", "0"]) == 2
-    assert "capsule_radius must be above 0" in capsys.readouterr().err
-    assert main(["check", str(PLANAR_2R / "robot"), "--motion", "simple_motion"]) == 2
-    assert "no trajectory 'simple_motion'" in capsys.readouterr().err
+def test_other_bad_input(robot: Path, cardsflow: CommandLine) -> None:
+    random = ("check", robot, "--motion", "random")
+    assert "--clearance: must be 0 or above" in cardsflow.refused(*random, "--clearance", "-1")
+    assert "capsule_radius must be above 0" in cardsflow.refused(*random, "--capsules", "0")
+    words = ("check", PLANAR_2R / "robot", "--motion", "simple_motion")
+    assert "no trajectory 'simple_motion'" in cardsflow.refused(*words)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.analysis.sizing import bottlenecks, reference_motion, size, size_robot
 from cardsflow_fmu.analysis.sizing_report import describe_sizes
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.settings.reference import FlowerSettings
 from cardsflow_fmu.models.reference import make_reference
 from controllers.analysis.inverse_dynamics import motion_terms, size_muscles
@@ -96,23 +95,21 @@ def test_what_no_strength_can_do_is_reported(experiment: Experiment) -> None:
         size_robot(replace(robot, cable_set=""), reference_motion(experiment, 9))
 
 
-def test_the_command_prints_a_table_or_json(capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["size", str(PLANAR_2R), "--set", "controller.period=0.2", "--margin", "0.5"]
-    assert main(command) == 0
-    text = capsys.readouterr().out
+def test_the_command_prints_a_table_or_json(cardsflow: CommandLine) -> None:
+    command = ["size", PLANAR_2R, "--set", "controller.period=0.2", "--margin", "0.5"]
+    code, text, _ = cardsflow(*command)
+    assert code == 0
     assert "margin of 50 %" in text
     assert "cable_4" in text
     assert "via point" in text
-    assert main([*command, "--json"]) == 0
-    sizes = json.loads(capsys.readouterr().out)
+    sizes = cardsflow.json(*command)
     assert [row["name"] for row in sizes["muscles"]] == [f"cable_{k}" for k in range(1, 5)]
     assert sizes["units"]["power"] == "W"
 
 
-def test_a_wrong_margin_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["size", str(PLANAR_2R), "--set", "controller.period=0.5", "--margin", "-1"]
-    assert main(command) == 2
-    assert "margin must be finite and not negative" in capsys.readouterr().err
+def test_a_wrong_margin_is_bad_input(cardsflow: CommandLine) -> None:
+    command = ["size", PLANAR_2R, "--set", "controller.period=0.5", "--margin", "-1"]
+    assert "margin must be finite and not negative" in cardsflow.refused(*command)
 
 
 def test_a_motion_in_operational_space_is_followed() -> None:

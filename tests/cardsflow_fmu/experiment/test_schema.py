@@ -68,7 +68,7 @@ def test_every_examples_study_fits_the_schema(file: Path) -> None:
 
 
 def tables(form: Form, path: Path_ = ()) -> Iterator[Path_]:
-    """The paths of all tables that have keys of their own; `name` stands for names, 0 in lists."""
+    """The paths of all tables that have keys of their own; `name` for any name, 0 in lists."""
     for own in form.get("anyOf", (form,)):
         if own.get("type") == "array":
             yield from tables(own.get("items", {}), (*path, 0))
@@ -241,8 +241,8 @@ def test_the_reader_looks_at_every_key_of_the_schema(place: Path_, key: str) -> 
     data = with_key(data, path, key, NOTHING_FITS)
     with pytest.raises(InputError) as caught:
         read_data(data, file)
-    wanted = written((*path, key))
-    assert (caught.value.key or "").startswith(wanted), str(caught.value)
+    expected = written((*path, key))
+    assert (caught.value.key or "").startswith(expected), str(caught.value)
     assert errors("experiment", data)
 
 

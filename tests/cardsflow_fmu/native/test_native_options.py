@@ -112,7 +112,7 @@ def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: 
 @pytest.mark.parametrize("case", ["rk4", "all", "hill rk4"])
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
-    """The work that was done goes along."""
+    """The work that was done is part of the state."""
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from support.cases import few
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.report.page import report
 
 Change = Callable[[Path], object]
 
@@ -95,15 +96,14 @@ def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
 
 @pytest.mark.parametrize("case", few(DRAWN, 3))
 def test_odd_numbers_are_drawn(
-    case: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    case: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     folder = tmp_path / "größe 日本"
     shutil.copytree(results, folder)
     DRAWN[case](folder)
     for name in ("plot", "report"):  # which holds a view
-        assert main(commands(folder, tmp_path)[name]) == 0
-        out, err = capsys.readouterr()
-        assert err == ""
+        code, out, err = cardsflow(*commands(folder, tmp_path)[name])
+        assert (code, err) == (0, "")
         assert Path(out.strip()).stat().st_size > 1000
 
 
@@ -150,40 +150,35 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_wrong_is_reported_in_one_line(
-    case: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    case: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     change, message, names = REFUSED[case]
     folder = tmp_path / "results"
     shutil.copytree(results, folder)
     change(folder)
-    for name, words in commands(folder, tmp_path).items():
-        if name not in names:
-            continue
-        assert main(words) == 2, name
-        out, err = capsys.readouterr()
-        assert out == ""
-        assert len(err.splitlines()) == 1
+    for name in names:
+        err = cardsflow.refused(*commands(folder, tmp_path)[name])
         assert len(err) < 1500
-        assert message in err, err
+        assert message in err
     assert [
         file.name for file in tmp_path.iterdir() if file.is_file() and "plot" not in names
     ] == []
     if case not in ("no rows", "no q", "no zip", "zip folder", "zip"):
-        assert main(["compare", str(folder), str(results)]) == 2
-        assert message.removesuffix("; did you mean 'tim'") in capsys.readouterr().err
+        err = cardsflow.refused("compare", folder, results)
+        assert message.removesuffix("; did you mean 'tim'") in err
 
 
 def test_another_robots_results_are_reported(
-    results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     other = tmp_path / "other"
     settings = {"run.duration": 0.01, "reference.flower.duration": 1.0}
     run(Experiment.load(EXAMPLES / "roboy_left_arm", settings), other, through="direct")
-    assert main(["compare", str(results), str(other)]) == 1
-    assert "missing in the second: " in capsys.readouterr().out
+    code, out, _ = cardsflow("compare", results, other)
+    assert (code, "missing in the second: " in out) == (1, True)
     shutil.copy(results / "experiment.zip", other)
-    assert main(["view", str(other), "--html", str(tmp_path / "page.html")]) == 2
-    assert "experiment.zip: is of robot 'planar_2r'" in capsys.readouterr().err
+    err = cardsflow.refused("view", other, "--html", tmp_path / "page.html")
+    assert "experiment.zip: is of robot 'planar_2r'" in err
 
 
 PARQUET: dict[str, dict[str, Any]] = {
@@ -201,7 +196,7 @@ PARQUET: dict[str, dict[str, Any]] = {
 @pytest.mark.extra("parquet")
 @pytest.mark.parametrize("case", PARQUET)
 def test_parquet_of_other_programs_that_is_no_table_of_numbers(
-    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    case: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -213,14 +208,8 @@ def test_parquet_of_other_programs_that_is_no_table_of_numbers(
         made = made.replace_schema_metadata({b"cardsflow": metadata})
     file = tmp_path / "table.parquet"
     pq.write_table(made, file)
-    for words in (
-        ["plot", str(file), "-o", str(tmp_path / "x.png")],
-        ["compare", *[str(file)] * 2],
-    ):
-        assert main(words) == 2
-        err = capsys.readouterr().err
-        assert len(err.splitlines()) == 1
-        assert str(file) in err
+    for words in (["plot", file, "-o", tmp_path / "x.png"], ["compare", file, file]):
+        assert str(file) in cardsflow.refused(*words)
     assert list(tmp_path.iterdir()) == [file]
 
 
@@ -239,46 +228,39 @@ def outputs(results: Path, place: Path) -> list[list[str]]:
 
 @pytest.mark.parametrize("k", few(range(5), 2))
 def test_external_files_stay_and_our_own_are_replaced(
-    k: int, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    k: int, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     words = outputs(results, tmp_path / "größe")[k]
     file = Path(words[-1])
-    assert main(words) == 0
+    assert cardsflow(*words)[0] == 0
     first = file.read_bytes()
-    assert main(words) == 0
+    assert cardsflow(*words)[0] == 0
     assert file.read_bytes() == first
     file.write_text("mine")
-    assert main(words) == 2
-    assert f"{file}: is there already, and is not of cardsflow" in capsys.readouterr().err
+    assert f"{file}: is there already, and is not of cardsflow" in cardsflow.refused(*words)
     assert file.read_text() == "mine"
     file.unlink()
     file.mkdir()
-    assert main(words) == 2
-    assert "is a folder" in capsys.readouterr().err
+    assert "is a folder" in cardsflow.refused(*words)
 
 
 @pytest.mark.parametrize("k", few(range(5), 2))
 @pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
 def test_places_that_cannot_be_written_are_reported(
-    k: int, place: str, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    k: int, place: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     (tmp_path / "file").write_text("mine")
-    assert main(outputs(results, tmp_path / place)[k]) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    assert "cannot be written" in cardsflow.refused(*outputs(results, tmp_path / place)[k])
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
-def test_a_results_file_is_never_written_over(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandLine) -> None:
     before = {file.name: file.read_bytes() for file in results.iterdir()}
     for name in ("results.csv", "summary.json", "experiment.zip"):
-        assert main(["report", str(results), "-o", str(results / name)]) == 2
-        assert main(["view", str(results), "--html", str(results / name)]) == 2
-        assert "must end in .html" in capsys.readouterr().err
-        assert main(["plot", str(results), "-o", str(results / name)]) == 2
-        capsys.readouterr()
-    assert main(["plot", str(results), "-o", str(results / "tracking.png")]) == 2
+        for words in (["report", results, "-o"], ["view", results, "--html"]):
+            assert "must end in .html" in cardsflow.refused(*words, results / name)
+        cardsflow.refused("plot", results, "-o", results / name)
+    cardsflow.refused("plot", results, "-o", results / "tracking.png")
     assert {file.name: file.read_bytes() for file in results.iterdir()} == before
 
 
@@ -291,7 +273,7 @@ def test_a_report_of_several_robots_shows_each(tmp_path: Path) -> None:
     )
     run(Experiment.load(tmp_path), tmp_path / "out", through="direct")
     page = tmp_path / "report.html"
-    assert main(["report", str(tmp_path / "out"), "-o", str(page)]) == 0
+    report(tmp_path / "out", page)
     text = page.read_text()
     assert "<h3>a</h3>" in text
     assert text.count("77.25") >= 2

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support.browser import opened_browser
 from support.cases import few
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
@@ -175,26 +176,26 @@ def test_what_is_no_number_equals_itself_only() -> None:
     assert comparison["columns"]["s"]["largest"] is None
 
 
-def test_missing_columns_and_rows_are_reported(tmp_path: Path, capsys: Any) -> None:
+def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
     (tmp_path / "a.csv").write_text("time,x,y\n0.0,1.0,2.0\n0.1,1.0,2.0\n0.2,1.0,2.0\n")
     (tmp_path / "b.csv").write_text("time,x,z\n0.1,1.5,2.0\n0.2,1.0,2.0\n0.3,1.0,2.0\n")
-    words = ["compare", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--tol", "1"]
-    assert main([*words, "--json"]) == 1
-    comparison = json.loads(capsys.readouterr().out)
+    words = ["compare", tmp_path / "a.csv", tmp_path / "b.csv", "--tol", "1"]
+    code, out, _ = cardsflow(*words, "--json")
+    assert code == 1
+    comparison = json.loads(out)
     assert comparison["missing"] == {"first": ["z"], "second": ["y"]}
     assert comparison["rows"] == {"first": 3, "second": 3, "common": 2}
     assert comparison["columns"]["x"]["largest"] == 0.5
-    assert main(words) == 1
-    text = capsys.readouterr().out
+    code, text, _ = cardsflow(*words)
+    assert code == 1
     for line in ("missing in the first: z", "missing in the second: y", "2 of them at the same"):
         assert line in text
-    assert main([*words, "--columns", "nothing.*"]) == 2
-    assert main(["compare", str(tmp_path / "a.csv"), str(tmp_path / "none.csv")]) == 2
-    assert main([*words[:3], "--tol", "-1"]) == 2
-    assert main(["compare", words[1], words[1]]) == 0
-    capsys.readouterr()
-    assert main(["plot", str(tmp_path / "nowhere")]) == 2
-    assert "nowhere: holds no results of a run" in capsys.readouterr().err
+    cardsflow.refused(*words, "--columns", "nothing.*")
+    cardsflow.refused("compare", tmp_path / "a.csv", tmp_path / "none.csv")
+    cardsflow.refused(*words[:3], "--tol", "-1")
+    assert cardsflow("compare", words[1], words[1])[0] == 0
+    refused = cardsflow.refused("plot", tmp_path / "nowhere")
+    assert "nowhere: holds no results of a run" in refused
 
 
 # plot
@@ -249,10 +250,9 @@ def test_figures_are_written(
     ],
 )
 def test_what_cannot_be_drawn_is_reported(
-    finished: tuple[Path, Result], capsys: Any, words: list[str], says: str
+    finished: tuple[Path, Result], cardsflow: CommandLine, words: list[str], says: str
 ) -> None:
-    assert main(["plot", str(finished[0]), *words]) == 2
-    assert says in capsys.readouterr().err
+    assert says in cardsflow.refused("plot", finished[0], *words)
 
 
 def test_columns_stand_by_unit(finished: tuple[Path, Result]) -> None:

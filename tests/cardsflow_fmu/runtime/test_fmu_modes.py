@@ -220,7 +220,7 @@ def test_unknown_mode(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_toy_is_one(toy_fmu: Path) -> None:
-    """Its module travels along, for processes that do not find it."""
+    """Its module is in the FMU, for processes that do not find it."""
     assert (toy_fmu / "resources/python/toy_model.py").read_bytes() == Path(
         sys.modules[ToyModel.__module__].__file__ or ""
     ).read_bytes()

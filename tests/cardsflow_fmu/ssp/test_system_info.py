@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import zipfile
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
-from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.engines import system_engines
 from cardsflow_fmu.simulation.run import simulate_system
 from cardsflow_fmu.ssp.info import describe_system, system_info
@@ -42,19 +41,14 @@ def test_a_system_lists_its_participants(system: Path) -> None:
 
 
 def test_the_info_command_describes_systems(
-    system: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    system: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    assert main(["info", str(system)]) == 0
-    assert "resources/controller.fmu" in capsys.readouterr().out
-    assert main(["info", str(system), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == system_info(system)
+    assert "resources/controller.fmu" in cardsflow("info", system)[1]
+    assert cardsflow.json("info", system) == system_info(system)
     broken = tmp_path / "broken.ssp"
     broken.write_bytes(system.read_bytes()[:3000])
-    assert main(["info", str(broken)]) == 2
-    assert main(["info", str(tmp_path / "none.ssp")]) == 2
-    error = capsys.readouterr().err
-    assert "broken.ssp: is no .ssp" in error
-    assert "none.ssp: cannot be read" in error
+    assert "broken.ssp: is no .ssp" in cardsflow.refused("info", broken)
+    assert "none.ssp: cannot be read" in cardsflow.refused("info", tmp_path / "none.ssp")
 
 
 def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:

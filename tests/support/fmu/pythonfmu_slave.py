@@ -18,14 +18,14 @@ class {name}(Fmi2Slave):
         self.model.initialize()
         for index, port in enumerate(self.model.ports):
             kind = Boolean if port.boolean else Real
-            tells = {{"variability": getattr(Fmi2Variability, port.variability)}}
+            variability = {{"variability": getattr(Fmi2Variability, port.variability)}}
             self.register_variable(
                 kind(
                     port.name,
                     causality=getattr(Fmi2Causality, port.causality),
                     getter=partial(self.get, index, bool if port.boolean else float),
                     setter=partial(self.put, index),
-                    **tells,
+                    **variability,
                 )
             )
 
