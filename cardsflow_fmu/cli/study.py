@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -89,8 +90,6 @@ def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
     if options.dask is None:
         yield None
         return
-    import os
-
     from cardsflow_fmu.studies.execution.dask_executor import dask_executor
 
     jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs

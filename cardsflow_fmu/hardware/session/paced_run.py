@@ -18,6 +18,7 @@ from cardsflow_fmu.experiment.settings.reference import ApproachSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.qp.solver import available_solvers
+from sim_dart import MusclePaths
 
 from .connect import measured_positions
 
@@ -50,8 +51,6 @@ def with_approach(experiment: Experiment) -> Experiment:
 
 
 def _task_position(experiment: Experiment, q: tuple[float, ...]) -> tuple[float, ...]:
-    from sim_dart import MusclePaths
-
     return tuple(MusclePaths(experiment.robot).task_position(np.array(q)).tolist())
 
 
