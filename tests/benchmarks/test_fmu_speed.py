@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.fmu.fmu_host import pack
 from support.fmu.pythonfmu_slave import SCRIPT
 from support.interleaved import interleaved, record
 from support.robots.robots import PLANAR_2R
@@ -17,7 +18,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.fmi_calls import Fmi3Calls
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.participant import Participant
-from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.direct_participant import DirectParticipant
 from cardsflow_fmu.models.experiment_model import ExperimentModel
@@ -126,15 +126,7 @@ def test_two_link_pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_arrays(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Setting and getting arrays of 60 values against those of 4, in FMI 3.0."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
-    archive = write_fmu(
-        tmp_path / "wide.fmu",
-        model_class=WideModel,
-        model_name="wide",
-        ports=PORTS,
-        resources={},
-        step=STEP,
-        fmi="3.0",
-    )
+    archive = pack(tmp_path / "wide.fmu", WideModel, PORTS, fmi="3.0")
     instance = FmuInstance("wide", archive, tmp_path / "wide")
     calls = instance._calls
     assert isinstance(calls, Fmi3Calls)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
 import qpsolvers
 from support.interleaved import interleaved, record
 from support.robots.robots import EXAMPLES, planar_2r
@@ -70,14 +71,8 @@ def test_operational_space(benchmark: Any) -> None:
     assert measure("operational space, arm", operational, benchmark) <= OPERATIONAL_LIMIT
 
 
-def test_joint_space(benchmark: Any) -> None:
-    """Eq. (3) for the two-link arm."""
-    assert measure("joint space, two-link arm", lambda s: joint(s, planar_2r()), benchmark) <= (
-        JOINT_LIMIT
-    )
-
-
-def test_joint_space_of_the_arm(benchmark: Any) -> None:
-    """Eq. (3) for the arm's 11 muscles and 4 joints."""
-    robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
-    assert measure("joint space, arm", lambda s: joint(s, robot), benchmark) <= JOINT_LIMIT
+@pytest.mark.parametrize("name", ["two-link arm", "arm"])
+def test_joint_space(name: str, benchmark: Any) -> None:
+    """Eq. (3) for the two-link arm, and for the arm's 11 muscles and 4 joints."""
+    robot = read_robot(EXAMPLES / "roboy_left_arm/robot") if name == "arm" else planar_2r()
+    assert measure(f"joint space, {name}", lambda s: joint(s, robot), benchmark) <= JOINT_LIMIT

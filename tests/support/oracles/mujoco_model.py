@@ -82,7 +82,7 @@ class MujocoRobot:
 def _model(robot: Robot, inertias: bool, step: float) -> Any:
     root = etree.Element("mujoco")
     etree.SubElement(root, "compiler", angle="radian", autolimits="false")
-    etree.SubElement(root, "option", gravity=_text(robot.gravity), timestep=repr(step))
+    etree.SubElement(root, "option", gravity=text(robot.gravity), timestep=repr(step))
     bodies = {WORLD: etree.SubElement(root, "worldbody")}
     for joint in robot.joints:
         bodies[joint.child] = _body(robot, joint, bodies[joint.parent], inertias)
@@ -96,7 +96,7 @@ def _model(robot: Robot, inertias: bool, step: float) -> Any:
 def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
     T = _matrix(joint.T_parent_joint) @ np.linalg.inv(_matrix(joint.T_child_joint))
     body = etree.SubElement(
-        parent, "body", name=joint.child, pos=_text(T[:3, 3]), quat=_quaternion(T)
+        parent, "body", name=joint.child, pos=text(T[:3, 3]), quat=_quaternion(T)
     )
     R_child_joint = _matrix(joint.T_child_joint)[:3, :3]
     for motion in joint.motions:  # MuJoCo, too, applies those of one body in turn
@@ -106,8 +106,8 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
             "joint",
             name=coordinate.name,
             type={"rotation": "hinge", "translation": "slide"}[motion.kind],
-            pos=_text(joint.T_child_joint.position),
-            axis=_text(R_child_joint @ np.array(motion.axis)),
+            pos=text(joint.T_child_joint.position),
+            axis=text(R_child_joint @ np.array(motion.axis)),
             damping=repr(coordinate.damping),
         )
     inertia = robot.link(joint.child).inertia
@@ -115,9 +115,9 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
     etree.SubElement(
         body,
         "inertial",
-        pos=_text(inertia.com),
+        pos=text(inertia.com),
         mass=repr(inertia.mass if inertias else 1.0),
-        fullinertia=_text(moments if inertias else (1, 1, 1, 0, 0, 0)),
+        fullinertia=text(moments if inertias else (1, 1, 1, 0, 0, 0)),
     )
     return body
 
@@ -128,7 +128,7 @@ def _tendons(robot: Robot, root: Any, bodies: dict[str, Any]) -> None:
         spatial = etree.SubElement(tendons, "spatial", name=muscle.name)
         for k, point in enumerate(muscle.via_points):
             site = f"site_{m}_{k}"
-            etree.SubElement(bodies[point.link], "site", name=site, pos=_text(point.position))
+            etree.SubElement(bodies[point.link], "site", name=site, pos=text(point.position))
             etree.SubElement(spatial, "site", site=site)
 
 
@@ -141,8 +141,9 @@ def _matrix(pose: Pose) -> FloatArray:
 
 def _quaternion(T: FloatArray) -> str:
     x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat()
-    return _text((w, x, y, z))
+    return text((w, x, y, z))
 
 
-def _text(values: Vector3 | Sequence[float] | FloatArray) -> str:
+def text(values: Vector3 | Sequence[float] | FloatArray) -> str:
+    """Numbers as attributes have them, exactly."""
     return " ".join(repr(float(value)) for value in values)

@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
 
+from .mujoco_model import text
+
 
 class MujocoWraps:
     """Path lengths by MuJoCo.
@@ -34,8 +36,8 @@ class MujocoWraps:
         tendons = etree.SubElement(root, "tendon")
         for k, (muscle, surface) in enumerate(zip(robot.muscles, robot.wrap_surfaces, strict=True)):
             start, end = (point.position for point in muscle.via_points)
-            etree.SubElement(world, "site", name=f"a{k}", pos=_text(start))
-            etree.SubElement(body, "site", name=f"b{k}", pos=_text(end))
+            etree.SubElement(world, "site", name=f"a{k}", pos=text(start))
+            etree.SubElement(body, "site", name=f"b{k}", pos=text(end))
             R = Rotation.from_euler("xyz", surface.pose.rpy)
             x, y, z, w = R.as_quat()
             etree.SubElement(
@@ -43,16 +45,16 @@ class MujocoWraps:
                 "geom",
                 name=f"g{k}",
                 type=surface.shape,
-                size=_text([surface.radius] + [9.0] * (surface.shape == "cylinder")),
-                pos=_text(surface.pose.position),
-                quat=_text([w, x, y, z]),
+                size=text([surface.radius] + [9.0] * (surface.shape == "cylinder")),
+                pos=text(surface.pose.position),
+                quat=text([w, x, y, z]),
             )
             spatial = etree.SubElement(tendons, "spatial")
             etree.SubElement(spatial, "site", site=f"a{k}")
             over = etree.SubElement(spatial, "geom", geom=f"g{k}")
             if sides is not None and sides[k] is not None:
                 place = R.apply(sides[k]) + surface.pose.position
-                etree.SubElement(world, "site", name=f"s{k}", pos=_text(place))
+                etree.SubElement(world, "site", name=f"s{k}", pos=text(place))
                 over.set("sidesite", f"s{k}")
             etree.SubElement(spatial, "site", site=f"b{k}")
         self.model: Any = mujoco.MjModel.from_xml_string(etree.tostring(root, encoding="unicode"))
@@ -65,7 +67,3 @@ class MujocoWraps:
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_tendon(self.model, self.data)
         return np.array(self.data.ten_length)
-
-
-def _text(values: Sequence[float] | FloatArray) -> str:
-    return " ".join(repr(float(value)) for value in values)

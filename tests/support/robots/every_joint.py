@@ -18,6 +18,8 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
+from .wrapped import vector
+
 
 def every_joint(muscles: int = 4) -> Robot:
     """A chain with every joint of CASPR, in turned frames, and muscles all along it."""
@@ -41,15 +43,10 @@ def every_joint(muscles: int = 4) -> Robot:
     cables = tuple(
         Muscle(
             f"muscle {m}",
-            tuple(ViaPoint(str(rng.choice(on)), _vector(rng)) for _ in range(4)),
+            tuple(ViaPoint(str(rng.choice(on)), vector(rng)) for _ in range(4)),
             1.0,
             50.0,
         )
         for m in range(muscles)
     )
     return Robot("every joint", tuple(links), tuple(joints), (CableSet("all", cables),), "all")
-
-
-def _vector(rng: np.random.Generator) -> tuple[float, float, float]:
-    x, y, z = rng.uniform(-0.5, 0.5, 3)
-    return float(x), float(y), float(z)

@@ -34,6 +34,8 @@ from addin_sdfusion.robot.caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS
 from addin_sdfusion.robot.model.rotations import normalized
 from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
+from .wrapped import vector
+
 numbers = st.floats(-10.0, 10.0)
 vectors = st.tuples(numbers, numbers, numbers)
 angles = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
@@ -256,14 +258,14 @@ def random_tree(seed: int, damping: float = 0.0) -> Robot:
     muscles = tuple(
         Muscle(
             f"muscle_{m}",
-            tuple(ViaPoint(str(rng.choice(names)), _vector(rng)) for _ in range(3)),
+            tuple(ViaPoint(str(rng.choice(names)), vector(rng)) for _ in range(3)),
             0.0,
             100.0,
         )
         for m in range(4)
     )
     tasks = (
-        TaskFrame("hand", names[-1], _vector(rng)),
+        TaskFrame("hand", names[-1], vector(rng)),
         TaskFrame("palm", names[-2] if count > 1 else names[-1], axes=("alpha", "beta", "gamma")),
     )
     return Robot(
@@ -304,11 +306,6 @@ def _coordinates(k: int, motions: tuple[Motion, ...], damping: float) -> tuple[C
     )
 
 
-def _vector(rng: np.random.Generator, size: float = 0.5) -> tuple[float, float, float]:
-    x, y, z = rng.uniform(-size, size, 3)
-    return float(x), float(y), float(z)
-
-
 def _unit(rng: np.random.Generator) -> tuple[float, float, float]:
     v = rng.normal(size=3)
     x, y, z = v / np.linalg.norm(v)
@@ -316,14 +313,14 @@ def _unit(rng: np.random.Generator) -> tuple[float, float, float]:
 
 
 def _pose(rng: np.random.Generator) -> Pose:
-    return Pose(_vector(rng), _vector(rng, 3.0))
+    return Pose(vector(rng), vector(rng, 3.0))
 
 
 def _inertia(rng: np.random.Generator) -> Inertia:
     """Mass properties that a body can have."""
     a, b, c = (float(x) for x in rng.uniform(0.02, 0.2, 3))
     mass, ab = float(rng.uniform(0.5, 2.0)), float(rng.uniform(-0.01, 0.01))
-    return Inertia(mass, _vector(rng, 0.2), b + c, a + c, a + b, ab)
+    return Inertia(mass, vector(rng, 0.2), b + c, a + c, a + b, ab)
 
 
 def random_robot(
@@ -353,15 +350,15 @@ def random_robot(
     cables = tuple(
         Muscle(
             f"muscle_{k}",
-            tuple(ViaPoint(str(rng.choice(names)), _vector(rng)) for _ in range(points)),
+            tuple(ViaPoint(str(rng.choice(names)), vector(rng)) for _ in range(points)),
             5.0,
             200.0,
         )
         for k in range(muscles)
     )
     tasks = (
-        TaskFrame("hand", links[joints - 1].name, _vector(rng)),
-        TaskFrame("elbow", links[joints // 2].name, _vector(rng), ("z", "x")),
+        TaskFrame("hand", links[joints - 1].name, vector(rng)),
+        TaskFrame("elbow", links[joints // 2].name, vector(rng), ("z", "x")),
         TaskFrame("palm", links[joints - 1].name, axes=("alpha", "gamma", "beta")),
     )
     return Robot(
@@ -378,5 +375,5 @@ def random_robot(
 def _light_inertia(rng: np.random.Generator) -> Inertia:
     a, b, c = rng.uniform(0.01, 0.1, 3)
     return Inertia(
-        float(rng.uniform(0.2, 2.0)), _vector(rng, 0.2), float(b + c), float(a + c), float(a + b)
+        float(rng.uniform(0.2, 2.0)), vector(rng, 0.2), float(b + c), float(a + c), float(a + b)
     )

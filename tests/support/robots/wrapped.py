@@ -133,7 +133,7 @@ def base_pulley(radius: float, entry: tuple[float, float, float]) -> BasePulley:
     return BasePulley("rotating", (("pulley_radius", (radius,)), ("cable_entry_vector", entry)))
 
 
-def vector(rng: np.random.Generator, size: float) -> tuple[float, float, float]:
+def vector(rng: np.random.Generator, size: float = 0.5) -> tuple[float, float, float]:
     """A random vector in a cube."""
     x, y, z = rng.uniform(-size, size, 3)
     return float(x), float(y), float(z)
