@@ -9,12 +9,7 @@
 
 static size_t working_size(const blob_view *view)
 {
-    const blob_counts *n = &view->counts;
-    const size_t law_states = (size_t)view->law_states, law_constants = (size_t)view->law_constants;
-    const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;
-    const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;
-    const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;
-    const size_t pulleys = (size_t)n->pulleys;
+    STATE_LENGTHS(view)
     size_t doubles = 0;
 #define ADD_LENGTH(name, length) doubles += length;
     STATE_ARRAYS(ADD_LENGTH)
@@ -40,11 +35,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     memset(memory, 0, working_size(&view));
     core *c = memory;
     c->blob = view;
-    const size_t dofs = (size_t)view.counts.dofs, muscles = (size_t)view.counts.muscles;
-    const size_t points = (size_t)view.counts.points, tasks = (size_t)view.counts.tasks;
-    const size_t law_states = (size_t)view.law_states, law_constants = (size_t)view.law_constants;
-    const size_t surfaces = (size_t)view.counts.surfaces, wraps = (size_t)view.counts.wraps;
-    const size_t pulleys = (size_t)view.counts.pulleys;
+    STATE_LENGTHS(&view)
     real *at = (real *)(void *)(c + 1);
 #define PLACE(name, length) c->name = at, at += length;
     STATE_ARRAYS(PLACE)
@@ -59,11 +50,8 @@ core *core_open(const void *blob, size_t size, void *memory)
 
 real *core_array(core *c, const char *name, size_t *length)
 {
-    const size_t dofs = (size_t)c->blob.counts.dofs, muscles = (size_t)c->blob.counts.muscles;
-    const size_t tasks = (size_t)c->blob.counts.tasks, law_states = (size_t)c->blob.law_states;
-    const size_t points = (size_t)c->blob.counts.points, wraps = (size_t)c->blob.counts.wraps;
-    const size_t pulleys = (size_t)c->blob.counts.pulleys;
-    const size_t surfaces = (size_t)c->blob.counts.surfaces;
+    STATE_LENGTHS(&c->blob)
+    (void)law_constants;
     const struct {
         const char *name;
         real *array;

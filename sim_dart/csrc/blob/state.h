@@ -5,6 +5,15 @@
 #include "../core.h"
 #include "layout.h"
 
+/* The numbers of what there is, as STATE_ARRAYS names them. */
+#define STATE_LENGTHS(view)                                                                            \
+    const blob_counts *n = &(view)->counts;                                                            \
+    const size_t law_states = (size_t)(view)->law_states, law_constants = (size_t)(view)->law_constants; \
+    const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;                                 \
+    const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;                                 \
+    const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
+    const size_t pulleys = (size_t)n->pulleys;
+
 /* ARRAY(name, number of doubles) in the working memory behind the handle.
    A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */
 #define STATE_ARRAYS(ARRAY)                                                                            \

@@ -53,7 +53,8 @@ static real ligament_tension(const real *k, const real *x, real l, real v, real 
     if (value_of(strain) <= 0) return 0;
     const real spring = value_of(strain) < value_of(toe) ? k[LIGAMENT_STIFFNESS] * strain * strain / (2 * toe)
                                        : k[LIGAMENT_STIFFNESS] * (strain - toe / 2);
-    return value_of(v) > 0 ? spring + onset(strain) * k[LIGAMENT_DAMPING] * v / k[LIGAMENT_SLACK_LENGTH] : spring;
+    return value_of(v) > 0 ? spring + onset(strain) * k[LIGAMENT_DAMPING] * v / k[LIGAMENT_SLACK_LENGTH]
+                           : spring;
 }
 
 TENSION_LAW(LIGAMENT) = {

@@ -73,7 +73,8 @@ static void mckibben_start(const real *k, real l, real u, real *x)
 static void mckibben_advance(const real *k, real *x, real l, real v, real u, real h)
 {
     (void)l, (void)v;
-    x[0] = value_of(k[MCKIBBEN_TIME_CONSTANT]) > 0 ? u + (x[0] - u) * exponential(-h / k[MCKIBBEN_TIME_CONSTANT]) : u;
+    const real time = k[MCKIBBEN_TIME_CONSTANT];
+    x[0] = value_of(time) > 0 ? u + (x[0] - u) * exponential(-h / time) : u;
 }
 
 TENSION_LAW(MCKIBBEN) = {

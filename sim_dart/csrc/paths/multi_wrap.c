@@ -16,7 +16,8 @@
    as for a single surface. Without one, both sides are tried and the shortest cable of all combinations
    counts, which is the one that does not jump. Spheres are passed the shorter way round, as nothing else
    is taut; but there can be several taut ways past two spheres, so the search begins on both sides of them
-   as well. Inside a surface there is one way only. It need not find the shortest of those, and where it comes to another one the length jumps. All
+   as well. Inside a surface there is one way only. It need not find the shortest of those,
+   and where it comes to another one the length jumps. All
    this for the first FREE_SIDES of such surfaces; further ones are passed as the straight line does.
 
    Surfaces that overlap have no gap. The point then lies inside one of them, whose circle shrinks to it:

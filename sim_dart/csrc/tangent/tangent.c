@@ -59,19 +59,11 @@ struct core_tangent {
     real *external_wrench;
 };
 
-#define LENGTHS(view)                                                                                  \
-    const blob_counts *n = &(view)->counts;                                                            \
-    const size_t law_states = (size_t)(view)->law_states, law_constants = (size_t)(view)->law_constants; \
-    const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;                                 \
-    const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;                                 \
-    const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
-    const size_t pulleys = (size_t)n->pulleys;
-
 /* Numbers of the working memory behind a handle. */
 static size_t working_length(const blob_view *view)
 {
     size_t length = 0;
-    LENGTHS(view)
+    STATE_LENGTHS(view)
 #define ADD_LENGTH(name, numbers) length += numbers;
     STATE_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
@@ -107,7 +99,7 @@ static real *widen(real *to, const void *plain, size_t count)
 static core *copy(const core *plain, void *memory)
 {
     core *c = memory;
-    LENGTHS(&plain->blob)
+    STATE_LENGTHS(&plain->blob)
     *c = *plain;
     real *at = (real *)(void *)(c + 1);
 #define PLACE(name, length) c->name = at, at = widen(at, plain->name, length);
@@ -136,7 +128,7 @@ core_tangent *core_tangent_open(const core *plain, void *memory)
 static real *array(const core_tangent *t, enum tangent_array which, size_t *length)
 {
     const core *c = t->core;
-    LENGTHS(&c->blob)
+    STATE_LENGTHS(&c->blob)
     (void)law_constants, (void)points, (void)surfaces, (void)wraps, (void)pulleys;
     const struct {
         real *numbers;

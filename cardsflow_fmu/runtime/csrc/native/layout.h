@@ -15,7 +15,7 @@
 
 enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KINDS };
 
-/* GROUP(name, how many variables: of coordinates n, of muscles m, of rows of the reference r, of tasks k, or ANY)
+/* GROUP(name, how many variables: for n coordinates, m muscles, r rows of the reference, k tasks; or ANY)
  * FIELD(element type, name, elements an item, group or count that says how many items)
  *     load_rows         row of each load among all three of every task
  *     task_rows         the same of each task coordinate

@@ -16,8 +16,8 @@ void native_close(struct native_model *native)
     free(native);
 }
 
-double *native_values(const struct native_model *native, struct native_group group, const char *name, size_t count,
-                      struct text *error)
+double *native_values(const struct native_model *native, struct native_group group, const char *name,
+                      size_t count, struct text *error)
 {
     const size_t there = native->ports->count;
     if ((count == ANY || group.count == count) && group.first <= there && group.count <= there - group.first)

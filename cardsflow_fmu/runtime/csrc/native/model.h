@@ -22,8 +22,8 @@ void native_close(struct native_model *native);
 /* The values of a group of variables; NULL, with a message, where there are not so many of them, or where the
  * FMU has not so many variables. */
 #define ANY ((size_t)-1)
-double *native_values(const struct native_model *native, struct native_group group, const char *name, size_t count,
-                      struct text *error);
+double *native_values(const struct native_model *native, struct native_group group, const char *name,
+                      size_t count, struct text *error);
 
 /* The start values of the ports. */
 int native_reset(struct model *model);

@@ -62,7 +62,8 @@ int native_all_below(const uint32_t *indices, size_t count, size_t end)
     return 1;
 }
 
-void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w, double sign)
+void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w,
+                       double sign)
 {
     core_task_jacobian(robot->core);
     memset(robot->load, 0, robot->n * sizeof *robot->load);

@@ -27,6 +27,7 @@ void native_robot_close(struct native_robot *robot);
 int native_all_below(const uint32_t *indices, size_t count, size_t end);
 
 /* load = sign J' w at the last q, of forces w on rows of the tasks. */
-void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w, double sign);
+void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w,
+                       double sign);
 
 #endif

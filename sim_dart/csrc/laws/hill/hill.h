@@ -32,7 +32,8 @@ CORE_INSIDE void hill_prepare(const void *parameters, real shortest, real steepe
 CORE_INSIDE const char *hill_refusal(const void *parameters);
 CORE_INSIDE int hill_states(const void *parameters);
 CORE_INSIDE real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l);
-CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u, real *xd);
+CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u,
+                            real *xd);
 CORE_INSIDE void hill_start(const hill_curves *f, const real *k, real l, real u, real *x);
 CORE_INSIDE void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u, real h);
 CORE_INSIDE real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x, real *slope);

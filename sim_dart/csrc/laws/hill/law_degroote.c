@@ -96,7 +96,8 @@ static real degroote_tendon(const real *k, real x, real *slope)
     return y - 0.2;
 }
 
-static const hill_curves degroote_curves = {degroote_active, degroote_velocity, degroote_passive, degroote_tendon, NULL, degroote_product};
+static const hill_curves degroote_curves = {degroote_active, degroote_velocity, degroote_passive,
+                                            degroote_tendon, NULL,              degroote_product};
 HILL_FUNCTIONS(degroote)
 
 static const char *degroote_refusal(const void *parameters)
@@ -118,7 +119,8 @@ static void degroote_prepare(const void *parameters, real *k)
     hill_prepare(parameters, p->elastic_tendon ? shortest : 0, 1.5707963267948966, p->fibre_damping,
                  p->activation_smoothing, k);
     k[DEGROOTE_PER_WIDTH] = 1 / p->active_width_scale;
-    k[DEGROOTE_PASSIVE_RATE] = shape / strain, k[DEGROOTE_PASSIVE_FOOT] = exponential(shape * (shortest - 1) / strain);
+    k[DEGROOTE_PASSIVE_RATE] = shape / strain;
+    k[DEGROOTE_PASSIVE_FOOT] = exponential(shape * (shortest - 1) / strain);
     k[DEGROOTE_PASSIVE_SCALE] = 1 / (exponential(shape) - k[DEGROOTE_PASSIVE_FOOT]);
     k[DEGROOTE_TENDON_RATE] = logarithm((1 + 0.2) / 0.2) / p->tendon_strain;
 }

@@ -193,7 +193,8 @@ static real millard_product(const real *k, real z, real w, real *passive)
     return y[0] * y[1];
 }
 
-static const hill_curves millard_curves = {millard_active, millard_velocity, millard_passive, millard_tendon, NULL, millard_product};
+static const hill_curves millard_curves = {millard_active, millard_velocity, millard_passive,
+                                           millard_tendon, NULL,             millard_product};
 HILL_FUNCTIONS(millard)
 
 /* All that curves depend on begins with whether the tendon is elastic. */

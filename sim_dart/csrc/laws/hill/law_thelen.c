@@ -61,7 +61,8 @@ static real thelen_passive(const real *k, real x, real *slope)
         if (slope) *slope = 0;
         return 0;
     }
-    const real rate = k[THELEN_PASSIVE_SHAPE] / k[THELEN_PASSIVE_STRAIN], scale = exponential_less_one(k[THELEN_PASSIVE_SHAPE]);
+    const real shape = k[THELEN_PASSIVE_SHAPE], rate = shape / k[THELEN_PASSIVE_STRAIN];
+    const real scale = exponential_less_one(shape);
     if (slope) *slope = rate * exponential(rate * (x - 1)) / scale;
     return exponential_less_one(rate * (x - 1)) / scale;
 }
@@ -118,7 +119,8 @@ static void thelen_prepare(const void *parameters, real *k)
     k[THELEN_TENDON_SLOPE] = (1 - TOE_FORCE) / (p->tendon_strain - k[THELEN_TOE_STRAIN]);
 }
 
-static const hill_curves thelen_curves = {thelen_active, thelen_velocity, thelen_passive, thelen_tendon, thelen_speed, NULL};
+static const hill_curves thelen_curves = {thelen_active, thelen_velocity, thelen_passive,
+                                          thelen_tendon, thelen_speed,    NULL};
 HILL_FUNCTIONS(thelen)
 
 TENSION_LAW(THELEN) = HILL_LAW(thelen, THELEN_CONSTANTS, 0);

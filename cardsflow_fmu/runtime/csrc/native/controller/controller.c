@@ -146,7 +146,8 @@ static int are_inputs_finite(const struct controller *c)
 {
     return all_finite(c->q, c->settings.of.q.count) && all_finite(c->qd, c->settings.of.qd.count) &&
            all_finite(c->reference, c->settings.of.reference.count) &&
-           all_finite(c->loads, c->settings.of.loads.count) && all_finite(c->states, c->settings.of.states.count);
+           all_finite(c->loads, c->settings.of.loads.count) &&
+           all_finite(c->states, c->settings.of.states.count);
 }
 
 /* The loop is to choose among the forces that the muscles can come to. */
@@ -272,7 +273,8 @@ int native_controller_open(struct model *model, struct native_model *native, str
 {
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
-    if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) || open_loop(native, c)))) {
+    if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
+                           open_loop(native, c)))) {
         text_set(error, "there is no memory for the controller");
         failed = 1;
     }

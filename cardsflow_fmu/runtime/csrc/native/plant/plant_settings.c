@@ -27,7 +27,8 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
            s->of.wrenches.count % 6 == 0 && s->of.external_points.count == points &&
            (s->of.energies.count == 0 || s->of.energies.count == ENERGIES) && s->substeps[0] >= 1 &&
            s->substeps[0] <= 1000000 && isfinite(s->fixed_energy[0]) &&
-           (integrator == 0 || (integrator == 1 && !has_friction(robot))); /* of which Runge and Kutta know nothing */
+           /* friction is nothing that Runge and Kutta know */
+           (integrator == 0 || (integrator == 1 && !has_friction(robot)));
 }
 
 static int place_values(struct plant *plant, const struct native_model *native, struct text *error)
@@ -45,19 +46,20 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
 {
     const struct native_robot *robot = &native->robot;
     struct plant_settings *s = &plant->settings;
+    const struct native_group *points = &s->of.external_points;
     if (plant_settings_read(s, native->file.settings, native->file.settings_size) || !are_sound(s, robot)) {
         text_set(error, "native.bin does not fit its plant");
         return 1;
     }
     plant->rule = s->integrator[0] ? core_runge_kutta : core_step;
     plant->muscle_commands = calloc(robot->m + 1, sizeof *plant->muscle_commands);
-    plant->external_wrenches = calloc(6 * (size_t)s->of.external_points.count + 1, sizeof *plant->external_wrenches);
+    plant->external_wrenches = calloc(6 * (size_t)points->count + 1, sizeof *plant->external_wrenches);
     if (!plant->muscle_commands || !plant->external_wrenches) {
         text_set(error, "there is no memory for the model");
         return 1;
     }
     /* the core reads these arrays from now on, in every step */
-    if (core_external_wrenches(robot->core, (int32_t)s->of.external_points.count, s->external_frame, s->external_point,
+    if (core_external_wrenches(robot->core, (int32_t)points->count, s->external_frame, s->external_point,
                                plant->external_wrenches)) {
         text_set(error, "native.bin does not fit its plant");
         return 1;
