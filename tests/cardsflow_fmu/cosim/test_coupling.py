@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,12 +109,17 @@ def test_any_number_of_participants_each_at_its_own_rate() -> None:
     assert recording.rows[-1, 1:].tolist() == [11.0, 11.0, 11.0, 11.0, 3.0]
 
 
+def joined(source: Part, sink: Part, wiring: dict[str, str], **options: Any) -> Master:
+    """Two participants over two steps, coupled at once."""
+    return Master([source, sink], wiring, step=H, steps=2, coupling=Coupling("jacobi"), **options)
+
+
 def test_units_are_converted_on_the_way() -> None:
     seen = []
     source = Part("a", {}, {"angle": "deg", "force": "kN"}, lambda u, y, h: [90.0, 2.0])
     sink = Part("b", {"x": "rad", "f": "N"}, {}, lambda u, y, h: seen.append(u.tolist()) or [])
     wiring = {"b.x": "a.angle", "b.f": "a.force"}
-    Master([source, sink], wiring, step=H, steps=2, coupling=Coupling("jacobi")).run()
+    joined(source, sink, wiring).run()
     np.testing.assert_allclose(seen, [[np.pi / 180, 1000.0], [np.pi / 2, 2000.0]], rtol=1e-15)
 
 
@@ -122,9 +128,7 @@ def test_a_stated_change_stands_in_for_that_of_the_units() -> None:
     source = Part("a", {}, {"angle": "deg"}, lambda u, y, h: [90.0])
     sink = Part("b", {"x": "N"}, {}, lambda u, y, h: seen.append(u[0]) or [])
     changes = {"b.x": Conversion(2.0, 1.0)}
-    coupling = Coupling("jacobi")
-    parts = [source, sink]
-    Master(parts, {"b.x": "a.angle"}, step=H, steps=2, coupling=coupling, changes=changes).run()
+    joined(source, sink, {"b.x": "a.angle"}, changes=changes).run()
     assert seen == [3.0, 181.0]
 
 
@@ -132,25 +136,23 @@ def test_units_that_do_not_fit_are_refused_before_the_first_step() -> None:
     source = Part("a", {}, {"angle": "deg"}, lambda u, y, h: pytest.fail("stepped"))
     sink = Part("b", {"x": "N"}, {}, lambda u, y, h: pytest.fail("stepped"))
     with pytest.raises(InputError, match=r"a\.angle -> b\.x: 'deg' does not fit 'N'"):
-        Master([source, sink], {"b.x": "a.angle"}, step=H, steps=2, coupling=Coupling("jacobi"))
+        joined(source, sink, {"b.x": "a.angle"})
 
 
 def test_groups_and_arrays_are_wired_in_order_and_by_size() -> None:
     source = Part("a", {}, {"q.elbow": "", "q.wrist": "", "q2": ""}, lambda u, y, h: [1, 2, 3])
     sink = Part("b", {"u[1]": "", "u[2]": ""}, {}, lambda u, y, h: [])
-    coupling = Coupling("jacobi")
-    Master([source, sink], {"b.u": "a.q"}, step=H, steps=2, coupling=coupling).run()
+    joined(source, sink, {"b.u": "a.q"}).run()
     assert sink.inputs.tolist() == [1.0, 2.0]
     with pytest.raises(InputError, match=r"sizes do not fit: a\.q2 has 1 value, b\.u has 2 values"):
-        Master([source, sink], {"b.u": "a.q2"}, step=H, steps=2, coupling=coupling)
+        joined(source, sink, {"b.u": "a.q2"})
 
 
 def test_inputs_without_a_source_stay_as_they_are_if_names_do_not_count() -> None:
     source = Part("a", {}, {"x": ""}, lambda u, y, h: [5.0])
     sink = Part("b", {"x": ""}, {}, lambda u, y, h: [])
     sink.inputs[:] = 7.0
-    coupling = Coupling("jacobi")
-    Master([source, sink], {}, step=H, steps=2, coupling=coupling, by_name=False).run()
+    joined(source, sink, {}, by_name=False).run()
     assert sink.inputs.tolist() == [7.0]
 
 

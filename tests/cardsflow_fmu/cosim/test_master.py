@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.recording import Recording
 
 
 class Stub:
@@ -92,60 +94,53 @@ def test_unknown_ports_in_the_wiring_are_refused(wiring: dict[str, str], message
         Master(system([]), wiring=wiring, step=0.1, steps=1)
 
 
+def with_plant(law: Callable[..., float]) -> Recording:
+    """A run of 100 steps of a plant with a law."""
+    plant = Stub("plant", ["f"], ["x"], law, [])
+    return Master(system([], plant=plant), wiring={}, step=0.1, steps=100).run()
+
+
 def test_a_failure_keeps_what_was_recorded() -> None:
     def fail_late(t, h, u, y):
         if t > 0.25:
             raise SimulationError("spring broke")
         return y + h * u
 
-    diary: list = []
-    plant = Stub("plant", ["f"], ["x"], fail_late, diary)
-    recording = Master(system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
+    recording = with_plant(fail_late)
     assert str(recording.failure) == "spring broke"
     np.testing.assert_allclose(recording.rows[:, 0], [0.0, 0.1, 0.2, 0.3])
 
 
-def test_ctrl_c_ends_between_two_steps_and_keeps_what_was_recorded() -> None:
-    def press_ctrl_c(t, h, u, y):
-        if 0.25 < t < 0.35:
+def ctrl_c_late(t, h, u, y):
+    if 0.25 < t < 0.35:
+        os.kill(os.getpid(), signal.SIGINT)
+    return y + h * u
+
+
+def ctrl_c_twice_in_an_endless_step(t, h, u, y):
+    if t > 0.25:
+        for _ in range(2):
             os.kill(os.getpid(), signal.SIGINT)
-        return y + h * u
+        while True:
+            pass
+    return y + h * u
 
-    before = signal.getsignal(signal.SIGINT)
-    diary: list = []
-    plant = Stub("plant", ["f"], ["x"], press_ctrl_c, diary)
-    recording = Master(system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
+
+def sigterm_at_once(t, h, u, y):
+    os.kill(os.getpid(), signal.SIGTERM)
+    return y + h * u
+
+
+@pytest.mark.parametrize(
+    ("law", "rows"), [(ctrl_c_late, 4), (ctrl_c_twice_in_an_endless_step, 4), (sigterm_at_once, 1)]
+)
+def test_an_interrupted_run_keeps_what_was_recorded(law: Callable[..., float], rows: int) -> None:
+    """Between two steps, by the first signal; within a step, by the second."""
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    recording = with_plant(law)
     assert str(recording.failure) == "interrupted"
-    assert len(recording.rows) == 4
-    assert signal.getsignal(signal.SIGINT) is before
-
-
-def test_a_second_ctrl_c_ends_an_endless_step_and_keeps_what_was_recorded() -> None:
-    def never_end(t, h, u, y):
-        if t > 0.25:
-            for _ in range(2):
-                os.kill(os.getpid(), signal.SIGINT)
-            while True:
-                pass
-        return y + h * u
-
-    diary: list = []
-    plant = Stub("plant", ["f"], ["x"], never_end, diary)
-    recording = Master(system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
-    assert str(recording.failure) == "interrupted"
-    assert len(recording.rows) == 4
-
-
-def test_sigterm_ends_a_run_like_ctrl_c() -> None:
-    def end(t, h, u, y):
-        os.kill(os.getpid(), signal.SIGTERM)
-        return y + h * u
-
-    diary: list = []
-    plant = Stub("plant", ["f"], ["x"], end, diary)
-    recording = Master(system(diary, plant=plant), wiring={}, step=0.1, steps=100).run()
-    assert str(recording.failure) == "interrupted"
-    assert len(recording.rows) == 1
+    assert len(recording.rows) == rows
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
 
 
 def test_progress_ends_with_all_steps() -> None:

@@ -24,39 +24,38 @@ def test_fmpy_shows_it_as_written(toy_fmu: Path, capfd: pytest.CaptureFixture[st
     assert "Traceback" in printed
 
 
-def test_long_texts_come_in_pieces(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = "ü%" * 3000 + "\n" + "line\n" * 1000 + "#"
+class MuteError(Exception):
+    def __str__() -> str:
+        raise RuntimeError
+
+
+def fail_with(started: Host, error: type[Exception], *arguments: str) -> None:
+    """A step in which the model raises."""
 
     def fail(self: ToyModel, t: float, h: float) -> None:
-        raise ValueError(text)
+        raise error(*arguments)
 
-    monkeypatch.setattr(ToyModel, "step", fail)
-    refused(lambda: started.slave.doStep(0.0, STEP))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ToyModel, "step", fail)
+        refused(lambda: started.slave.doStep(0.0, STEP))
+
+
+def test_long_texts_come_in_pieces(started: Host) -> None:
+    text = "ü%" * 3000 + "\n" + "line\n" * 1000 + "#"
+    fail_with(started, ValueError, text)
     pieces = [message.text for message in started.messages]
     assert all(len(piece.encode()) <= 2000 for piece in pieces)
     whole = "".join(pieces).replace("%%", "%").replace("##", "#")
     assert text.replace("\n", "") in whole.replace("\n", "")
 
 
-def test_texts_that_c_cannot_hold(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(self: ToyModel, t: float, h: float) -> None:
-        raise ValueError("nul \0 surrogate \ud800 end")
-
-    monkeypatch.setattr(ToyModel, "step", fail)
-    refused(lambda: started.slave.doStep(0.0, STEP))
+def test_texts_that_c_cannot_hold(started: Host) -> None:
+    fail_with(started, ValueError, "nul \0 surrogate \ud800 end")
     assert r"nul \0 surrogate \ud800 end" in started.last
 
 
-def test_exceptions_without_a_text(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
-    class MuteError(Exception):
-        def __str__() -> str:
-            raise RuntimeError
-
-    def fail(self: ToyModel, t: float, h: float) -> None:
-        raise MuteError
-
-    monkeypatch.setattr(ToyModel, "step", fail)
-    refused(lambda: started.slave.doStep(0.0, STEP))
+def test_exceptions_without_a_text(started: Host) -> None:
+    fail_with(started, MuteError)
     assert "MuteError" in started.last
 
 
