@@ -1,12 +1,11 @@
 /* Replays vectors through the core and the control laws.
 
-   The vectors are a list of records, see vector_file.py. For every
-   comparison a line is said: the digest of the bits that came out, and the name. Needs nothing of a C
-   library beyond what core and laws need, so that it runs on a bare machine too.                        */
+   The vectors are a list of records, see vector_file.py. For every comparison a line is said: the digest of
+   the bits that came out, and the name. Needs nothing of a C library beyond what core and laws need, so that
+   it runs on a bare machine too.                                                                        */
 #include "replay_vectors.h"
 
-#include "controllers/csrc/computed_torque/control_loop.h"
-#include "sim_dart/csrc/core.h"
+#include "robot_terms.h"
 #include "sim_dart/csrc/numbers/real_functions.h"
 
 #include <math.h>
@@ -21,8 +20,7 @@ typedef struct {
 static core *robot;
 static dual_newton *program;
 static control_loop *loop;
-static const real *task_rows, *damping;
-static size_t n, m, k; /* coordinates, muscles, rows of task_rows that are followed */
+static size_t n, m, k; /* coordinates, muscles, task coordinates that are followed */
 static real *positions, *forces; /* at every tick of the last run */
 static size_t ticks;
 
@@ -95,7 +93,6 @@ static void open_robot(const real *blob, uint64_t count)
     const size_t size = core_size(blob, (size_t)count * sizeof(real), message, sizeof message);
     if (!size) fail(message, "robot");
     robot = core_open(blob, (size_t)count * sizeof(real), room(size));
-    damping = core_coordinates(robot, "damping");
     core_array(robot, "q", &n);
     core_array(robot, "lengths", &m);
 }
@@ -116,37 +113,12 @@ static void visit(const real *q, const real *qd, const real *f)
 
 /* ---------------------------------------------------------------------------------- the closed loop */
 
-static void terms(void *self, const real *q, const real *qd, real *M, real *h, real *L)
-{
-    (void)self;
-    core_move(robot, q);
-    core_mass_matrix(robot);
-    core_bias(robot, qd);
-    memcpy(M, core_part("mass_matrix"), n * n * sizeof(real));
-    memcpy(L, core_part("jacobian"), m * n * sizeof(real));
-    for (size_t j = 0; j < n; j++) h[j] = core_part("coriolis")[j] + damping[j] * qd[j];
-}
-
-static void tasks(void *self, const real *q, const real *qd, const real *position, real *error,
-                  real *J, real *bias)
-{
-    (void)self;
-    core_move(robot, q);
-    core_task_jacobian(robot);
-    core_task_bias(robot, qd);
-    for (size_t i = 0; i < k; i++) {
-        const size_t row = (size_t)task_rows[i];
-        error[i] = position[i] - core_part("task_values")[row];
-        bias[i] = core_part("task_bias")[row];
-        memcpy(J + i * n, core_part("task_jacobian") + row * n, n * sizeof(real));
-    }
-}
-
 static void open_loop(const real *rows, uint64_t count)
 {
-    const control_robot asked = {NULL, terms, tasks};
-    task_rows = rows;
+    static robot_and_rows own;
+    const control_robot asked = {&own, terms, tasks};
     k = (size_t)count;
+    own = (robot_and_rows){robot, rows, k};
     loop = control_loop_open(&asked, (int)n, (int)m, (int)k, room(control_loop_size((int)n, (int)m, (int)k)));
 }
 
