@@ -9,10 +9,10 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from support.fmu.fmu_host import OUTPUTS, STEP, run
+from support.fmu.fmu_host import OUTPUTS, STEP, plain_run, run
 from support.native.targets import PROGRAMS
 from support.robots.robots import PLANAR_2R
-from toy_model import REFERENCES, ToyModel
+from toy_model import REFERENCES
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.plant import PlantModel
@@ -64,14 +64,7 @@ def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -
 @pytest.mark.native
 def test_steps_the_toy(c_host: Path, toy_fmu: Path) -> None:
     found = outputs_of(c_host, toy_fmu, REFERENCES["u"], OUTPUTS)
-    model = ToyModel(0.25)
-    model.initialize()
-    expected = []
-    for k in range(STEPS):
-        model.inputs[0] = swing(k)
-        model.step(k * STEP, STEP)
-        expected.append(model.values[OUTPUTS].copy())
-    assert (found == np.array(expected)).all()
+    assert (found == plain_run(STEPS, u=swing)).all()
 
 
 def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:

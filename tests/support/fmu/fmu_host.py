@@ -160,15 +160,20 @@ def force(k: int) -> float:
     return float(np.sin(0.1 * k))
 
 
-def plain_run(count: int, model: ToyModel | None = None, **parameters: float) -> FloatArray:
-    """The same as `Host.start` and `Host.drive`, without any FMI."""
+def plain_run(
+    count: int,
+    model: ToyModel | None = None,
+    u: Callable[[int], float] = force,
+    **parameters: float,
+) -> FloatArray:
+    """The same as `Host.start` and `Host.drive`, or with another force, without any FMI."""
     model = model or ToyModel(0.25)
     for name, value in parameters.items():
         model.values[REFERENCES[name]] = value
     model.initialize()
     rows = []
     for k in range(count):
-        model.inputs[0] = force(k)
+        model.inputs[0] = u(k)
         model.step(k * STEP, STEP)
         rows.append(model.values[OUTPUTS].copy())
     return np.array(rows)
