@@ -13,13 +13,7 @@ RESULTS = Path(__file__).parents[2] / "benchmarks.json"
 def interleaved(
     alternatives: Mapping[str, Callable[[], object]], *, calls: int, rounds: int = 30
 ) -> dict[str, float]:
-    """Time of one call of each alternative, in [s]: the best of many short blocks, taken in turn.
-
-    Args:
-        alternatives: What to call, by name.
-        calls: Calls a block.
-        rounds: Blocks of each.
-    """
+    """Time of one call of each alternative, in [s]: the best of many blocks of calls, in turn."""
     best = dict.fromkeys(alternatives, float("inf"))
     for _ in range(rounds):
         for name, call in alternatives.items():

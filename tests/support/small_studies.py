@@ -26,14 +26,7 @@ grid = { from = 1000.0, to = 2000.0, count = 6 }
 
 
 def write_study(folder: Path, text: str = KP, top: str = "", short: str = SHORT) -> Path:
-    """A study.toml.
-
-    Args:
-        folder: Where to.
-        text: Its [[vary]] and other tables.
-        top: Its keys that stand above all tables.
-        short: What makes it short.
-    """
+    """A study.toml: keys above all tables, settings that make it short, and its other tables."""
     file = folder / "study.toml"
     file.write_text(f'experiment = "{PLANAR}"\n{top}\n{short}\n{text}')
     return file

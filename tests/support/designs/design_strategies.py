@@ -148,14 +148,8 @@ def shuffled(snapshot: DesignSnapshot, seed: int) -> DesignSnapshot:
 class Draughtsman:
     """Draws random robots and their designs from one seed.
 
-    Args:
-        seed: Of everything.
-        links: How many links are drawn beside the base.
-        kinds: The joints to choose from.
-        displaced: Whether the design is away from its zero pose.
-        rotated: Whether the frames of the robot that is written by hand are turned.
-        sign: Of the products of inertia.
-        per_link: Bodies of each link.
+    `links` are those beside the base; the design is away from its zero pose if `displaced`, the
+    frames of the robot are turned if `rotated`; `sign` is that of the products of inertia.
     """
 
     def __init__(

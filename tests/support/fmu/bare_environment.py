@@ -17,12 +17,7 @@ print([name for name in ("cardsflow_fmu", "dartpy", "qpsolvers") if u.find_spec(
 
 
 class BareEnvironment:
-    """A Python with nothing but the distributions named, linked from this environment.
-
-    Args:
-        folder: Where to make it.
-        distributions: Names of distributions; their dependencies are installed too.
-    """
+    """A Python with nothing but some distributions and their dependencies, linked from this one."""
 
     def __init__(self, folder: Path, *distributions: str) -> None:
         venv.create(folder, with_pip=False, symlinks=True)

@@ -47,12 +47,7 @@ def assert_rows_agree(
 ) -> None:
     """The same columns, near each other relative to the largest number of a column, or to 1.
 
-    Args:
-        found: Rows with names.
-        expected: The same.
-        forces: The tolerance of columns of forces.
-        others: That of all other columns.
-        of: What names of columns of forces begin with.
+    Columns of forces, whose names begin with `of`, have a tolerance of their own.
     """
     assert found.names == expected.names
     for k, name in enumerate(expected.names):

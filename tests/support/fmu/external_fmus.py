@@ -78,14 +78,7 @@ FMI3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def external_fmu(path: Path, compiler: str, fmi: str, description: str | None = None) -> Path:
-    """Compile and pack the external plant.
-
-    Args:
-        path: The .fmu to write.
-        compiler: A C compiler.
-        fmi: `2.0` or `3.0`.
-        description: Another modelDescription.xml.
-    """
+    """Compile and pack the external plant for FMI `2.0` or `3.0`; returns the .fmu."""
     name = f"body_fmi{fmi[0]}"
     platform = this_platform()
     library = path.with_suffix(".so")

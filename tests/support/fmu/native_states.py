@@ -10,13 +10,7 @@ from .fmu_host import load
 
 
 def check_states_repeat(file: Path, folder: Path, step: float) -> None:
-    """Go on, go back, go on; and in another instance from serialised bytes.
-
-    Args:
-        file: An FMU of FMI 2.0.
-        folder: Where to unpack it.
-        step: In [s].
-    """
+    """Go on, go back, go on; and in another instance from serialised bytes; for FMI 2.0."""
     fmpy.extract(str(file), str(folder))
     host = load(folder)
     slave = host.slave

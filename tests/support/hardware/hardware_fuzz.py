@@ -23,13 +23,7 @@ def with_checksum(frame: bytes, *, signed: bool = False) -> bytes:
 
 
 def bad_frames(samples: Sequence[bytes], count: int, seed: int) -> Iterator[bytes]:
-    """Random and mutated frames.
-
-    Args:
-        samples: Good frames; each is mutated in many ways.
-        count: How many.
-        seed: Of the chances.
-    """
+    """Random frames and damaged good ones, so many."""
     chance = random.Random(seed)
     ways = [_random, _flipped, _flipped_and_summed, _cut, _stretched, _strange_values, _header]
     for _ in range(count):

@@ -46,12 +46,7 @@ def run_loop(
 ) -> Run:
     """Have the firmware's controller tick, and the plant of double precision move.
 
-    Args:
-        folder: Where to compile to.
-        experiment: Whose robot, controller and reference.
-        duration: In [s].
-        single: With a controller of single precision.
-        begin: When in the reference it begins, in [s].
+    For a duration from a time in the reference on, both in [s]; compiled in a folder.
     """
     folder.mkdir(exist_ok=True)
     write_example(folder / "example.h", experiment, single=single)

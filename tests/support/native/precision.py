@@ -34,14 +34,7 @@ _ANSWERS_POINTER = [
 
 
 class Precision:
-    """The library, and the kind of number that it computes with.
-
-    Args:
-        folder: Where to compile to.
-        single: With numbers of single precision.
-        sources: Further C files of this folder.
-        flags: Further flags.
-    """
+    """The library, compiled in a folder with further sources and flags, and its kind of number."""
 
     def __init__(
         self, folder: Path, single: bool, sources: Sequence[str] = (), flags: Sequence[str] = ()

@@ -127,14 +127,9 @@ def build_program(
     *more: str,
     libraries: Sequence[str] = SOURCES,
 ) -> list[str]:
-    """Compile a program of this folder; the command that runs it.
+    """Compile a program of this folder, named after its first source; the command that runs it.
 
-    Args:
-        target: For which platform.
-        folder: Where to compile to.
-        sources: Its files, the one that it is named after first.
-        more: Further flags.
-        libraries: Core and control laws: their sources, or compiled.
+    `libraries` are core and control laws, as sources or compiled.
     """
     runner = require(target)
     program = folder / f"{Path(sources[0]).stem}{target.suffix}"

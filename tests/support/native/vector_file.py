@@ -77,12 +77,7 @@ class VectorFile:
 
 
 def write_vectors(path: Path, *, single: bool = False) -> Path:
-    """Write the file; returns its path.
-
-    Args:
-        path: Where to.
-        single: For core and laws of single precision.
-    """
+    """Write the file, of doubles or of numbers of single precision; returns its path."""
     file = VectorFile(single=single)
     for seed in range(3):
         _add_robot(file, random_robot(seed), np.random.default_rng(seed))

@@ -15,12 +15,9 @@ from sim_dart.core.arrays import FloatArray
 
 
 class MujocoRobot:
-    """Muscle paths and dynamics of a robot by MuJoCo.
+    """Muscle paths and dynamics of a robot by MuJoCo, with steps in [s] for `run`.
 
-    Args:
-        robot: The robot.
-        inertias: Whether to hand over the links' inertias; MuJoCo refuses zero moments.
-        step: Of `run`, in [s].
+    Without `inertias` the links have others: MuJoCo refuses zero moments.
     """
 
     def __init__(self, robot: Robot, *, inertias: bool = True, step: float = 1e-3) -> None:

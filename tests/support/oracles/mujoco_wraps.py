@@ -17,12 +17,10 @@ from .mujoco_model import text
 
 
 class MujocoWraps:
-    """Path lengths by MuJoCo.
+    """Path lengths by MuJoCo of a carriage whose muscle k wraps over surface k.
 
-    Args:
-        robot: A carriage; muscle k wraps over surface k.
-        sides: For each muscle a point in its surface's frame on the side of which it passes, or
-            None for the shorter way.
+    `sides` are points in the surfaces' frames on the sides of which the muscles pass, or None for
+    the shorter way.
     """
 
     def __init__(self, robot: Robot, sides: Sequence[FloatArray | None] | None = None) -> None:

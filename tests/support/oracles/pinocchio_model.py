@@ -18,11 +18,7 @@ _JOINT = {
 
 
 class PinocchioRobot:
-    """Dynamics of a robot by Pinocchio.
-
-    Args:
-        robot: The robot.
-    """
+    """Dynamics of a robot by Pinocchio."""
 
     def __init__(self, robot: Robot) -> None:
         self.model: Any = pinocchio.Model()

@@ -186,9 +186,7 @@ def task_sets(draw: st.DrawFn, name: str, links: list[str], caspr: bool) -> Task
 def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
     """A sound robot: a tree of up to five links, with cable sets and task sets.
 
-    Args:
-        draw: Given by hypothesis.
-        caspr: Whether it must be one that CASPR's files can hold completely.
+    With `caspr` it is one that CASPR's files can hold completely.
     """
     count = draw(st.integers(1, 5))
     drawn = draw(st.lists(names, min_size=2 * count, max_size=2 * count, unique=True))
@@ -230,11 +228,8 @@ FREE = CASPR_JOINTS["SPATIAL_EULER_XYZ"].motions
 def random_tree(seed: int, damping: float = 0.0) -> Robot:
     """A tree of up to seven links: branches, fixed joints, and in a third of all a free base.
 
-    Its task frames are a point, `hand`, and the angles of the link before it, `palm`.
-
-    Args:
-        seed: What it is made of.
-        damping: Of every coordinate, in [N·m·s/rad] or [N·s/m].
+    Its task frames are a point, `hand`, and the angles of the link before it, `palm`. The damping
+    is that of every coordinate, in [N·m·s/rad] or [N·s/m].
     """
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 8))
