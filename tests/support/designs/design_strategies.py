@@ -145,6 +145,7 @@ def shuffled(snapshot: DesignSnapshot, seed: int) -> DesignSnapshot:
     )
 
 
+@dataclass
 class Draughtsman:
     """Draws random robots and their designs from one seed.
 
@@ -152,33 +153,22 @@ class Draughtsman:
     frames of the robot are turned if `rotated`; `sign` is that of the products of inertia.
     """
 
-    def __init__(
-        self,
-        seed: int,
-        links: int,
-        kinds: Sequence[str] = tuple(KINDS),
-        *,
-        displaced: bool = True,
-        rotated: bool = True,
-        reversed_: bool = True,
-        groups: bool = True,
-        sign: int = 1,
-        nesting: int = 2,
-        muscles: int = 4,
-    ) -> None:
-        self.rng = np.random.default_rng(seed)
-        self.count = links
-        self.kinds = kinds
-        self.displaced = displaced
-        self.rotated = rotated
-        self.reversed_ = reversed_
-        self.groups = groups
-        self.sign = sign
-        self.nesting = nesting
-        self.muscle_count = muscles
+    seed: int
+    links: int
+    kinds: Sequence[str] = tuple(KINDS)
+    displaced: bool = True
+    rotated: bool = True
+    reversed_: bool = True
+    groups: bool = True
+    sign: int = 1
+    nesting: int = 2
+    muscles: int = 4
+
+    def __post_init__(self) -> None:
+        self.rng = np.random.default_rng(self.seed)
 
     def draw(self) -> Drawn:
-        names = [f"link_{k}" for k in range(self.count + 1)]
+        names = [f"link_{k}" for k in range(self.links + 1)]
         joints = [Joint("world_link_0", WORLD, "link_0", T_parent_joint=self.pose())]
         how = []
         for k, name in enumerate(names[1:], start=1):
@@ -188,7 +178,7 @@ class Draughtsman:
             how.append(about)
         bodies = {name: [self.body() for _ in range(self.rng.integers(1, 4))] for name in names}
         links = tuple(Link(name, _inertia(bodies[name])) for name in names)
-        muscles = tuple(self.muscle(k, names) for k in range(self.muscle_count))
+        muscles = tuple(self.muscle(k, names) for k in range(self.muscles))
         tasks = tuple(TaskFrame(f"tip_{k}", names[-1 - k], self.vector()) for k in range(1))
         robot = Robot(
             "drawn",
