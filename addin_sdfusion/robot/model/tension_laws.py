@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ..errors import InputError, UnknownNameError
+from ..errors import InputError
 from .muscle import CableModel
 from .tension_parameters import (
     DE_GROOTE,
@@ -160,32 +160,6 @@ def states_of(model: CableModel) -> tuple[LawState, ...]:
         return ()
     values = law_parameters(model)
     return tuple(state for state in law.states if not state.where or values[state.where] != 0.0)
-
-
-def model_from(
-    kind: str = "", parameters: Mapping[str, float] | None = None, preset: str = ""
-) -> CableModel:
-    """A model by its kind, or by a preset, with parameters of one's own.
-
-    Args:
-        kind: A kind of `TENSION_LAWS`; may be left out with a preset.
-        parameters: Numbers by name; they go before those of the preset.
-        preset: A name of `PRESETS`.
-
-    Raises:
-        UnknownNameError: There is no such kind or preset.
-        InputError: The preset is of another kind.
-    """
-    if preset and preset not in PRESETS:
-        raise UnknownNameError("preset", preset, list(PRESETS))
-    base = PRESETS[preset] if preset else CableModel()
-    if kind and kind not in TENSION_LAWS:
-        raise UnknownNameError("muscle model", kind, list(TENSION_LAWS))
-    if preset and kind and kind != base.kind:
-        raise InputError(f"preset {preset!r} is a {base.kind}, not a {kind}")
-    chosen = base.kind if preset else TENSION_LAWS[kind or "ideal"].kind
-    values = dict(base.parameters) | dict(parameters or {})
-    return CableModel(chosen, tuple(values.items()))  # type: ignore[arg-type]
 
 
 def _limit(limit: float | str, values: Mapping[str, float]) -> float:

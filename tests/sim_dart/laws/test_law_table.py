@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import HILL, SOUND, Bench, slider
 
-from addin_sdfusion.robot import CableModel, CardsflowError, InputError, UnknownNameError
+from addin_sdfusion.robot import CableModel, CardsflowError, InputError
 from addin_sdfusion.robot.model.muscle import CableKind
 from addin_sdfusion.robot.model.tension_laws import (
     PRESETS,
     TENSION_LAWS,
     command_range,
     law_parameters,
-    model_from,
     states_of,
 )
 from sim_dart.core.blob import compile_blob
@@ -182,19 +181,14 @@ def test_ports_follow_from_the_laws() -> None:
     assert laws.command_high.tolist() == [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1]
 
 
-def test_models_are_made_by_kind_or_preset() -> None:
-    model = model_from(preset="roboy_test_bench", parameters={"max_voltage": 12.0})
-    assert model.kind == "series_elastic_motor"
+def test_the_law_of_a_preset_takes_other_parameters() -> None:
+    preset = PRESETS["roboy_test_bench"]
+    parameters = {**dict(preset.parameters), "max_voltage": 12.0}
+    model = CableModel("series_elastic_motor", tuple(parameters.items()))
+    assert preset.kind == model.kind
     assert law_parameters(model)["gear_ratio"] == 128.0
     assert command_range(model) == (-12.0, 12.0)
     assert [state.name for state in states_of(model)][-1] == "spindle_angle"
-    assert model_from("mckibben", {"turns": 2.0}) == CableModel("mckibben", (("turns", 2.0),))
-    with pytest.raises(UnknownNameError, match="roboy_myo_muscle"):
-        model_from(preset="roboy_myo_muscel")
-    with pytest.raises(UnknownNameError, match="mckibben"):
-        model_from("mckiben")
-    with pytest.raises(InputError, match="is a series_elastic_motor"):
-        model_from("mckibben", preset="roboy_test_bench")
     with pytest.raises(InputError, match="'stiffness' is missing"):
         law_parameters(CableModel("elastic_cable"))
 
