@@ -110,8 +110,8 @@ class ReferenceTable(Table):
         for k, point in enumerate(self.points):
             blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
             found: list[InputError] = point.meaningless(["time", *self.rows.values(), *blends])
-            if self.letter not in point.model_fields_set:
-                found.append(InputError("missing", key=self.letter))
+            missing = {self.letter, *blends} - point.model_fields_set
+            found += [InputError("missing", key=key) for key in sorted(missing)]
             for error in found:
                 error.key = f"points[{k}].{error.key}"
             errors += found
