@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -333,8 +332,6 @@ def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) ->
     assert "<b>gone" not in page
 
 
-def test_help_has_an_example() -> None:
+def test_help_has_an_example(cardsflow: CommandLine) -> None:
     for name in ("plot", "compare", "report"):
-        command = [sys.executable, "-m", "cardsflow_fmu.cli", name, "--help"]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        assert f"example:\n  cardsflow {name} " in done.stdout
+        assert f"example:\n  cardsflow {name} " in cardsflow(name, "--help")[1]

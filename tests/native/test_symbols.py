@@ -1,0 +1,74 @@
+"""Names in compiled C: what core and laws call, and what the core for derivatives defines."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from support.cases import few
+from support.native.targets import (
+    DERIVATIVES,
+    FLAGS,
+    ROOT,
+    TARGETS,
+    on_targets,
+    require,
+    run,
+    single_flags,
+)
+
+from cardsflow_fmu.runtime.sources import CONTROL, CORE, Library
+
+EXACT = {"sqrt", "fmod", "ceil", "round"}
+"""IEEE 754 rounds the first in one way, and the others are exact."""
+
+OTHERS = {"memcpy", "memmove", "memset", "strcmp", "_GLOBAL_OFFSET_TABLE_"}
+
+ELEMENTARY = {"arc_cosine", "arc_sine", "arc_tangent", "exponential", "exponential_less_one"}
+ELEMENTARY |= {"hyperbolic_tangent", "logarithm", "sine_cosine"}
+"""Of plain numbers, below those of numbers with a tangent."""
+
+
+def symbols(compiler: list[str], sources: list[str], folder: Path) -> tuple[set[str], set[str]]:
+    """External names that files define, and those that they call."""
+    if shutil.which("nm") is None:
+        pytest.skip("no nm")
+    command = [*compiler, *FLAGS, "-fno-stack-protector", "-c", *sources]
+    subprocess.run(command, cwd=folder, check=True)
+    lines = run(["nm", "-g", *sorted(folder.glob("*.o"))]).splitlines()
+    words = [line.split() for line in lines if line and line[-1] != ":"]
+    return {w[-1] for w in words if w[-2] != "U"}, {w[-1] for w in words if w[-2] == "U"}
+
+
+@pytest.mark.parametrize("single", few([False, True]), ids=["double", "single"])
+@pytest.mark.parametrize("library", [CORE, CONTROL], ids=["core", "laws"])
+def test_no_function_of_the_platform_is_called(
+    library: Library, single: bool, tmp_path: Path
+) -> None:
+    """But those whose answers are the same everywhere."""
+    target = TARGETS["gcc -O3"]
+    require(target)
+    sources = [str(ROOT / name) for name in library.sources()]
+    own = single_flags(target) if single else ()
+    defined, called = symbols([*target.compiler, *own], sources, tmp_path)
+    assert called - defined <= {f"{name}f" if single else name for name in EXACT} | OTHERS
+
+
+@on_targets(["gcc -O2", "zig linux64"], quick="gcc -O2")
+def test_names_of_the_core_for_derivatives(target: str, tmp_path: Path) -> None:
+    """All are its own; products and quotients of complex numbers call nothing."""
+    require(TARGETS[target])
+    defined, called = symbols([*TARGETS[target].compiler, "-O1"], [DERIVATIVES], tmp_path)
+    assert all(symbol.startswith("core_tangent_") for symbol in defined)
+    assert called - defined <= EXACT | OTHERS | ELEMENTARY
+
+
+def test_every_law_is_in_the_core_for_derivatives() -> None:
+    """In one file with the rest, as docs/extend.md asks."""
+    tangent = Path(DERIVATIVES)
+    included = set(re.findall(r'#include "\.\./([^"]*\.c)"', tangent.read_text()))
+    csrc = tangent.parents[1]
+    assert {path.relative_to(csrc).as_posix() for path in csrc.rglob("law_*.c")} <= included
