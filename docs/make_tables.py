@@ -151,7 +151,7 @@ def _ports(
 
 @dataclass
 class _Row:
-    """A line of a table of ports: a port that stands for others, its units, its axes in order."""
+    """A line of a table of ports: a port in the place of several, its units, its axes in order."""
 
     port: Port
     text: str

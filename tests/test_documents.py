@@ -57,7 +57,7 @@ def test_links_and_pictures_lead_somewhere(file: Path) -> None:
 
 @every_document
 def test_files_that_are_named_exist(file: Path) -> None:
-    """`sim_dart/csrc/core.h` and the like; `*` stands for any."""
+    """`sim_dart/csrc/core.h` and the like; `*` matches any."""
     tops = "addin_sdfusion|cardsflow_fmu|controllers|sim_dart|tests|examples|docs|\\.ci"
     lost = [
         f"{file.relative_to(ROOT)}:{line}: {code}"

@@ -1,4 +1,4 @@
-"""What an experiment changes of its robot: any number, vector or attachment, by name.
+"""Changes of an experiment's robot: any number, vector or attachment, by name.
 
 The tables below [robot] are named as the parts of `Robot` are; `points` are via points:
 

@@ -1,4 +1,4 @@
-"""Where a reference begins, and the robot: trajectories by name, and inverse kinematics."""
+"""The start of reference and robot: trajectories by name, and inverse kinematics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be set of the run of a system: step, duration and coupling."""
+"""Settings for the run of a system: step, duration and coupling."""
 
 from __future__ import annotations
 

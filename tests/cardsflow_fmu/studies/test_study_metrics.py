@@ -31,7 +31,7 @@ def result() -> Result:
 
 
 def with_columns(result: Result, **columns: np.ndarray) -> Result:
-    """The result with other columns; `f_cable_1` stands for `f.cable_1`."""
+    """The result with other columns; `f_cable_1` means `f.cable_1`."""
     rows = result.rows.copy()
     for name, values in columns.items():
         rows[:, result.names.index(f"{name[0]}.{name[2:]}")] = values

@@ -47,7 +47,7 @@ BEST = (0.1, 0.8)
 
 
 def bowl(runs: Iterable[Run]) -> list[Outcome]:
-    """Stands for runs: the square of the distance to BEST; infeasible right of x = 0.2."""
+    """In the place of runs: the square of the distance to BEST; infeasible right of x = 0.2."""
     outcomes = []
     for run in runs:
         x, y, z = run.values.values()
