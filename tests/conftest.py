@@ -53,6 +53,11 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ["PYTHONPYCACHEPREFIX"] = str(config.cache.mkdir("bytecode"))
 
 
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Two more than cores: many tests wait, and a busy machine shares itself by processes."""
+    return (os.cpu_count() or 1) + 2
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Tests that need an extra skip without it."""
     for mark in item.iter_markers("extra"):

@@ -70,6 +70,7 @@ def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[st
     return run([*program, vectors]).splitlines()
 
 
+@pytest.mark.slow
 def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> None:
     assert len(replayed) > 100
 

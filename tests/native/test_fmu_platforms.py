@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import fmpy
 import pytest
-from support.cases import few
 from support.native.targets import PROGRAMS, TARGETS, Target, require, run
 from support.robots.robots import EXAMPLES
 
@@ -126,9 +125,8 @@ def zig_library(folder: Path) -> Path:
     return there or compile_for("x86_64-linux", folder, native=True)
 
 
-@pytest.mark.parametrize(
-    ("version", "example"), few([("2.0", "hill_arm"), ("3.0", "roboy_left_arm")])
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("version", "example"), [("2.0", "hill_arm"), ("3.0", "roboy_left_arm")])
 def test_others_can_compile_it(
     version: FmiVersion, example: str, programs: Path, tmp_path: Path
 ) -> None:

@@ -8,7 +8,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from support.cases import few
 from support.native.targets import (
     DERIVATIVES,
     FLAGS,
@@ -43,7 +42,8 @@ def symbols(compiler: list[str], sources: list[str], folder: Path) -> tuple[set[
     return {w[-1] for w in words if w[-2] != "U"}, {w[-1] for w in words if w[-2] == "U"}
 
 
-@pytest.mark.parametrize("single", few([False, True]), ids=["double", "single"])
+@pytest.mark.slow
+@pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
 @pytest.mark.parametrize("library", [CORE, CONTROL], ids=["core", "laws"])
 def test_no_function_of_the_platform_is_called(
     library: Library, single: bool, tmp_path: Path

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.cases import few
 from support.fmu.fmu_host import load
 from support.fmu.worker_host import children, unpack_stubborn
 
@@ -19,7 +20,7 @@ CYCLES = os.environ.get("CARDSFLOW_TEST_CYCLES")
 MOST_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 
 
-@pytest.mark.parametrize(("mode", "cycles"), [("in-process", 1000), ("worker", 16)])
+@pytest.mark.parametrize(("mode", "cycles"), few([("in-process", 1000), ("worker", 16)]))
 def test_cycles_leave_nothing(
     mode: str, cycles: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
