@@ -6,6 +6,9 @@ The tables below [robot] are named as the parts of `Robot` are; `points` are via
     mass = 2.5
     [robot.muscles.cable_1]
     "points[0]" = { link = "world", position = [0.5, 0.0, 0.1] }
+    [robot.joints.elbow]
+    motor = true            # one for each of its coordinates
+    effort = 30.0           # its largest torque or force, or [least, largest]
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError, Robot, TaskSet, UnknownNameError
+from addin_sdfusion.robot import InputError, Joint, Robot, TaskSet, UnknownNameError
 from cardsflow_fmu.config.key_path import PathError, indexed
 from cardsflow_fmu.config.messages import joined
 from cardsflow_fmu.config.table import Text, Whole, checked, numbers
@@ -45,12 +48,33 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
             for name, fields in parts.items():
                 if name not in items:
                     raise UnknownNameError(KINDS[kind], name, items, key=f"{kind}.{name}")
-                items[name] = _changed(items[name], fields, f"{kind}.{name}")
+                key_ = f"{kind}.{name}"
+                if kind == "joints":
+                    items[name], fields = _with_motor(items[name], fields, key_)
+                items[name] = _changed(items[name], fields, key_)
             robot = _with(robot, kind, list(items.values()))
     except InputError as error:
         error.file, error.key = file, joined(key, error.key)
         raise
     return robot
+
+
+def _with_motor(joint: Joint, fields: Any, key: str) -> tuple[Joint, dict[str, Any]]:
+    """The joint with or without motors as `motor` and `effort` say, and the other fields."""
+    given, words = dict(checked(dict[str, Any], fields, key)), {}
+    if "motor" in given:
+        words["actuated"] = checked(bool, given.pop("motor"), f"{key}.motor")
+    if "effort" in given:
+        effort, at = given.pop("effort"), f"{key}.effort"
+        if isinstance(effort, list | tuple):
+            words["tau_min"], words["tau_max"] = checked(numbers(2), effort, at)
+        else:
+            words["tau_max"] = checked(float, effort, at)
+            words["tau_min"] = -words["tau_max"]
+            if words["tau_max"] < 0.0:
+                raise PathError("is negative; give the largest torque, or two bounds", key=at)
+    coordinates = tuple(replace(c, **words) for c in joint.coordinates)
+    return replace(joint, coordinates=coordinates), given
 
 
 def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:

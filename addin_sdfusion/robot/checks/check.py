@@ -23,6 +23,7 @@ CHECKS: tuple[Check, ...] = (
     tree.axes,
     tree.coordinates,
     tree.limits,
+    tree.motors,
     masses.inertias,
     masses.moving_bodies,
     masses.inertia_about_axis,

@@ -14,10 +14,12 @@ from ..model.tension_laws import TENSION_LAWS, law_of
 
 
 def has_muscles(robot: Robot) -> Iterator[Finding]:
-    """The active cable set pulls."""
+    """Something drives it: the active cable set, or a motor."""
     active = [group for group in robot.cable_sets if group.name == robot.cable_set]
+    if robot.motors:
+        return
     if not robot.cable_set or (active and not active[0].muscles):
-        problem = "no muscles; only the joints' own forces move it"
+        problem = "no muscles and no motors; only the joints' own forces move it"
         yield warning(Subject("robot", robot.name), "no-muscles", problem)
 
 

@@ -83,6 +83,9 @@ def _limits(subject: Subject, c: Coordinate) -> Iterator[Finding]:
     lower = () if c.lower == -math.inf else (c.lower,)
     upper = () if c.upper == math.inf else (c.upper,)
     yield from _report(subject, "limit", lower + upper)
+    weakest = () if c.tau_min == -math.inf else (c.tau_min,)
+    strongest = () if c.tau_max == math.inf else (c.tau_max,)
+    yield from _report(subject, "motor's bound", weakest + strongest)
 
 
 def _report(subject: Subject, what: str, values: Iterable[float]) -> Iterator[Finding]:

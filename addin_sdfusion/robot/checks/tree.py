@@ -115,6 +115,22 @@ def limits(robot: Robot) -> Iterator[Finding]:
             yield warning(subject, "initial-outside-limits", problem)
 
 
+def motors(robot: Robot) -> Iterator[Finding]:
+    """Motors have bounds that are in order and leave them a torque."""
+    for c in robot.coordinates:
+        subject = Subject("coordinate", c.name)
+        force = "torque" if c.unit == "rad" else "force"
+        if c.tau_min > c.tau_max:
+            problem = f"tau_min {c.tau_min!r} of its motor is above tau_max {c.tau_max!r}"
+            yield error(subject, "motor-limits-reversed", problem)
+        elif c.actuated and c.tau_min == c.tau_max == 0.0:
+            problem = f"its motor has no {force}; give its effort, or take the motor off"
+            yield error(subject, "motor-without-torque", problem)
+        elif c.actuated and (math.isinf(c.tau_min) or math.isinf(c.tau_max)):
+            problem = f"its motor has no largest {force}; give its effort"
+            yield warning(subject, "no-motor-limit", problem)
+
+
 def _loops(above: dict[str, Joint]) -> list[list[str]]:
     """The loops of links that are met on the path to the root from any link."""
     loops = []

@@ -33,6 +33,8 @@ class Coordinate:
         rest: Where the spring makes no torque, in [rad] or [m].
         friction: Coulomb friction: the torque or force that holds it at rest, and that slows it
             when it moves, in [N·m] or [N].
+        tau_min, tau_max: Bounds of its motor's torque or force, in [N·m] or [N]; infinite where
+            there is none. A file may give them for a joint without a motor.
     """
 
     name: str
@@ -45,6 +47,8 @@ class Coordinate:
     stiffness: float = 0.0
     rest: float = 0.0
     friction: float = 0.0
+    tau_min: float = -math.inf
+    tau_max: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -195,6 +195,11 @@ class Robot:
         return tuple(c for joint in self.joints for c in joint.coordinates)
 
     @property
+    def motors(self) -> tuple[Coordinate, ...]:
+        """The coordinates with a motor of their own, in the order of q."""
+        return tuple(c for c in self.coordinates if c.actuated)
+
+    @property
     def muscles(self) -> tuple[Muscle, ...]:
         """The muscles of the active cable set, in the order of f."""
         if not self.cable_set:

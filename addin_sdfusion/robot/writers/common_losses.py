@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Iterable, Iterator
 
 from ..errors import RobotError
@@ -44,6 +45,14 @@ def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Fi
         if muscle.pulley is not None:
             problem = f"{format_} has no swivelling pulley; its fixed location is a via point"
             yield warning(subject, "pulley-left-out", problem)
+
+
+def motor_bounds(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Bounds of torques that no motor makes, for formats whose actuators hold them."""
+    for c in robot.coordinates:
+        if not c.actuated and (c.tau_min, c.tau_max) != (-math.inf, math.inf):
+            problem = f"{format_} has bounds of a motor only with one, and it has none; left out"
+            yield warning(Subject("coordinate", c.name), "motor-bounds-left-out", problem)
 
 
 def task_axes(robot: Robot, format_: str) -> Iterator[Finding]:

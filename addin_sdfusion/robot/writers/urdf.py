@@ -76,7 +76,11 @@ def _coordinates(robot: Robot) -> Iterator[Finding]:
             problem = f"URDF has no initial values; {c.initial!r} {c.unit} is left out"
             yield warning(subject, "initial-left-out", problem)
         if c.actuated:
-            yield warning(subject, "motor-left-out", "URDF has no motors; its motor is left out")
+            problem = "URDF has no motors; its motor is left out, its torque bounds are efforts"
+            yield warning(subject, "motor-left-out", problem)
+        if c.tau_min != -c.tau_max:
+            problem = f"URDF has one effort for both ways; {_effort(c)!r} is written"
+            yield warning(subject, "one-sided-effort", problem)
         if c.stiffness:
             yield warning(subject, "spring-left-out", "URDF has no springs; its spring is left out")
         if _is_limited(c) and not (math.isfinite(c.lower) and math.isfinite(c.upper)):
@@ -144,10 +148,12 @@ def _joint(root: ElementTree.Element, single: SingleJoint, origin: Pose) -> None
         return
     c = single.coordinate
     element(node, "axis", xyz=numbers(normalized(single.motion.axis)))
+    effort = {"effort": _effort(c), "velocity": NO_LIMIT}
     if node.get("type") != "continuous":
-        limits = {"lower": max(c.lower, -NO_LIMIT), "upper": min(c.upper, NO_LIMIT)}
-        limits |= {"effort": NO_LIMIT, "velocity": NO_LIMIT}
+        limits = {"lower": max(c.lower, -NO_LIMIT), "upper": min(c.upper, NO_LIMIT)} | effort
         element(node, "limit", None, **{key: numbers([value]) for key, value in limits.items()})
+    elif effort["effort"] < NO_LIMIT:
+        element(node, "limit", None, **{key: numbers([value]) for key, value in effort.items()})
     friction = {"friction": numbers([c.friction])} if c.friction else {}
     element(node, "dynamics", damping=numbers([c.damping]), **friction)
 
@@ -158,6 +164,10 @@ def _type(single: SingleJoint) -> str:
     if single.motion.kind == "translation":
         return "prismatic"
     return "revolute" if _is_limited(single.coordinate) else "continuous"
+
+
+def _effort(coordinate: Coordinate) -> float:
+    return min(max(abs(coordinate.tau_min), abs(coordinate.tau_max)), NO_LIMIT)
 
 
 def _is_limited(coordinate: Coordinate) -> bool:

@@ -99,8 +99,8 @@ def read_robot(
         task_signals("y", robot)
         if not robot.coordinates:
             raise InputError(f"robot {robot.name!r} has no joint that moves")
-        if not robot.muscles:
-            raise InputError(f"robot {robot.name!r} has no muscles")
+        if not robot.muscles and not robot.motors:
+            raise InputError(f"robot {robot.name!r} has no muscles and no motors")
     return reading, robot
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import InputError, write_sdf
+from addin_sdfusion.robot import InputError, RobotError, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.simulation.run import simulate
@@ -207,3 +207,26 @@ def test_an_approach_begins_at_rest_whatever_the_velocity_of_what_it_leads_to() 
     start = Experiment.load(PLANAR_2R, {"reference": reference | {"approach": approach}}).start
     assert start.q == (0.0, 0.2)
     assert start.qd == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("effort", "bounds"), [(30.0, (-30.0, 30.0)), ([-5.0, 9.0], (-5.0, 9.0))])
+def test_a_joint_gets_a_motor_when_asked(effort: object, bounds: tuple[float, float]) -> None:
+    changes = {"robot.joints.joint_2.motor": True, "robot.joints.joint_2.effort": effort}
+    (motor,) = Experiment.load(PLANAR_2R, changes).robot.motors
+    assert (motor.name, motor.tau_min, motor.tau_max) == ("joint_2", *bounds)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("motor", 1, "motor"),
+        ("effort", -1.0, "negative"),
+        ("effort", [1.0], "2 numbers"),
+        ("effort", [2.0, 1.0], "above tau_max"),
+        ("effort", 0.0, "has no torque"),
+    ],
+)
+def test_a_motor_that_makes_no_sense_is_refused(field: str, value: object, words: str) -> None:
+    changes = {"robot.joints.joint_2.motor": True, f"robot.joints.joint_2.{field}": value}
+    with pytest.raises((InputError, RobotError), match=words):
+        Experiment.load(PLANAR_2R, changes)

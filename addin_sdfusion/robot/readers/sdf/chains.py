@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from ...finding import Subject
 from ...finding_builders import unknown
-from ...model.joint import Joint
+from ...model.joint import Coordinate, Joint
 from ...model.pose import IDENTITY
 from ...model.rotations import compose, inverse
 from ..xml import Node, shortened
@@ -17,12 +17,24 @@ from .frames import TRUE
 
 @dataclass(frozen=True)
 class _Word:
-    """What the plugin says about a coordinate: its name, its mover, its place, its motor."""
+    """What the plugin says about a coordinate: its name, its mover, its place, its motor.
+
+    Attributes:
+        torques: Bounds of its motor; those of the joint element when None.
+    """
 
     name: str
     joint: str
     motion: int
     actuated: bool
+    torques: tuple[float, ...] | None
+
+    def applied(self, coordinate: Coordinate) -> Coordinate:
+        """The coordinate of the joint element, as the plugin says it is."""
+        named = replace(coordinate, name=self.name, actuated=self.actuated)
+        if self.torques is None:
+            return named
+        return replace(named, tau_min=self.torques[0], tau_max=self.torques[1])
 
 
 def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[Joint], set[str]]:
@@ -52,7 +64,10 @@ def _words(node: Node) -> list[_Word]:
         name = child.attribute("name")
         motion = int(child.number_attribute("motion"))
         actuated = child.attribute("actuated", "false") in TRUE
-        words.append(_Word(name, child.attribute("joint"), motion, actuated))
+        torques = None
+        if child.has("torques"):
+            torques = child.numbers_attribute("torques", 2, infinite=True)
+        words.append(_Word(name, child.attribute("joint"), motion, actuated, torques))
     return words
 
 
@@ -99,7 +114,7 @@ def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
         parts[0].parent,
         parts[-1].child,
         tuple(replace(motion, coordinate=indices[k]) for k, motion in enumerate(motions)),
-        tuple(replace(driven[w.motion], name=w.name, actuated=w.actuated) for w in words),
+        tuple(word.applied(driven[word.motion]) for word in words),
         parts[0].T_parent_joint,
         parts[-1].T_child_joint,
     )

@@ -123,6 +123,8 @@ def _driven(axis: Node, coordinate: Coordinate) -> Coordinate:
     def number(tag: str) -> float:
         return dynamics.number(tag, 0.0) if dynamics else 0.0
 
+    effort = _effort(limit)
+
     return replace(
         coordinate,
         lower=_limit(limit, "lower", -math.inf),
@@ -132,16 +134,22 @@ def _driven(axis: Node, coordinate: Coordinate) -> Coordinate:
         stiffness=number("spring_stiffness"),
         rest=number("spring_reference"),
         friction=number("friction"),
+        tau_min=-effort,
+        tau_max=effort,
     )
 
 
 def _note_not_simulated(axis: Node, limit: Node | None) -> None:
-    if limit is not None:
-        for tag in ("effort", "velocity"):
-            if 0.0 <= limit.number(tag, -1.0, infinite=True) < NO_LIMIT:
-                limit.warning("joint-not-simulated", f"its {tag} limit is not simulated; left out")
+    if limit is not None and 0.0 <= limit.number("velocity", -1.0, infinite=True) < NO_LIMIT:
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
     if axis.all("mimic"):
         axis.warning("joint-not-simulated", "it mimics no other joint here; it moves on its own")
+
+
+def _effort(limit: Node | None) -> float:
+    """The largest torque or force of a motor; SDF's is negative where there is no bound."""
+    effort = -1.0 if limit is None else limit.number("effort", -1.0, infinite=True)
+    return effort if 0.0 <= effort < NO_LIMIT else math.inf
 
 
 def _limit(limit: Node | None, tag: str, default: float) -> float:

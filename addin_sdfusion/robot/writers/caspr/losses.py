@@ -86,6 +86,9 @@ def _joint(joint: Joint) -> Iterator[Finding]:
     if len({coordinate.actuated for coordinate in joint.coordinates}) > 1:
         problem = "in CASPR all of a joint's coordinates are actuated or none is; split the joint"
         yield error(subject, "caspr-mixed-actuation", problem)
+    if any((c.tau_min, c.tau_max) != (-math.inf, math.inf) for c in joint.coordinates):
+        problem = "CASPR has no bounds of motors; they are left out"
+        yield warning(subject, "caspr-motor-bounds", problem)
     if any(coordinate.damping for coordinate in joint.coordinates):
         yield warning(subject, "caspr-damping", "CASPR has no damping; it is left out")
     if any(c.stiffness or c.friction for c in joint.coordinates):

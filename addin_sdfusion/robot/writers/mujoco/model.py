@@ -11,16 +11,16 @@ Nothing touches: collision meshes have collisions off, as in this simulation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...model.muscle import Muscle
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
-from ..common_losses import cables, link_ends, other_sets, refuse, task_axes
+from ..common_losses import cables, link_ends, motor_bounds, other_sets, refuse, task_axes
 from ..file_names import write_document
 from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
@@ -60,6 +60,7 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         *inertia_losses(robot),
         *_order(robot),
         *_equal_forces(robot),
+        *motor_bounds(robot, "MJCF"),
         *wrap_losses(robot),
         *mesh_losses(robot, meshes or {}),
         *cables(robot, "MJCF"),
@@ -82,6 +83,10 @@ def _equal_forces(robot: Robot) -> Iterator[Finding]:
         if muscle.f_min == muscle.f_max:
             problem = f"MuJoCo has no equal limits of a control; command {muscle.f_min!r} N"
             yield warning(Subject("muscle", muscle.name), "force-limits-left-out", problem)
+    for motor in robot.motors:
+        if motor.tau_min == motor.tau_max:
+            problem = f"MuJoCo has no equal limits of a control; command {motor.tau_min!r}"
+            yield warning(Subject("coordinate", motor.name), "force-limits-left-out", problem)
 
 
 def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
@@ -121,18 +126,18 @@ def _actuators(robot: Robot, root: ElementTree.Element) -> None:
     node = element(root, "actuator")
     names = Names()
     for muscle in robot.muscles:
-        limits = _control_range(muscle)
+        limits = _control_range(muscle.f_min, muscle.f_max)
         name = names.give(muscle.name)
         element(node, "motor", None, name=name, tendon=muscle.name, gear="-1", **limits)
-    for c in robot.coordinates:
-        if c.actuated:
-            element(node, "motor", None, name=names.give(c.name), joint=c.name)
+    for c in robot.motors:
+        limits = _control_range(c.tau_min, c.tau_max)
+        element(node, "motor", None, name=names.give(c.name), joint=c.name, **limits)
 
 
-def _control_range(muscle: Muscle) -> dict[str, str]:
-    if muscle.f_min == muscle.f_max:
+def _control_range(low: float, high: float) -> dict[str, str]:
+    if low == high or (low, high) == (-math.inf, math.inf):
         return {}
-    return {"ctrllimited": "true", "ctrlrange": numbers((muscle.f_min, muscle.f_max))}
+    return {"ctrllimited": "true", "ctrlrange": numbers((low, high))}
 
 
 def _initial(robot: Robot, root: ElementTree.Element) -> None:

@@ -66,11 +66,13 @@ def add_muscle(
 
 def add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) -> None:
     """Add a motor where a joint has one, with a control in [N·m] or [N], dampers and springs."""
-    for c in robot.coordinates:
-        if c.actuated:
-            node = element(forces, "CoordinateActuator", name=names.give(f"{c.name}_motor"))
-            element(node, "coordinate", c.name)
-            element(node, "optimal_force", 1.0)
+    for c in robot.motors:
+        node = element(forces, "CoordinateActuator", name=names.give(f"{c.name}_motor"))
+        for tag, bound in (("min_control", c.tau_min), ("max_control", c.tau_max)):
+            if math.isfinite(bound):
+                element(node, tag, bound)
+        element(node, "coordinate", c.name)
+        element(node, "optimal_force", 1.0)
     for c in robot.coordinates:
         if c.damping or c.stiffness:
             node = element(forces, "SpringGeneralizedForce", name=names.give(f"{c.name}_damping"))

@@ -20,7 +20,7 @@ from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names, single_joints
-from ..common_losses import cables, chained_joints, link_ends, other_sets, task_axes
+from ..common_losses import cables, chained_joints, link_ends, motor_bounds, other_sets, task_axes
 from ..file_names import write_document
 from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, add_joint, add_massless, frame_path, objects
@@ -58,6 +58,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *_masses(robot),
         *_limits(robot),
         *_friction(robot),
+        *motor_bounds(robot, "OpenSim"),
         *_wraps(robot),
         *_collisions(robot),
         *cables(robot, "OpenSim", CLASSES),

@@ -55,8 +55,13 @@ def is_chained(joint: Joint) -> bool:
 def needs_words(joint: Joint) -> bool:
     """Whether the plugin says something about a joint: SDF's axes have no names nor motors."""
     return len(joint.motions) > 1 or any(
-        coordinate.name != joint.name or coordinate.actuated for coordinate in joint.coordinates
+        c.name != joint.name or c.actuated or not has_one_effort(c) for c in joint.coordinates
     )
+
+
+def has_one_effort(coordinate: Coordinate) -> bool:
+    """Whether SDF's effort says it all: a motor that turns either way with the same torque."""
+    return coordinate.tau_min == -coordinate.tau_max and coordinate.tau_max >= 0.0
 
 
 def _split(joint: Joint, names: Names) -> Iterator[SdfJoint]:

@@ -68,6 +68,9 @@ def _limits(robot: Robot) -> Iterator[Finding]:
         if any(NO_LIMIT <= abs(limit) < math.inf for limit in (c.lower, c.upper)):
             problem = f"a limit of {NO_LIMIT:g} or more is none in SDF; make it infinite"
             yield error(Subject("coordinate", c.name), "sdf-limit", problem)
+        if any(NO_LIMIT <= abs(limit) < math.inf for limit in (c.tau_min, c.tau_max)):
+            problem = f"a motor's bound of {NO_LIMIT:g} or more is none in SDF; make it infinite"
+            yield error(Subject("coordinate", c.name), "sdf-limit", problem)
 
 
 def _chains(robot: Robot) -> Iterator[Finding]:

@@ -95,6 +95,9 @@ def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:
         limit = element(axis, "limit")
         element(limit, "lower", max(coordinate.lower, -NO_LIMIT))
         element(limit, "upper", min(coordinate.upper, NO_LIMIT))
+        effort = max(abs(coordinate.tau_min), abs(coordinate.tau_max))
+        if effort < NO_LIMIT:
+            element(limit, "effort", effort)
         _dynamics(axis, coordinate)
         element(axis, "initial_position", coordinate.initial)
     if needs_frame(joint.T_child_joint):

@@ -212,7 +212,7 @@ def test_meshes_are_kept_whether_or_not_their_files_are_there(tmp_path):
 
 
 NOT_KEPT = {
-    "effort limit": AXIS.format(more="<limit><effort>3</effort></limit>"),
+    "velocity limit": AXIS.format(more="<limit><velocity>3</velocity></limit>"),
     "mimics": AXIS.format(more='<mimic joint="x"/>'),
 }
 
@@ -223,6 +223,15 @@ def test_springs_and_friction_of_a_joint_are_read(tmp_path):
     axis = AXIS.format(more=f"<dynamics>{dynamics}</dynamics>")
     (c,) = read(write(tmp_path, link("base"), link("arm"), hinge(axis))).require().coordinates
     assert (c.damping, c.friction, c.stiffness, c.rest) == (1.0, 2.0, 3.0, 4.0)
+
+
+@pytest.mark.parametrize(("effort", "bound"), [("3", 3.0), ("0", 0.0), ("-1", math.inf)])
+def test_the_effort_of_a_joint_bounds_its_motor(tmp_path, effort, bound):
+    axis = AXIS.format(more=f"<limit><effort>{effort}</effort></limit>")
+    reading = read(write(tmp_path, link("base"), link("arm"), hinge(axis)))
+    (c,) = reading.require().coordinates
+    assert (c.tau_min, c.tau_max, c.actuated) == (-bound, bound, False)
+    assert "joint-not-simulated" not in {finding.code for finding in reading.findings}
 
 
 @pytest.mark.parametrize("word", NOT_KEPT)

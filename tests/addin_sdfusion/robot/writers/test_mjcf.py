@@ -149,6 +149,20 @@ def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
     assert ("force-limits-left-out" in codes) == (f_min == f_max)
 
 
+@pytest.mark.parametrize(("low", "high"), [(-3.0, 5.0), (-math.inf, 5.0), (-math.inf, math.inf)])
+def test_bounds_of_a_motor_are_those_of_its_control(low, high, tmp_path):
+    model = load(one_link(actuated=True, tau_min=low, tau_max=high), tmp_path)
+    limited = math.isfinite(low) or math.isfinite(high)
+    assert bool(model.actuator_ctrllimited[0]) == limited
+    if limited:
+        assert model.actuator_ctrlrange.tolist() == [[low, high]]
+
+
+def test_bounds_without_a_motor_are_reported():
+    codes = {finding.code for finding in mjcf_losses(one_link(tau_min=-3.0))}
+    assert "motor-bounds-left-out" in codes
+
+
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [1, -1, 0])
 def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):

@@ -154,12 +154,15 @@ def test_a_control_is_a_tension(tmp_path):
 
 
 def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
-    q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5, "actuated": True}
+    q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5}
+    q |= {"actuated": True, "tau_min": -3.0, "tau_max": 5.0}
     model, state = load(one_link(**q), tmp_path)
     c = model.getCoordinateSet().get("q")
     assert (c.getRangeMin(), c.getRangeMax(), c.getValue(state)) == (-1.0, math.inf, 0.25)
     forces = model.getForceSet()
-    assert opensim.CoordinateActuator.safeDownCast(forces.get("q_motor")).getOptimalForce() == 1.0
+    motor = opensim.CoordinateActuator.safeDownCast(forces.get("q_motor"))
+    assert motor.getOptimalForce() == 1.0
+    assert (motor.getMinControl(), motor.getMaxControl()) == (-3.0, 5.0)
     damper = opensim.SpringGeneralizedForce.safeDownCast(forces.get("q_damping"))
     assert damper.getViscosity() == 0.5
     assert "limits-are-ranges" in {finding.code for finding in osim_losses(one_link(**q))}

@@ -84,8 +84,7 @@ def with_everything(draw):
 def changed(draw, joint):
     """The joint, or one of several motions in its place; some driven by motors of their own."""
     if draw(st.booleans()) or not joint.coordinates:
-        coordinates = tuple(replace(c, actuated=draw(st.booleans())) for c in joint.coordinates)
-        return replace(joint, coordinates=coordinates)
+        return replace(joint, coordinates=tuple(draw(driven(c)) for c in joint.coordinates))
     motions = draw(compounds())
     units = {motion.coordinate: motion.unit for motion in motions}
     coordinates = tuple(
@@ -93,6 +92,15 @@ def changed(draw, joint):
         for k in range(len(motions))
     )
     return replace(joint, motions=motions, coordinates=coordinates)
+
+
+@st.composite
+def driven(draw, coordinate):
+    """The coordinate, with or without a motor and bounds of one, the same both ways or not."""
+    bound = draw(st.one_of(st.floats(0.1, 100.0), st.just(math.inf)))
+    least = draw(st.one_of(st.just(-bound), st.floats(-10.0, 0.0), st.just(-math.inf)))
+    motor = draw(st.booleans())
+    return replace(coordinate, actuated=motor, tau_min=least, tau_max=bound)
 
 
 @st.composite

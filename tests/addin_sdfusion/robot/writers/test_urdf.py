@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 import tempfile
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -144,6 +145,18 @@ def test_what_is_left_out_is_said():
     other = replace(other, gravity=(0.0, 0.0, 0.0))
     codes = {finding.code for finding in urdf_losses(other)}
     assert codes == {"gravity-left-out", "initial-left-out", "motor-left-out", "one-sided-limit"}
+
+
+@pytest.mark.parametrize("limits", [{"lower": -1.0, "upper": 1.0}, {}])
+@pytest.mark.parametrize(("least", "written"), [(-5.0, 5.0), (-7.0, 7.0), (-math.inf, 1e16)])
+def test_the_bounds_of_a_motor_are_its_effort(least, written, limits, tmp_path):
+    robot = one_link(actuated=True, tau_min=least, tau_max=5.0, **limits)
+    (file,) = write_urdf(robot, tmp_path)
+    limit = ElementTree.parse(file).find("joint/limit")
+    assert (1e16 if limit is None else float(limit.get("effort"))) == written
+    codes = {finding.code for finding in urdf_losses(robot)}
+    assert "motor-left-out" in codes
+    assert ("one-sided-effort" in codes) == (least != -5.0)
 
 
 def test_a_broken_robot_is_not_written(tmp_path):
