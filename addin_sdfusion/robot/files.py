@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
 
 from .errors import InputError
+
+_ASIDE = ".cardsflow.tmp"
+_LEFTOVER = re.compile(r"\..+\.\d+\.cardsflow\.tmp")
 
 
 def read_file(file: Path, largest: int) -> bytes:
@@ -59,7 +63,7 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
         InputError: The folder cannot be made or written.
     """
     folder = Path(folder)
-    waiting = {folder / name: folder / f".{name}.{os.getpid()}.tmp" for name in contents}
+    waiting = {folder / name: folder / f".{name}.{os.getpid()}{_ASIDE}" for name in contents}
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for content, aside in zip(contents.values(), waiting.values(), strict=True):
@@ -74,3 +78,11 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
             with contextlib.suppress(OSError, ValueError):
                 aside.unlink(missing_ok=True)
     return list(waiting)
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove what `write_files` of a killed process has left in a folder that no other writes."""
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if _LEFTOVER.fullmatch(entry.name):
+                Path(entry).unlink()

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-import tempfile
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.variables import scalar_variables
+from cardsflow_fmu.utils.temporary import temporary_folder
 from cardsflow_fmu.version import __version__
 
 from .binding import native_library
@@ -63,10 +62,10 @@ def opened_loop(
         CardsflowError: The library refuses a model.
     """
     library = native_library()
-    with tempfile.TemporaryDirectory() as aside:
+    with temporary_folder() as aside:
         folders = []
         for name, ports in tables.items():
-            folder = Path(aside) / name
+            folder = aside / name
             folder.mkdir()
             (folder / NATIVE_FILE).write_bytes(files[name])
             record = encode_port_table(

@@ -11,8 +11,9 @@ from types import TracebackType
 from typing import Self
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.files import remove_leftovers, write_files
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, is_recording
+from cardsflow_fmu.utils.folder_lock import FolderLock
 
 _SUMMARY = "summary.json"
 _OWN = (
@@ -37,16 +38,17 @@ _OWN = (
 
 
 class OutputFolder:
-    """A context that makes the folder, and removes what it made unless results are written.
+    """A context that makes and locks the folder, and removes it again unless results are written.
 
     Raises:
-        InputError: On entering: the folder cannot be written, or holds files of these names that
-            no run has written.
+        InputError: On entering: the folder cannot be written, another program is at work in it, or
+            it holds files of these names that no run has written.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._made: list[Path] = []
+        self._lock: FolderLock | None = None
 
     def write(
         self, contents: Mapping[str, str | bytes], streamed: Collection[str] = ()
@@ -68,10 +70,15 @@ class OutputFolder:
 
     def __enter__(self) -> Self:
         try:
-            self._refuse_unowned_files()
             self._make()
+            self._lock = FolderLock(self.path, "run")
+            self._refuse_unowned_files()
+            remove_leftovers(self.path)
             with tempfile.TemporaryFile(dir=self.path):
                 pass
+        except InputError:
+            self._undo()
+            raise
         except (OSError, ValueError) as error:
             self._undo()
             reason = getattr(error, "strerror", None) or str(error)
@@ -103,7 +110,9 @@ class OutputFolder:
             self._made.append(folder)
 
     def _undo(self) -> None:
-        """Remove the folders made, which are empty unless results were written."""
+        """Unlock it, and remove the folders made, which are empty unless results were written."""
+        if self._lock is not None:
+            self._lock.release()
         with contextlib.suppress(OSError, ValueError):
             for folder in reversed(self._made):
                 folder.rmdir()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
-import tempfile
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +16,7 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
+from cardsflow_fmu.utils.temporary import TemporaryFolder
 from cardsflow_fmu.utils.visual_meshes import visual_files
 
 from .csv_table import read_csv
@@ -99,17 +98,17 @@ def load_run(path: str | Path) -> ExperimentRunData:
     if not archive.is_file():
         what = f"holds no {EXPERIMENT}, so its robot is not known; run the experiment again"
         raise InputError(what, file=folder)
-    aside = Path(tempfile.mkdtemp())
+    aside = TemporaryFolder()
     try:
-        unpack_archive(archive, aside, "archive of an experiment", "an experiment")
-        loaded = ExperimentRunData(**vars(result), experiment=Experiment.from_resources(aside))
+        unpack_archive(archive, aside.path, "archive of an experiment", "an experiment")
+        loaded = ExperimentRunData(**vars(result), experiment=Experiment.from_resources(aside.path))
         _require_same_robot(loaded, archive)
     except BaseException:
-        shutil.rmtree(aside, ignore_errors=True)
+        aside.remove()
         raise
     if loaded.summary.get("error") == str(STARTED) and len(loaded.rows):
         loaded.summary |= _findings(loaded)
-    loaded.release = weakref.finalize(loaded.experiment, shutil.rmtree, aside, ignore_errors=True)
+    loaded.release = weakref.finalize(loaded.experiment, aside.remove)
     return loaded
 
 

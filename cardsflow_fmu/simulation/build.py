@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
+from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
 
@@ -69,19 +69,19 @@ def build(
     Raises:
         InputError: The folder cannot be written, or the external FMUs do not fit.
     """
-    with tempfile.TemporaryDirectory() as aside:
-        libraries = _libraries(platforms, Path(aside), native)
+    with temporary_folder() as aside:
+        libraries = _libraries(platforms, aside, native)
         if fmi == "2.0" and platforms is None:
             libraries = _of_fmi_2(libraries)
         names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
-        files = build_fmus(experiment, Path(aside), names, fmi, arrays, libraries, native)
+        files = build_fmus(experiment, aside, names, fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
-            folder_2 = Path(aside) / "inner"
+            folder_2 = aside / "inner"
             folder_2.mkdir()
             libraries = _of_fmi_2(libraries)
             inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
-        system = _build_system(experiment, inner, Path(aside))
+        system = _build_system(experiment, inner, aside)
         contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
     written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import tempfile
 import time
 from collections.abc import Mapping
 from functools import partial
@@ -19,6 +18,7 @@ from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
+from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .open_system import Opener, OpenSystem, R
 from .result import Result, SystemResult
@@ -179,7 +179,7 @@ def _run(
     started = time.perf_counter() if started is None else started
     with contextlib.ExitStack() as stack:
         folder = None if output is None else stack.enter_context(OutputFolder(output))
-        aside = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        aside = stack.enter_context(temporary_folder())
         with opener(aside, None if folder is None else folder.path) as system:
             pace = Pace(system.step, realtime, system.hardware)
             journal = None if folder is None else Journal(folder, system.contents, system.streamed)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
@@ -14,6 +13,7 @@ from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import archive_bytes, unpack_archive
+from cardsflow_fmu.utils.temporary import temporary_folder
 
 _RESOURCES = "resources/"
 _PARTS = ("robot", "robots", "world")
@@ -40,13 +40,13 @@ def system_hardware(path: Path) -> HardwareSettings | None:
         The settings; None where there is no hardware's FMU of ours.
     """
     for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
-        with tempfile.TemporaryDirectory() as aside:
-            archive = Path(aside) / "experiment.zip"
+        with temporary_folder() as aside:
+            archive = aside / "experiment.zip"
             archive.write_bytes(archive_bytes(files))
             try:
                 if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
                     continue
-                folder = unpack_archive(archive, Path(aside) / "it", "archive", "an experiment")
+                folder = unpack_archive(archive, aside / "it", "archive", "an experiment")
                 return Experiment.from_resources(folder).hardware
             except (CardsflowError, ValueError, TypeError):
                 continue

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
+from cardsflow_fmu.utils.temporary import temporary_folder
 from cardsflow_fmu.utils.text_table import table
 
 from .reader import archive_named, read_system, unpack_ssp
@@ -19,7 +19,7 @@ def system_info(path: str | Path) -> dict[str, Any]:
         InputError: It cannot be read, or asks for something that is not supported.
     """
     path = Path(path)
-    with tempfile.TemporaryDirectory() as aside, archive_named(path, Path(aside)) as folder:
+    with temporary_folder() as aside, archive_named(path, aside) as folder:
         unpack_ssp(path, folder)
         system = read_system(folder)
         variants = sorted(file.stem for file in folder.glob("*.ssd"))

@@ -1,1 +1,1 @@
-"""Helpers independent of robots: archives, interrupts, files, text tables."""
+"""Helpers independent of robots: archives, locks, interrupts, files, text tables."""

@@ -6,7 +6,6 @@ viewer, opens no connection and leaves nothing but the file.
 
 from __future__ import annotations
 
-import tempfile
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
+from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .scene import shapes as s
 from .scene.act import Act
@@ -47,8 +47,8 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
         InputError: rerun-sdk is missing, or the file cannot be written.
     """
     target, rr = own_place(file, [".rrd"]), require_rerun()
-    with tempfile.TemporaryDirectory() as aside:
-        draft = Path(aside) / "recording.rrd"
+    with temporary_folder() as aside:
+        draft = aside / "recording.rrd"
         recording = rr.RecordingStream(MARK, recording_id=acts[0].title)
         recording.save(draft)
         for number, act in enumerate(acts):

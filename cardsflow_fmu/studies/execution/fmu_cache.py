@@ -15,6 +15,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.simulation.build import MODELS, build, model_name
 from cardsflow_fmu.simulation.from_experiment import PreparedFmu
+from cardsflow_fmu.utils.temporary import TemporaryFolder
 
 UNPACKED = "unpacked_"
 """Prefix of the folders that FMUs are unpacked into."""
@@ -108,10 +109,12 @@ def _digest(experiment: Experiment) -> str:
 
 def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
     """A folder of this process with the FMUs in it; instances unpack them into it once."""
-    there = shared.is_dir()
-    folder = Path(tempfile.mkdtemp(dir=shared if there else None, prefix=UNPACKED))
-    if not there:
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    if shared.is_dir():
+        folder = Path(tempfile.mkdtemp(dir=shared, prefix=UNPACKED))
+    else:
+        own = TemporaryFolder()
+        folder = own.path
+        atexit.register(own.remove)
     files = [shared / f"{name}.fmu" for name in _names(experiment)]
     if is_base and all(file.is_file() for file in files):
         for file in files:

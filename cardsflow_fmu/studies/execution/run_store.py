@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import json
 from collections.abc import Iterator
@@ -11,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import CardsflowError, InputError
-from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.files import remove_leftovers, write_files
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
+from cardsflow_fmu.utils.folder_lock import locked_folder
 
 RUNS = "runs"
-_LOCK = ".lock"
 
 
 class RunStore:
@@ -29,23 +28,19 @@ class RunStore:
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder, and lock it against other studies.
+        """Make the folder, and lock it against other programs.
 
         Raises:
-            InputError: It cannot be written, or another study is at work in it.
+            InputError: It cannot be written, or another program is at work in it.
         """
         try:
             self._runs.mkdir(parents=True, exist_ok=True)
-            stream = (self.folder / _LOCK).open("w")
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise InputError(f"cannot be written: {reason}", file=self.folder) from None
-        with stream:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                what = "another study is at work in this folder; wait, or choose another"
-                raise InputError(what, file=self.folder) from None
+        with locked_folder(self.folder, "study"):
+            remove_leftovers(self.folder)
+            remove_leftovers(self._runs)
             yield
 
     def any(self) -> bool:

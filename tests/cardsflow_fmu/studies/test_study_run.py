@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import fcntl
 import json
 import os
 import random
@@ -26,6 +25,7 @@ from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.studies.execution.executors import ExecutorAdapter
 from cardsflow_fmu.studies.execution.worker import Job
 from cardsflow_fmu.studies.run import only_run
+from cardsflow_fmu.utils.folder_lock import locked_folder
 
 BOUNDS = """
 [[vary]]
@@ -80,7 +80,6 @@ def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
         "table.units.json",
         "summary.json",
         "report.html",
-        ".lock",
     }
 
 
@@ -152,10 +151,12 @@ def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None
 
 def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
-    with (tmp_path / "out" / ".lock").open("w") as stream:
-        fcntl.flock(stream, fcntl.LOCK_EX)
-        with pytest.raises(InputError, match="another study"):
-            run_here(small_study(tmp_path), tmp_path / "out")
+    with (
+        locked_folder(tmp_path / "out", "study"),
+        pytest.raises(InputError, match=f"study of process {os.getpid()} on .* since "),
+    ):
+        run_here(small_study(tmp_path), tmp_path / "out")
+    run_here(small_study(tmp_path), tmp_path / "out")
 
 
 def test_a_full_disk_stops_clearly_and_is_resumed(

@@ -1,0 +1,90 @@
+"""Temporary folders: removed after use, and those of killed processes by whoever comes next."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from addin_sdfusion.robot import InputError
+
+from .folder_lock import LOCK, FolderLock
+
+_PREFIX = "cardsflow_tmp_"
+_ATTEMPTS = 10
+
+
+class TemporaryFolder:
+    """A new folder, locked as long as it is in use.
+
+    Attributes:
+        path: The folder; a file of its lock is in it.
+
+    Raises:
+        InputError: There is no room for it.
+    """
+
+    def __init__(self) -> None:
+        _remove_abandoned()
+        for attempt in range(_ATTEMPTS):
+            try:
+                self.path = Path(tempfile.mkdtemp(prefix=_PREFIX))
+                self._lock = FolderLock(self.path, "temporary files")
+                return
+            except InputError:  # taken for abandoned before it was locked
+                if attempt == _ATTEMPTS - 1:
+                    raise
+            except OSError as error:
+                place = tempfile.gettempdir() if error.filename is None else error.filename
+                what = f"no temporary folder can be made: {error.strerror}"
+                raise InputError(what, file=place) from None
+
+    def remove(self) -> None:
+        """Remove it with all that is in it."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        self._lock.release()
+
+
+@contextlib.contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A new folder that is gone afterwards.
+
+    Raises:
+        InputError: There is no room for it.
+    """
+    folder = TemporaryFolder()
+    try:
+        yield folder.path
+    finally:
+        folder.remove()
+
+
+@functools.cache
+def _remove_abandoned() -> None:
+    """Remove, once a process, this user's temporary folders that nobody holds a lock on."""
+    with contextlib.suppress(OSError), os.scandir(tempfile.gettempdir()) as entries:
+        for entry in entries:
+            if entry.name.startswith(_PREFIX) and _is_own_folder(entry):
+                _remove_unless_held(Path(entry.path))
+
+
+def _is_own_folder(entry: os.DirEntry[str]) -> bool:
+    status = entry.stat(follow_symlinks=False)
+    is_own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
+    return is_own and stat.S_ISDIR(status.st_mode)
+
+
+def _remove_unless_held(folder: Path) -> None:
+    if not (folder / LOCK).is_file():  # killed before it was locked: empty
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+        return
+    with contextlib.suppress(InputError):
+        lock = FolderLock(folder, "removal")
+        shutil.rmtree(folder, ignore_errors=True)
+        lock.release()

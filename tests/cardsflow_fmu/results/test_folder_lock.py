@@ -1,0 +1,144 @@
+"""One program at a time writes into a folder; what a killed one leaves is cleaned by the next."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.results.folder import OutputFolder
+from cardsflow_fmu.utils.folder_lock import LOCK, locked_folder
+
+LONG = ["--set", "run.duration=1000"]
+SHORT = ["--set", "run.duration=0.02"]
+
+
+@contextmanager
+def running(folder: Path, temporary: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A run that has begun to write rows into a folder; killed in the end."""
+    temporary.mkdir(exist_ok=True)
+    words = ["run", str(PLANAR_2R), "-o", str(folder), "--realtime", *LONG]
+    environment = os.environ | {"TMPDIR": str(temporary)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cardsflow_fmu.cli", *words], env=environment, stderr=-3
+    )
+    try:
+        table = folder / "results.csv"
+        while not (table.is_file() and table.read_bytes().count(b"\n") > 1):
+            assert process.poll() is None
+            time.sleep(0.02)
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_second_run_into_a_folder_is_refused_and_says_who_is_there(
+    tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, temporary = tmp_path / "out", tmp_path / "temporary"
+    with running(out, temporary) as first:
+        message = cardsflow.refused("run", PLANAR_2R, "--direct", "-o", out, *SHORT)
+        holder = f"run of process {first.pid} on {socket.gethostname()} since 2"
+        assert holder in message
+        (out / f".summary.json.{first.pid}.cardsflow.tmp").write_text("half")
+    assert list(temporary.iterdir()), "a killed process leaves its temporary files"
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+    from cardsflow_fmu.utils import temporary as module
+
+    module._remove_abandoned.cache_clear()
+    code, _, err = cardsflow("run", PLANAR_2R, "--direct", "-o", out, *SHORT)
+    assert code == 0, err
+    assert list(temporary.iterdir()) == []
+    assert not [path.name for path in out.iterdir() if path.name.startswith(".")]
+    assert json.loads((out / "summary.json").read_text())["status"] == "complete"
+
+
+def test_temporary_folders_in_use_and_of_others_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from cardsflow_fmu.utils import temporary
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    for name in ("cardsflow-main", "cardsflow_tmp_", "cardsflow_tmp_users"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mine.txt").write_text("mine")
+    (tmp_path / "cardsflow_tmp_link").symlink_to(tmp_path / "cardsflow-main")
+    (tmp_path / "cardsflow_tmp_empty").mkdir()
+    (tmp_path / "cardsflow_tmp_dead").mkdir()
+    (tmp_path / "cardsflow_tmp_dead" / LOCK).write_text("temporary files of process 1\n")
+    used = temporary.TemporaryFolder()
+    temporary._remove_abandoned.cache_clear()
+    temporary._remove_abandoned()
+    names = {path.name for path in tmp_path.iterdir()}
+    kept = {"cardsflow-main", "cardsflow_tmp_", "cardsflow_tmp_users", "cardsflow_tmp_link"}
+    assert names == {*kept, used.path.name}
+    used.remove()
+    assert {path.name for path in tmp_path.iterdir()} == kept
+
+
+def test_many_who_lock_at_once_come_one_after_another(tmp_path: Path) -> None:
+    """A lock's file is removed by who has held it, and never under somebody who holds it."""
+    inside, most, done = [0], [0], [0]
+
+    def work() -> None:
+        while done[0] < 300:
+            try:
+                with locked_folder(tmp_path, "test"):
+                    inside[0] += 1
+                    most[0] = max(most[0], inside[0])
+                    time.sleep(0)
+                    inside[0] -= 1
+                    done[0] += 1
+            except InputError:
+                continue
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["folder", "link"])
+def test_a_lock_that_is_no_file_is_refused(tmp_path: Path, kind: str) -> None:
+    if kind == "folder":
+        (tmp_path / LOCK).mkdir()
+    else:
+        (tmp_path / "mine").write_text("mine")
+        (tmp_path / LOCK).symlink_to(tmp_path / "mine")
+    with pytest.raises(InputError, match="cannot be written"), OutputFolder(tmp_path):
+        pass
+    assert kind == "folder" or (tmp_path / "mine").read_text() == "mine"
+
+
+def test_the_file_of_a_lock_that_nobody_holds_means_nothing(tmp_path: Path) -> None:
+    (tmp_path / LOCK).write_text("run of process 1 on elsewhere since 2020\n")
+    with ExitStack() as stack:
+        stack.enter_context(OutputFolder(tmp_path))
+        with pytest.raises(InputError, match=f"process {os.getpid()}"), OutputFolder(tmp_path):
+            pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_that_is_interrupted_gives_the_folder_free(tmp_path: Path) -> None:
+    with running(tmp_path / "out", tmp_path / "temporary") as process:
+        process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+    assert not (tmp_path / "out" / LOCK).exists()
+    assert list((tmp_path / "temporary").iterdir()) == []
