@@ -4,7 +4,8 @@ Links are bodies with their own frames, coordinates are hinges and slides: a bod
 them moves as a joint of several motions does. Muscles are spatial tendons through a site at every
 via point (`<muscle>:<index>`) and over wrap geoms; each has a motor with gear -1, so that a control
 is a tension in [N], in the order of the muscles. Motors of the joints follow. Task frames are
-sites. The keyframe `initial` has the initial values. Equal limits become an equality constraint.
+sites. The keyframe `initial` has the initial values. Equal limits become an equality constraint;
+stops and friction are as hard as MuJoCo can be.
 
 Nothing touches: collision meshes have collisions off, as in this simulation.
 """
@@ -24,6 +25,7 @@ from ..common_losses import cables, link_ends, motor_bounds, other_sets, refuse,
 from ..file_names import write_document
 from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
+from .constraints import add_constraints, constraint_losses
 from .inertia import inertia_losses
 from .meshes import add_meshes, mesh_losses
 from .tendons import add_tendons, add_wrap_geoms, wrap_losses
@@ -58,6 +60,7 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
     return [
         *depth_losses(robot),
         *inertia_losses(robot),
+        *constraint_losses(robot),
         *_order(robot),
         *_equal_forces(robot),
         *motor_bounds(robot, "MJCF"),
@@ -94,7 +97,7 @@ def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
     root = element(None, "mujoco", model=robot.name)
     flags = {"angle": "radian", "eulerseq": "XYZ", "autolimits": "false"}
     element(root, "compiler", None, **flags, inertiafromgeom="false")
-    element(root, "option", gravity=numbers(robot.gravity))
+    add_constraints(robot, root)
     assets = element(root, "asset")
     bodies = {WORLD: element(root, "worldbody")}
     for joint in robot.joints:
@@ -103,7 +106,6 @@ def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
     sites = _task_sites(robot, bodies)
     add_wrap_geoms(robot, bodies)
     add_tendons(robot, root, bodies, sites)
-    _equalities(robot, root)
     _actuators(robot, root)
     _initial(robot, root)
     return document(root)
@@ -113,13 +115,6 @@ def _task_sites(robot: Robot, bodies: dict[str, ElementTree.Element]) -> Names:
     for frame in robot.task_frames:
         element(bodies[frame.link], "site", name=frame.name, pos=numbers(frame.position))
     return Names(frame.name for frame in robot.task_frames)
-
-
-def _equalities(robot: Robot, root: ElementTree.Element) -> None:
-    node = element(root, "equality")
-    for c in robot.coordinates:
-        if c.lower == c.upper:
-            element(node, "joint", joint1=c.name, polycoef=numbers((c.lower, 0, 0, 0, 0)))
 
 
 def _actuators(robot: Robot, root: ElementTree.Element) -> None:

@@ -32,7 +32,7 @@ from addin_sdfusion.robot import (
     revolute,
 )
 from addin_sdfusion.robot.writers.mujoco.model import mjcf_losses, write_mjcf
-from sim_dart import DartDynamics
+from sim_dart import DartDynamics, Plant
 
 
 def load(robot, folder, **options):
@@ -131,12 +131,77 @@ def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
     assert model.actuator("q").trnid[0] == model.joint("q").id
 
 
-def test_equal_limits_hold_the_coordinate(tmp_path):
-    model = load(one_link(lower=0.5, upper=0.5), tmp_path)
+def run(model, seconds):
+    """The positions and velocities after each step, from the initial values: (2, steps, n)."""
     data = mujoco.MjData(model)
-    for _ in range(2000):
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    states = []
+    for _ in range(round(seconds / model.opt.timestep)):
         mujoco.mj_step(model, data)
-    assert data.qpos[0] == pytest.approx(0.5, abs=1e-3)
+        states.append((data.qpos.copy(), data.qvel.copy()))
+    return np.swapaxes(np.array(states), 0, 1)
+
+
+def test_equal_limits_hold_the_coordinate(tmp_path):
+    """A coordinate that begins 0.5 rad away from them is brought there in some steps."""
+    q, _ = run(load(one_link(lower=0.5, upper=0.5), tmp_path), 1.0)
+    np.testing.assert_allclose(q[50:], 0.5, atol=1e-6)
+
+
+ARM = Inertia(1.0, (0.5, 0.0, 0.0), 0.01, 0.01, 0.01)
+
+
+def falling(**coordinate):
+    """A rod on a hinge in the horizontal y axis, which begins horizontally."""
+    return one_link(ARM, motions=revolute((0.0, 1.0, 0.0)), **coordinate)
+
+
+def test_a_stop_is_passed_by_a_steps_way_at_most_and_throws_little_back(tmp_path):
+    robot = falling(lower=-2.0, upper=1.0)
+    model = load(robot, tmp_path)
+    q, qd = run(model, 5.0)
+    fastest = qd.max()
+    assert fastest > 4.0
+    assert 0.0 < q.max() - 1.0 < model.opt.timestep * fastest
+    assert -0.03 * fastest < qd.min() < 0.0
+    assert abs(q[-1, 0] - 1.0) < 1e-7
+    assert "soft-stops" in {finding.code for finding in mjcf_losses(robot)}
+    assert "soft-stops" not in {finding.code for finding in mjcf_losses(falling(lower=-math.inf))}
+
+
+def test_coulomb_friction_holds(tmp_path):
+    """Its own weight pulls with 4.9 N·m."""
+    robot = falling(friction=5.0)
+    q, _ = run(load(robot, tmp_path), 5.0)
+    assert np.abs(q[-1] - q[0]).max() < 1e-7
+    assert [f.code for f in mjcf_losses(robot) if f.code == "soft-friction"]
+    assert "soft-friction" not in {finding.code for finding in mjcf_losses(falling())}
+
+
+def with_stops(robot, friction, rng):
+    """The tree without muscles and springs, with stops and friction in all joints."""
+    joints = []
+    for joint in robot.joints:
+        words = {"initial": 0.0, "stiffness": 0.0, "damping": 0.05, "friction": friction}
+        limits = {"lower": rng.uniform(-1, -0.1), "upper": rng.uniform(0.1, 1)}
+        coordinates = tuple(replace(c, **limits, **words) for c in joint.coordinates)
+        joints.append(replace(joint, coordinates=coordinates))
+    return replace(robot, joints=tuple(joints), cable_sets=(), cable_set="")
+
+
+@pytest.mark.parametrize("friction", [0.0, 10.0, 60.0])
+@pytest.mark.parametrize("seed", [3, 5, 9])
+def test_a_tree_with_stops_and_friction_moves_as_here(friction, seed, tmp_path):
+    robot = with_stops(random_robot(seed, 6), friction, np.random.default_rng(seed))
+    model, plant = load(robot, tmp_path), Plant(robot)
+    order = [model.joint(c.name).dofadr[0] for c in robot.coordinates]
+    theirs, ours = run(model, 3.0)[0][:, order], []
+    for _ in theirs:
+        plant.step(np.zeros(0))
+        ours.append(plant.q.copy())
+    assert np.abs(theirs - ours).max() < 1e-2
+    if friction:
+        assert np.abs(theirs[-1] - theirs[-500]).max() < 1e-8
 
 
 @pytest.mark.parametrize(("f_min", "f_max"), [(5.0, 5.0), (5.0, math.inf)])
@@ -290,4 +355,5 @@ def test_what_is_left_out_is_said():
         "task-axes-left-out",
         "cable-sets-left-out",
         "link-ends-left-out",
+        "soft-stops",
     }
