@@ -30,7 +30,7 @@ from ..robot.model.rotations import inverse
 from ..robot.writers.caspr.model import losses as caspr_losses
 from ..robot.writers.caspr.model import write_caspr
 from ..robot.writers.convert import FORMATS, Format, convert_to
-from ..robot.writers.opensim.model import osim_losses, write_osim
+from ..robot.writers.opensim.model import write_osim
 from ..robot.writers.sdf.model import sdf_losses, write_sdf
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
@@ -172,7 +172,8 @@ class _Export:
         trajectories = [gentle_motion(robot)]
         losses = partial(caspr_losses, trajectories=trajectories)
         write = partial(write_caspr, name=name, trajectories=trajectories)
-        self._write_as("CASPR", Format(losses, write, FORMATS["caspr"].prepare), robot, CASPR)
+        caspr = FORMATS["caspr"]._replace(losses=losses, write=write)
+        self._write_as("CASPR", caspr, robot, CASPR)
 
     def _write_osim(self, robot: Robot, name: str) -> None:
         meshes = {
@@ -181,7 +182,7 @@ class _Export:
             for mesh in link.meshes
         }
         write = partial(write_osim, name=name, meshes=meshes)
-        self._write_as("OpenSim", Format(osim_losses, write), robot, "")
+        self._write_as("OpenSim", FORMATS["osim"]._replace(write=write), robot, "")
 
     def _write_as(self, program: str, format_: Format, robot: Robot, folder: str) -> None:
         """Write the files of another program, or say why there are none."""

@@ -90,15 +90,23 @@ class RobotError(InputError):
     Args:
         findings: Everything that is wrong; at least one finding is an error.
         file: The file that was read, where there is one.
+        format_: The format that cannot hold the robot; None where the robot itself is wrong.
     """
 
-    def __init__(self, findings: Iterable[Finding], *, file: str | Path | None = None) -> None:
+    def __init__(
+        self,
+        findings: Iterable[Finding],
+        *,
+        file: str | Path | None = None,
+        format_: str | None = None,
+    ) -> None:
         self.findings = tuple(findings)
         errors = [finding for finding in self.findings if finding.is_error]
         first = errors[0]
         what = first.message
         if len(errors) > 1:
-            what += f" (and {len(errors) - 1} more: `cardsflow check` lists all)"
+            check = "cardsflow check" if format_ is None else f"cardsflow check --for {format_}"
+            what += f" (and {len(errors) - 1} more: `{check}` lists all)"
         super().__init__(what, file=first.file or file, line=first.line)
 
 

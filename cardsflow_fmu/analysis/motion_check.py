@@ -13,7 +13,12 @@ import numpy as np
 
 from addin_sdfusion.robot import Coordinate, Finding, InputError, Robot, Subject, UnknownNameError
 from addin_sdfusion.robot.files import read_file
-from addin_sdfusion.robot.readers import Reading, read_trajectory, trajectory_names
+from addin_sdfusion.robot.readers import (
+    Reading,
+    read_trajectory,
+    trajectories_file,
+    trajectory_names,
+)
 from cardsflow_fmu.signals.port import identifier
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -83,11 +88,10 @@ def _limits(coordinate: Coordinate) -> tuple[float, float]:
 def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
     from controllers import SplineReference
 
-    main = reading.files[0]
-    file = main.with_name(main.name.removesuffix("_bodies.xml") + "_trajectories.xml")
-    if file == main or not file.is_file():
+    file = trajectories_file(reading.files[0])
+    if file is None:
         what = f"{name!r} is neither {RANDOM!r} nor a .csv, and there is no trajectories file"
-        raise InputError(f"{what} beside {main}", key="--motion")
+        raise InputError(f"{what} beside {reading.files[0]}", key="--motion")
     try:
         trajectory = read_trajectory(file, name)
     except UnknownNameError:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import RobotError
+from addin_sdfusion.robot import Finding, RobotError
 
 from .common import (
     FAILED,
@@ -22,6 +23,12 @@ from .common import (
     print_findings,
 )
 
+if TYPE_CHECKING:
+    from addin_sdfusion.robot.model.trajectory import Trajectory
+    from addin_sdfusion.robot.readers import Reading
+
+_FORMATS = "sdf, caspr, cardsflow, urdf, mjcf or osim"
+
 
 def add_check(commands: Commands) -> None:
     """Add `check`."""
@@ -33,6 +40,12 @@ def add_check(commands: Commands) -> None:
     )
     add_robot(parser)
     add_json(parser, "the findings")
+    parser.add_argument(
+        "--for",
+        dest="format",
+        metavar="FORMAT",
+        help=f"add what a format refuses or loses: {_FORMATS}",
+    )
     parser.add_argument(
         "--motion",
         help="look for muscles that meet one another or links: random, the name of a trajectory "
@@ -74,7 +87,7 @@ def add_convert(commands: Commands) -> None:
     )
     add_robot(parser)
     parser.add_argument(
-        "--to", required=True, metavar="FORMAT", help="sdf, caspr, cardsflow, urdf, mjcf or osim"
+        "--to", required=True, metavar="FORMAT", help=f"{_FORMATS}; CASPR gets trajectories too"
     )
     add_output(parser, "folder for the files", required=True)
     parser.add_argument(
@@ -101,28 +114,51 @@ def add_size(commands: Commands) -> None:
 def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
-    try:
-        reading = read(options.robot, options.cable_set)
-        findings = reading.findings
-    except RobotError as error:
-        findings = error.findings
-    else:
-        if options.motion is not None:
-            from cardsflow_fmu.analysis.motion_check import motion_findings
-
-            findings += tuple(
-                motion_findings(
-                    reading, reading.require(), options.motion, options.clearance, options.capsules
-                )
-            )
+    reading = read(options.robot, options.cable_set)
+    findings = list(reading.findings)
+    sound = not any(finding.is_error for finding in findings)
+    if sound:
+        findings += _motion_findings(options, reading)
+        findings += _losses(options, reading)
     if options.json:
         print(json.dumps([finding.as_dict() for finding in findings], indent=1))
     else:
         for finding in findings:
             print(finding)
         errors = sum(finding.is_error for finding in findings)
-        print(f"{errors} errors, {len(findings) - errors} warnings")
+        asked = {"--motion": options.motion, "--for": options.format}
+        later = [] if sound else [option for option, value in asked.items() if value is not None]
+        hint = f"; {' and '.join(later)} want a robot without errors" if later else ""
+        print(f"{errors} errors, {len(findings) - errors} warnings{hint}")
     return FAILED if any(finding.is_error for finding in findings) else GOOD
+
+
+def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Finding]:
+    """Muscles that meet one another or links along the motion, if one is given."""
+    if options.motion is None:
+        return []
+    from cardsflow_fmu.analysis.motion_check import motion_findings
+
+    robot = reading.require()
+    return motion_findings(reading, robot, options.motion, options.clearance, options.capsules)
+
+
+def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
+    """What a format cannot hold of the robot and its trajectories, if one is given."""
+    if options.format is None:
+        return []
+    from addin_sdfusion.robot.writers.convert import format_of, losses_in
+
+    trajectories, findings = _trajectories(reading)
+    return [*findings, *losses_in(format_of(options.format, trajectories), reading.require())]
+
+
+def _trajectories(reading: Reading) -> tuple[list[Trajectory], list[Finding]]:
+    """The trajectories beside a robot, and those that cannot be used."""
+    from addin_sdfusion.robot.readers import read_trajectories, trajectories_file
+
+    file = trajectories_file(reading.files[0])
+    return ([], []) if file is None else read_trajectories(file)
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -144,13 +180,22 @@ def _convert(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.writers.convert import convert
 
     reading = read(options.robot, options.cable_set, repair=options.repair)
-    robot = reading.require()
-    conversion = convert(robot, options.to, options.output)
-    findings = (*reading.findings, *conversion.findings)
+    findings = list(reading.findings)
+    files: list[Path] = []
+    refused: RobotError | None = None
+    try:
+        robot = reading.require()
+        trajectories, unread = _trajectories(reading)
+        files, lost = convert(robot, options.to, options.output, trajectories)
+        findings += [*unread, *lost]
+    except RobotError as error:
+        findings += [finding for finding in error.findings if finding not in findings]
+        refused = error
     if not options.json:
         print_findings(findings)
-    data = [finding.as_dict() for finding in findings]
-    print_files(conversion.files, options.json, findings=data)
+    print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
+    if refused is not None:
+        raise refused
     return GOOD
 
 

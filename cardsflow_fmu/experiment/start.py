@@ -11,7 +11,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
-from addin_sdfusion.robot.readers.caspr.trajectories import read_trajectory
+from addin_sdfusion.robot.readers import read_trajectory, trajectories_file
 from cardsflow_fmu.config.names import Names
 from cardsflow_fmu.config.table import Context
 
@@ -82,10 +82,9 @@ def _named_trajectory(
     table: ReferenceTable, space: Space, context: Context, robot_path: Path
 ) -> Trajectory:
     name, file, key = table.trajectory, table.file, "reference.trajectory"
-    if file is None:  # CASPR's trajectories beside the robot's bodies
-        stem = robot_path.name.removesuffix("_bodies.xml")
-        file = robot_path.with_name(f"{stem}_trajectories.xml")
-        if file == robot_path or not file.is_file():
+    if file is None:
+        file = trajectories_file(robot_path)
+        if file is None:
             what = f"missing, and there is no trajectories file beside {robot_path}"
             raise context.error("reference.file", what)
     try:

@@ -12,11 +12,24 @@ from ..errors import InputError, RobotError
 from ..finding import Finding, errors_first
 from ..model.robot import Robot
 from .caspr.model import BODIES, read_caspr
-from .caspr.trajectories import read_trajectory, trajectory_names
+from .caspr.trajectories import (
+    read_trajectories,
+    read_trajectory,
+    trajectories_file,
+    trajectory_names,
+)
 from .sdf.model import read_sdf
 from .xml import Notes
 
-__all__ = ["Reading", "read", "read_robot", "read_trajectory", "trajectory_names"]
+__all__ = [
+    "Reading",
+    "read",
+    "read_robot",
+    "read_trajectories",
+    "read_trajectory",
+    "trajectories_file",
+    "trajectory_names",
+]
 
 Reader = Callable[[Path, str | None, Notes], Robot | None]
 

@@ -12,15 +12,19 @@ from ..model.joint import Joint
 from ..model.robot import Robot
 
 
-def refuse(findings: Iterable[Finding]) -> None:
+def refuse(findings: Iterable[Finding], format_: str) -> None:
     """Refuse to write if there are errors.
+
+    Args:
+        findings: What the format cannot hold.
+        format_: Its name in `convert`.
 
     Raises:
         RobotError: One of the findings is an error.
     """
     found = list(findings)
     if any(finding.is_error for finding in found):
-        raise RobotError(found)
+        raise RobotError(found, format_=format_)
 
 
 def other_sets(robot: Robot, format_: str) -> Iterator[Finding]:

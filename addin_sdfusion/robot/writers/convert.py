@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from ..checks.check import require_valid
 from ..errors import UnknownNameError
-from ..finding import Finding, Subject
+from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
 from ..model.robot import Robot
+from ..model.trajectory import Trajectory
 from ..transforms.simplify import align_frames, merge_fixed_joints
 from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
-from .caspr.model import losses as caspr_losses
+from .caspr.losses import losses as caspr_losses
+from .caspr.losses import trajectory_losses
 from .caspr.model import write_caspr
+from .common_losses import refuse
 from .mujoco.model import mjcf_losses, write_mjcf
 from .opensim.model import osim_losses, write_osim
 from .sdf.model import sdf_losses, write_sdf
@@ -24,11 +29,13 @@ class Format(NamedTuple):
     """A format that robots are written in.
 
     Attributes:
+        name: Its name.
         losses: What of a robot it cannot hold.
         write: Writes the files; raises RobotError where `losses` has errors.
         prepare: Makes an equal robot that it can hold.
     """
 
+    name: str
     losses: Callable[[Robot], list[Finding]]
     write: Callable[[Robot, Path], list[Path]]
     prepare: Callable[[Robot], Robot] = lambda robot: robot
@@ -69,13 +76,61 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
 
 
 FORMATS: dict[str, Format] = {
-    "sdf": Format(sdf_losses, write_sdf),
-    "caspr": Format(caspr_losses, write_caspr, _for_caspr),
-    "cardsflow": Format(cardsflow_losses, write_cardsflow_xml),
-    "urdf": Format(urdf_losses, write_urdf),
-    "mjcf": Format(mjcf_losses, write_mjcf),
-    "osim": Format(osim_losses, write_osim),
+    format_.name: format_
+    for format_ in (
+        Format("sdf", sdf_losses, write_sdf),
+        Format("caspr", caspr_losses, write_caspr, _for_caspr),
+        Format("cardsflow", cardsflow_losses, write_cardsflow_xml),
+        Format("urdf", urdf_losses, write_urdf),
+        Format("mjcf", mjcf_losses, write_mjcf),
+        Format("osim", osim_losses, write_osim),
+    )
 }
+
+
+def format_of(name: str, trajectories: Sequence[Trajectory] = ()) -> Format:
+    """A format by its name, ready to write a robot's trajectories, or to say that they are lost.
+
+    Raises:
+        UnknownNameError: There is no such format.
+    """
+    if name not in FORMATS:
+        raise UnknownNameError("format", name, FORMATS)
+    format_ = FORMATS[name]
+    if not trajectories:
+        return format_
+    if name == "caspr":
+        return _caspr_with(trajectories)
+    names = ", ".join(repr(trajectory.name) for trajectory in trajectories)
+
+    def losses(robot: Robot) -> list[Finding]:
+        problem = f"{name} has no trajectories; {len(trajectories)} left out: {names}"
+        lost = warning(Subject("robot", robot.name), "trajectories-left-out", problem)
+        return [*format_.losses(robot), lost]
+
+    return format_._replace(losses=losses)
+
+
+def _caspr_with(trajectories: Sequence[Trajectory]) -> Format:
+    """CASPR with the trajectories that are ones of the robot."""
+
+    def unfit(robot: Robot) -> list[Finding]:
+        return [f for f in trajectory_losses(robot, trajectories) if f.is_error]
+
+    def fitting(robot: Robot) -> list[Trajectory]:
+        left_out = {finding.subject.name for finding in unfit(robot)}
+        return [trajectory for trajectory in trajectories if trajectory.name not in left_out]
+
+    def losses(robot: Robot) -> list[Finding]:
+        lost = [
+            replace(f, severity="warning", message=f"{f.message}; left out") for f in unfit(robot)
+        ]
+        return [*caspr_losses(robot, fitting(robot)), *lost]
+
+    def write(robot: Robot, folder: Path) -> list[Path]:
+        return write_caspr(robot, folder, trajectories=fitting(robot))
+
+    return FORMATS["caspr"]._replace(losses=losses, write=write)
 
 
 class Conversion(NamedTuple):
@@ -90,22 +145,23 @@ class Conversion(NamedTuple):
     findings: list[Finding]
 
 
-def convert(robot: Robot, format_: str, folder: str | Path) -> Conversion:
+def convert(
+    robot: Robot, format_: str, folder: str | Path, trajectories: Sequence[Trajectory] = ()
+) -> Conversion:
     """Write a robot in another format.
 
     Args:
         robot: The robot; its active cable set and operational space count most.
         format_: One of `FORMATS`.
         folder: Where to; made if it does not exist.
+        trajectories: The robot's; of all formats CASPR has them.
 
     Raises:
         UnknownNameError: There is no such format.
         RobotError: The robot has errors, or the format cannot hold it at all.
         InputError: The folder cannot be written.
     """
-    if format_ not in FORMATS:
-        raise UnknownNameError("format", format_, FORMATS)
-    return convert_to(FORMATS[format_], robot, folder)
+    return convert_to(format_of(format_, trajectories), robot, folder)
 
 
 def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
@@ -115,10 +171,26 @@ def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
         RobotError: The robot has errors, or the format cannot hold it at all.
         InputError: The folder cannot be written.
     """
+    findings = losses_in(format_, robot)
+    refuse(findings, format_.name)
+    return Conversion(format_.write(format_.prepare(robot), Path(folder)), findings)
+
+
+def losses_in(format_: Format, robot: Robot) -> list[Finding]:
+    """Everything that a format cannot hold of a robot, and what is done about it.
+
+    Returns:
+        Errors, for which it is not written, then warnings.
+
+    Raises:
+        RobotError: The robot itself has errors.
+    """
+    require_valid(robot)
     prepared = format_.prepare(robot)
-    findings = [
-        *_merged_links(robot, prepared),
-        *_turned_orientations(robot, prepared),
-        *format_.losses(prepared),
-    ]
-    return Conversion(format_.write(prepared, Path(folder)), findings)
+    return errors_first(
+        [
+            *_merged_links(robot, prepared),
+            *_turned_orientations(robot, prepared),
+            *format_.losses(prepared),
+        ]
+    )

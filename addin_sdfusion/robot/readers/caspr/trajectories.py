@@ -8,10 +8,12 @@ from pathlib import Path, PurePosixPath
 
 from ...caspr_vocabulary import CASPR_DERIVATIVES, CASPR_SPLINES
 from ...errors import InputError, UnknownNameError
-from ...finding import Subject
+from ...finding import Finding, Subject
+from ...finding_builders import label, warning
 from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from ..traj import read_samples
 from ..xml import Node, Notes, parse, shortened
+from .model import BODIES
 
 AVERAGE = "cubic_spline_average_velocity_trajectory"
 """A cubic spline whose inner velocities are the means of the slopes before and after."""
@@ -19,6 +21,13 @@ AVERAGE = "cubic_spline_average_velocity_trajectory"
 SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
 SPLINES[AVERAGE] = "cubic"
 LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
+
+
+def trajectories_file(bodies: Path) -> Path | None:
+    """CASPR's trajectories beside a robot's `<name>_bodies.xml`; None where there are none."""
+    stem = bodies.name.removesuffix(BODIES)
+    file = bodies.with_name(f"{stem}_trajectories.xml")
+    return file if stem != bodies.name and file.is_file() else None
 
 
 def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
@@ -42,9 +51,41 @@ def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Traj
         InputError: The file or the trajectory cannot be used.
     """
     file, notes = Path(file), Notes()
-    groups = _nodes(file, notes)
-    node = _found(groups, name, space, file)
-    trajectory = _trajectory(node.about(Subject("trajectory", name)), space)
+    return _sound(_found(_nodes(file, notes), name, space, file), space, notes)
+
+
+def read_trajectories(file: str | Path) -> tuple[list[Trajectory], list[Finding]]:
+    """Read all trajectories of a file.
+
+    Returns:
+        The trajectories in order, those in joint space first, and a warning for each one that
+        cannot be used. Of two with one name CASPR finds one: the first is taken.
+
+    Raises:
+        InputError: The file is not a readable trajectory file.
+    """
+    file, notes = Path(file), Notes()
+    trajectories: dict[str, Trajectory] = {}
+    findings = []
+    for space, nodes in _nodes(file, notes).items():
+        for node in nodes:
+            name = node.attribute("id", "")
+            try:
+                if name in trajectories:
+                    raise InputError("its name is taken; rename it", file=file, line=node.line)
+                trajectories[name] = _sound(node, space, notes)
+            except InputError as error:
+                subject = Subject("trajectory", name)
+                problem = f"{error.what.removeprefix(label(subject) + ': ')}; left out"
+                found = warning(subject, "trajectory-left-out", problem)
+                findings.append(replace(found, file=error.file, line=error.line))
+                notes.findings.clear()
+    return list(trajectories.values()), findings
+
+
+def _sound(node: Node, space: Space, notes: Notes) -> Trajectory:
+    """The trajectory of an element; InputError with the first thing that is wrong."""
+    trajectory = _trajectory(node.about(Subject("trajectory", node.attribute("id", ""))), space)
     for finding in notes.findings:
         raise InputError(finding.message, file=finding.file, line=finding.line)
     return trajectory

@@ -37,7 +37,7 @@ def losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Findin
         *(finding for member in all_muscles(robot) for finding in _muscle(*member)),
         *_tasks(robot),
         *_ids(robot),
-        *_trajectories(robot, trajectories),
+        *trajectory_losses(robot, trajectories),
     ]
     return errors_first(found)
 
@@ -172,7 +172,8 @@ def _id_spelling(kind: str, names: Iterable[str]) -> Iterator[Finding]:
             yield warning(Subject(kind, name), "caspr-id", problem)
 
 
-def _trajectories(robot: Robot, trajectories: Sequence[Trajectory]) -> Iterator[Finding]:
+def trajectory_losses(robot: Robot, trajectories: Sequence[Trajectory]) -> Iterator[Finding]:
+    """What CASPR cannot hold of trajectories, and those that are none of the robot."""
     names = [trajectory.name for trajectory in trajectories]
     yield from _id_spelling("trajectory", names)
     yield from named([Subject("trajectory", name) for name in names])

@@ -61,7 +61,7 @@ def write_caspr(
         InputError: The folder cannot be written, or the name cannot be part of a file name.
     """
     require_valid(robot)
-    refuse(losses(robot, trajectories))
+    refuse(losses(robot, trajectories), "caspr")
     name = file_stem(robot.name if name is None else name)
     texts = {
         f"{name}_bodies.xml": _bodies(robot),

@@ -93,7 +93,7 @@ def _equal_forces(robot: Robot) -> Iterator[Finding]:
 
 
 def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
-    refuse(mjcf_losses(robot, meshes))
+    refuse(mjcf_losses(robot, meshes), "mjcf")
     root = element(None, "mujoco", model=robot.name)
     flags = {"angle": "radian", "eulerseq": "XYZ", "autolimits": "false"}
     element(root, "compiler", None, **flags, inertiafromgeom="false")

@@ -42,7 +42,7 @@ def write_sdf(robot: Robot, folder: str | Path) -> list[Path]:
         InputError: The folder cannot be written.
     """
     require_valid(robot)
-    refuse(sdf_losses(robot))
+    refuse(sdf_losses(robot), "sdf")
     texts = {
         "model.sdf": _model_sdf(robot),
         "model.config": _model_config(robot),

@@ -6,8 +6,9 @@ from collections import Counter
 
 import pytest
 
-from addin_sdfusion.robot import caspr_losses, read_robot, write_caspr
-from addin_sdfusion.robot.readers import read, read_trajectory, trajectory_names
+from addin_sdfusion.robot import caspr_losses, read_robot
+from addin_sdfusion.robot.readers import read, read_trajectories, trajectory_names
+from addin_sdfusion.robot.writers.convert import convert
 
 VSD = {"cable-model-not-simulated": 6}
 
@@ -52,11 +53,12 @@ def folder(shared, model):
 
 
 def stored(file):
-    return [
-        read_trajectory(file, name, space)
-        for space in ("joint", "operational")
-        for name in trajectory_names(file, space)
+    trajectories, unread = read_trajectories(file)
+    assert unread == []
+    assert [t.name for t in trajectories] == [
+        name for space in ("joint", "operational") for name in trajectory_names(file, space)
     ]
+    return trajectories
 
 
 @pytest.mark.parametrize(("model", "cable_set"), FINDINGS)
@@ -84,7 +86,8 @@ def test_every_trajectory_of_a_model_is_read(shared, model):
 def test_a_model_is_the_same_after_writing_and_reading(shared, model, cable_set, tmp_path):
     robot = read_robot(folder(shared, model), cable_set)
     trajectories = stored(folder(shared, model) / f"{model}_trajectories.xml")
-    write_caspr(robot, tmp_path, trajectories=trajectories)
+    lost = convert(robot, "caspr", tmp_path, trajectories).findings
+    assert {finding.code for finding in lost} <= {"caspr-trajectory-size"}
     assert read_robot(tmp_path) == robot
     assert stored(tmp_path / f"{model}_trajectories.xml") == trajectories
 

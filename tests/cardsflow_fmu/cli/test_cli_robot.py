@@ -1,0 +1,157 @@
+"""`cardsflow check` and `convert`: what formats lose, trajectories."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import planar_2r
+
+from addin_sdfusion.robot import TaskFrame, TaskSet, read_robot, write_caspr, write_sdf
+from addin_sdfusion.robot.readers import read_trajectories
+from addin_sdfusion.robot.writers.convert import FORMATS
+
+PLANAR_2R = Path(__file__).parents[3] / "examples/planar_2r/robot"
+EVERY_KIND = """<trajectories>
+<joint_trajectories>
+<linear_spline_trajectory id="line" time_definition="relative" time_step="0.1"><points>
+<point><q>0 0.5</q></point><point time="1"><q>0.1 0.2</q></point>
+</points></linear_spline_trajectory>
+<cubic_spline_trajectory id="cubic" time_definition="absolute" time_step="0.1"><points>
+<point><q>0 0</q><q_dot>0.3 0</q_dot></point>
+<point time="0.7"><q>1 1</q><q_dot>0 -1</q_dot></point>
+</points></cubic_spline_trajectory>
+<quintic_spline_trajectory id="quintic" time_definition="relative" time_step="0.01"><points>
+<point><q>0 0</q><q_dot>0 0</q_dot><q_ddot>1 2</q_ddot></point>
+<point time="2"><q>1 1</q><q_dot>0 0</q_dot><q_ddot>0 0</q_ddot></point>
+</points></quintic_spline_trajectory>
+<cubic_spline_average_velocity_trajectory id="mean" time_definition="relative" time_step="0.1">
+<points><point><q>0 0</q><q_dot>0 0</q_dot></point><point time="1"><q>1 1</q></point>
+<point time="3"><q>1 5</q><q_dot>1 0</q_dot></point>
+</points></cubic_spline_average_velocity_trajectory>
+<parabolic_blend_trajectory id="blend" time_definition="relative" time_step="0.1"
+ blend_time_default="0.2"><points><point><q>0 0</q></point>
+<point time="1"><q>1 1</q></point><point time="1" blend_time="0.3"><q>2 0</q></point>
+</points></parabolic_blend_trajectory>
+<file_trajectory id="file" filename="samples.traj"/>
+</joint_trajectories>
+<operational_trajectories>
+<linear_spline_trajectory id="way" time_definition="relative" time_step="0.1"><points>
+<point><y>0 0.5</y></point><point time="1"><y>0.1 0.2</y></point>
+</points></linear_spline_trajectory>
+<quintic_spline_trajectory id="curve" time_definition="relative" time_step="0.01"><points>
+<point><y>0 0</y><y_dot>0 0</y_dot><y_ddot>1 2</y_ddot></point>
+<point time="2"><y>1 1</y><y_dot>0 0</y_dot><y_ddot>0 0</y_ddot></point>
+</points></quintic_spline_trajectory>
+</operational_trajectories>
+</trajectories>"""
+SAMPLES = "time_step,0.5\nt,0,p,0,0,v,0,0,a,1,1\nt,0.5,p,1,1,v,0,0,a,0,2"
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    """The folder of CASPR's planar arm with a trajectory of every kind."""
+    folder = tmp_path / "arm"
+    shutil.copytree(PLANAR_2R, folder)
+    (folder / "planar_2r_trajectories.xml").write_text(EVERY_KIND)
+    (folder / "samples.traj").write_text(SAMPLES)
+    return folder
+
+
+def test_caspr_gets_all_trajectories_back(
+    arm: Path, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    made = cardsflow.json("convert", arm, "--to", "caspr", "-o", tmp_path / "made")
+    assert {finding["code"] for finding in made["findings"]} == {"zero-inertia-about-axis"}
+    before, unread = read_trajectories(arm / "planar_2r_trajectories.xml")
+    assert (len(before), unread) == (8, [])
+    after, unread = read_trajectories(tmp_path / "made/planar_2r_trajectories.xml")
+    assert (after, unread) == (before, [])
+    assert read_robot(tmp_path / "made") == read_robot(arm)
+
+
+@pytest.mark.parametrize("format_", sorted(set(FORMATS) - {"caspr"}))
+def test_other_formats_say_that_trajectories_are_lost(
+    format_: str, arm: Path, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    made = cardsflow.json("convert", arm, "--to", format_, "-o", tmp_path / "made")
+    (lost,) = [f for f in made["findings"] if f["code"] == "trajectories-left-out"]
+    assert all(f"'{name}'" in lost["message"] for name in ("line", "mean", "file", "curve"))
+    assert cardsflow.json("check", arm, "--for", format_) == made["findings"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ('<point time="0.7">', '<point time="0">', "does not come after"),
+        ("samples.traj", "nowhere.traj", "no file 'nowhere.traj'"),
+        ("<q>0 0</q><q_dot>0.3 0</q_dot>", "<q>0</q><q_dot>0</q_dot>", "not 1"),
+        ('id="curve"', 'id="cubic"', "its name is taken"),
+        ("<q>0 0.5</q></point><point time=\"1\"><q>0.1 0.2</q>",
+         "<q>0</q></point><point time=\"1\"><q>1</q>", "the robot has 2 coordinates; left out"),
+    ],
+)  # fmt: skip
+def test_a_trajectory_that_cannot_be_used_is_left_out_and_said(
+    old: str, new: str, what: str, arm: Path, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    (arm / "planar_2r_trajectories.xml").write_text(EVERY_KIND.replace(old, new))
+    made = cardsflow.json("convert", arm, "--to", "caspr", "-o", tmp_path / "made")
+    (lost,) = [finding for finding in made["findings"] if finding["kind"] == "trajectory"]
+    assert lost["severity"] == "warning"
+    assert what in lost["message"]
+    assert lost["message"].endswith("left out")
+    after, unread = read_trajectories(tmp_path / "made/planar_2r_trajectories.xml")
+    assert (len(after), unread) == (7, [])
+
+
+def test_all_that_a_format_refuses_is_listed(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """The hint of a refusal is true: `check --for` lists the rest, and so does `convert`."""
+    robot = replace(planar_2r(), gravity=(0.0, 0.0, 1.0))
+    q = replace(robot.joints[1].coordinates[0], name="slide")
+    motions = robot.joints[1].motions * 2
+    motions = (motions[0], replace(motions[1], coordinate=1))
+    screw = replace(robot.joints[1], motions=motions, coordinates=(q, replace(q, name="turn")))
+    robot = replace(robot, joints=(robot.joints[0], screw))
+    write_sdf(robot, tmp_path / "robot")
+    code, out, err = cardsflow("convert", tmp_path / "robot", "--to", "caspr", "-o", tmp_path / "x")
+    assert (code, out, (tmp_path / "x").exists()) == (2, "", False)
+    *listed, message = err.splitlines()
+    assert message.endswith("(and 1 more: `cardsflow check --for caspr` lists all)")
+    code, out, _ = cardsflow("check", tmp_path / "robot", "--for", "caspr")
+    assert (code, out.splitlines()[:-1]) == (1, listed)
+    assert sum("error: " in line for line in listed) == 2
+    words = ("convert", tmp_path / "robot", "--to", "caspr", "-o", tmp_path / "x", "--json")
+    code, out, _ = cardsflow(*words)
+    assert code == 2
+    assert len(json.loads(out)["findings"]) == len(listed)
+
+
+def test_a_broken_robot_is_checked_before_what_formats_make_of_it(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    for file in write_caspr(planar_2r(), tmp_path):
+        file.write_text(file.read_text().replace("<mass>", "<mass>-"))
+    words = ("check", tmp_path, "--for", "sdf", "--motion", "random")
+    code, out, _ = cardsflow(*words)
+    assert code == 1
+    assert out.splitlines()[-1].endswith("; --motion and --for want a robot without errors")
+    code, _, err = cardsflow("convert", tmp_path, "--to", "sdf", "-o", tmp_path / "made")
+    assert code == 2
+    assert err.count("is negative [") == 2
+    assert "`cardsflow check` lists all" in err
+
+
+def test_an_unknown_format_is_named(cardsflow: CommandLine) -> None:
+    assert "no format 'xml'" in cardsflow.refused("check", PLANAR_2R, "--for", "xml")
+
+
+def test_a_set_that_is_not_active_is_lost(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = planar_2r()
+    other = TaskSet("other", (TaskFrame("elbow", "link_1"),))
+    write_caspr(replace(robot, task_sets=(*robot.task_sets, other)), tmp_path)
+    codes = [finding["code"] for finding in cardsflow.json("check", tmp_path, "--for", "urdf")]
+    assert "task-sets-left-out" in codes
