@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
@@ -15,12 +16,13 @@ from addin_sdfusion.robot import Finding, InputError
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
 
-INTERRUPTED, BAD_INPUT, FAILED, GOOD = 130, 2, 1, 0
+INTERRUPTED, DOUBTFUL, BAD_INPUT, FAILED, GOOD = 130, 3, 2, 1, 0
 
 EXIT_CODES = """exit codes:
   0    it is done
   1    it failed, or has found what it looks for: errors, differences, too weak muscles
   2    the input or the options are wrong; nothing has been done
+  3    it is done, with warnings, and `--strict` was asked for
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); what a run gave so far is there"""
 
 
@@ -108,6 +110,13 @@ def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:
     else:
         for path in paths:
             print(path)
+
+
+def print_result(text: str) -> None:
+    """Print what a run gave; lines that begin with WARNING are coloured on a terminal."""
+    coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    for line in text.splitlines():
+        print(f"\033[1;31m{line}\033[0m" if coloured and line.startswith("WARNING") else line)
 
 
 def settings_of(words: Sequence[str]) -> dict[str, Any]:

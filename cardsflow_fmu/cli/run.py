@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 from addin_sdfusion.robot import InputError
 
 from .common import (
+    DOUBTFUL,
     GOOD,
     Commands,
     add_experiment,
     add_json,
     add_output,
     experiment_of,
+    print_result,
     settings_of,
 )
 from .progress import progress_bar
@@ -52,6 +54,9 @@ def add_run(commands: Commands) -> None:
     )
     parser.add_argument(
         "--realtime", action="store_true", help="let steps wait for their time by the clock"
+    )
+    parser.add_argument(
+        "--strict", action="store_true", help="exit with 3 where the run has warnings"
     )
     add_json(parser, "the summary")
     parser.add_argument(
@@ -93,7 +98,7 @@ def _run(options: argparse.Namespace) -> int:
     except RunError as error:
         _print_result(error.result, options.json)
         raise
-    return GOOD
+    return _code(result, options)
 
 
 def _require_hardware(experiment: Experiment) -> None:
@@ -143,7 +148,7 @@ def _run_system(options: argparse.Namespace) -> int:
         _print_result(error.result, options.json)
         raise
     _print_result(result, options.json)
-    return GOOD
+    return _code(result, options)
 
 
 def _through(options: argparse.Namespace) -> Through:
@@ -171,4 +176,8 @@ def _print_result(result: SystemResult, as_json: bool) -> None:
     if as_json:
         print(json.dumps(result.summary, indent=1))
     else:
-        print(result.describe())
+        print_result(result.describe())
+
+
+def _code(result: SystemResult, options: argparse.Namespace) -> int:
+    return DOUBTFUL if options.strict and result.summary["warnings"] else GOOD

@@ -11,6 +11,7 @@ from addin_sdfusion.robot import CardsflowError, SimulationError
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import INTERRUPTED, interruptible
 
+from .divergence import Divergence
 from .pacing import Pacer
 from .recording import Progress, Recording, RowSink, Watch
 
@@ -30,7 +31,7 @@ class StepLoop(ABC):
     _recorded: int
     """Rows that are filled."""
     _report_every = 1
-    """Yields of `_steps` between two calls of `progress` and `watch`."""
+    """Yields of `_steps` between two looks for divergence, calls of `progress` and `watch`."""
 
     def run(
         self,
@@ -51,6 +52,7 @@ class StepLoop(ABC):
         rows = np.empty((self.count, len(self.names))) if sink is None else sink.rows
         self._recorded = done = 0
         failure: CardsflowError | None = None
+        divergence = Divergence(self.names)
         with interruptible() as interrupted:
             try:
                 for done in self._steps(rows, pacer):
@@ -59,10 +61,12 @@ class StepLoop(ABC):
                     if interrupted:
                         raise SimulationError(INTERRUPTED)
                     if done % self._report_every == 0:
+                        divergence.look(rows[: self._recorded])
                         if progress:
                             progress(done)
                         if watch:
                             watch(self.names, rows[: self._recorded])
+                divergence.look(rows[: self._recorded])
             except CardsflowError as error:
                 failure = error
             except KeyboardInterrupt:

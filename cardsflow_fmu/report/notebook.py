@@ -18,7 +18,9 @@ _BINS = 500
 def result_html(result: RunData) -> str:
     """The summary and a figure of forces, tracking and errors."""
     size = f"<p>{len(result.rows)} rows of {len(result.names)} columns</p>"
-    return "\n".join((*summary_tables(result.summary), size, *_figure(result)))
+    found = result.summary.get("warnings") or ()
+    lines = [f"<p><strong>Warning: {escape(str(w))}</strong></p>" for w in found]
+    return "\n".join((*lines, *summary_tables(result.summary), size, *_figure(result)))
 
 
 def _figure(result: RunData) -> list[str]:

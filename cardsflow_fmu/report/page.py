@@ -60,10 +60,13 @@ def report_page(result: ExperimentRunData) -> str:
 
 
 def _notice(result: ExperimentRunData) -> list[str]:
-    if result.complete:
-        return []
-    error = result.summary.get("error") or "it ended early"
-    return [f'<p class="notice">Incomplete run: {escape(str(error))}</p>']
+    """What is wrong with the run, before all else."""
+    lines = []
+    if not result.complete:
+        error = result.summary.get("error") or "it ended early"
+        lines.append(f"Incomplete run: {error}")
+    lines += [f"Warning: {warning}" for warning in result.summary.get("warnings") or ()]
+    return [f'<p class="notice">{escape(line)}</p>' for line in lines]
 
 
 def _replay(act: Act) -> str:

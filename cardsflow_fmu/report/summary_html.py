@@ -46,7 +46,6 @@ def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
     engines = [[f"engine of the {role}", n] for role, n in (summary.get("engine") or {}).items()]
     k = [key for _, key in _ROWS].index("master")
     rows[k:k] = engines
-    rows += [["warning", warning] for warning in summary.get("warnings") or ()]
     return [row for row in rows if row[1] is not None]
 
 

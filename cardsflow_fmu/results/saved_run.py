@@ -127,7 +127,8 @@ def _findings(result: ExperimentRunData) -> dict[str, Any]:
     recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0), "fmu")
     return {
-        key: summary[key] for key in ("tracking", "forces", "infeasible_ticks", "ticks", "slack")
+        key: summary[key]
+        for key in ("tracking", "forces", "infeasible_ticks", "ticks", "slack", "warnings")
     }
 
 

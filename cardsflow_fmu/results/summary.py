@@ -26,6 +26,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
 from .engines import MASTERS, engines
+from .verdict import problems
 
 Columns = Mapping[str, FloatArray]
 
@@ -71,9 +72,9 @@ def summarize(
         "control_period": experiment.controller.period,
         "engine": engines(experiment, through),
         "master": MASTERS[through],
-        **_signals(recording, columns, followed, bounds, slack),
+        **(signals := _signals(recording, columns, followed, bounds, slack)),
         **_speed(recording, speed),
-        "warnings": experiment.warnings(),
+        "warnings": problems(signals) + experiment.warnings(),
         "versions": versions(),
     }
 
@@ -113,8 +114,9 @@ def summarize_system(
         "step": step,
         "engine": dict(engine),
         "master": MASTERS["fmu"],
-        **_signals(recording, columns, followed, forces, {}),
+        **(signals := _signals(recording, columns, followed, forces, {})),
         **_speed(recording, speed),
+        "warnings": problems(signals),
         "versions": versions(),
     }
 
@@ -162,6 +164,7 @@ def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
             signal.actual: {
                 "rms": _rms(error),
                 "max": float(np.abs(error).max()),
+                "moves": float(np.ptp(columns[signal.desired])),
                 "unit": signal.unit,
             }
             for signal, error in zip(followed, errors, strict=True)

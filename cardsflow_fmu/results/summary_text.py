@@ -14,7 +14,8 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     Args:
         summary: From `summarize` or `summarize_system`.
     """
-    lines = [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
+    lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
+    lines += [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
     lines += _infeasible_lines(summary)
     lines += _real_time_lines(summary)
     lines += _engine_lines(summary)

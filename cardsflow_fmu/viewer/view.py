@@ -76,8 +76,8 @@ def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
 
 
 def notes(result: RunData) -> tuple[str, ...]:
-    """A line or two about a run: how well it tracked, and whether it ended early."""
-    lines = []
+    """Lines about a run: what is wrong with it, how well it tracked, whether it ended early."""
+    lines = [f"warning: {warning}" for warning in result.summary.get("warnings") or ()]
     tracking = result.summary.get("tracking") or {}
     if tracking.get("rms") is not None:
         lines.append(f"tracking error RMS {tracking['rms']:.3g} {tracking.get('unit', '')}")

@@ -1,0 +1,69 @@
+"""Runs that have left every physical scale: they end with an error, instead of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from addin_sdfusion.robot import SimulationError
+from cardsflow_fmu.utils.arrays import FloatArray
+
+MOST_MOTION = 1.0
+"""In [rad] or [m]: a joint that moves further within a communication step is not simulated."""
+MOST_FORCE = 1e9
+"""In [N]: no muscle pulls this much."""
+
+
+class Divergence:
+    """Looks through the rows of a run, as they come.
+
+    Args:
+        names: Names of the columns, `time` first.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+        self._speeds = _columns(names, ("qd.",))
+        self._forces = _columns(names, ("f.", "tension."))
+        self._seen = 0
+
+    def look(self, rows: FloatArray) -> None:
+        """Look at the rows that have not been looked at.
+
+        Args:
+            rows: All so far, shape (rows, len(names)).
+
+        Raises:
+            SimulationError: The run has diverged.
+        """
+        new = rows[self._seen :]
+        if len(new) == 0 or len(rows) < 2:
+            return
+        self._seen = len(rows)
+        step = float(rows[1, 0] - rows[0, 0])
+        for columns, most, scale, what in (
+            (self._speeds, MOST_MOTION, step, "moves {:.3g} rad or m within a step"),
+            (self._forces, MOST_FORCE, 1.0, "is {:.3g} N"),
+        ):
+            sizes = np.abs(new[:, columns]) * scale
+            beyond = ~(sizes <= most)
+            if beyond.any():
+                k = int(np.argmax(beyond.any(axis=1)))
+                j = int(np.argmax(np.where(beyond[k], sizes[k], -1.0)))
+                raise SimulationError(
+                    f"the run has diverged: at t = {new[k, 0]:.6g} s "
+                    f"{_called(self._names[columns[j]])} {what.format(sizes[k, j])}; use a shorter "
+                    "controller.period and plant.step, smaller gains, or a motion that its muscles "
+                    "can make"
+                )
+
+
+def _columns(names: Sequence[str], prefixes: tuple[str, ...]) -> list[int]:
+    return [k for k, name in enumerate(names) if name.startswith(prefixes)]
+
+
+def _called(name: str) -> str:
+    """What the field calls a column."""
+    kind, _, part = name.partition(".")
+    return f"joint {part}" if kind == "qd" else f"the force of muscle {part}"

@@ -1,0 +1,103 @@
+"""What is wrong with a run comes first: on the screen, in summary, report, replay; exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+
+from addin_sdfusion.robot import SimulationError
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.cosim.divergence import Divergence
+from cardsflow_fmu.report.page import report_page
+from cardsflow_fmu.results.verdict import problems
+from cardsflow_fmu.simulation.run import RunError
+from cardsflow_fmu.viewer.view import notes
+
+WEAK = {f"muscles.cable_{k}.f_max": 15.0 for k in range(1, 5)} | {"run.duration": 0.2}
+
+
+def words(settings: dict[str, float]) -> list[str]:
+    return [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+
+
+@pytest.mark.parametrize("engine", ["--direct", "--native"])
+def test_a_run_leads_with_what_is_wrong(
+    engine: str, cardsflow: CommandLine, tmp_path: Path
+) -> None:
+    code, out, _ = cardsflow("run", PLANAR_2R, engine, *words(WEAK), "-o", tmp_path)
+    assert code == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["infeasible_ticks"] > 0
+    joint = max(summary["slack"]["per_signal"].items(), key=lambda row: row[1]["max"])
+    begin = f"{summary['infeasible_ticks']} of {summary['ticks']} ticks infeasible, from t = "
+    assert out.startswith(f"WARNING: {begin}")
+    assert f"{joint[0].removeprefix('slack.')} lacks up to" in out.splitlines()[0]
+    assert summary["warnings"][0].startswith(begin)
+    assert "\033" not in out  # no terminal
+
+
+def test_strict_runs_with_warnings_exit_with_3(cardsflow: CommandLine, tmp_path: Path) -> None:
+    common = ("run", PLANAR_2R, "--direct", "--strict", "-o", tmp_path)
+    assert cardsflow(*common, *words(WEAK))[0] == 3
+    assert cardsflow(*common, "--set", "run.duration=0.05")[0] == 0
+
+
+def test_report_and_replay_lead_with_it(tmp_path: Path) -> None:
+    result = run(Experiment.load(PLANAR_2R, WEAK), tmp_path, through="direct")
+    line = result.summary["warnings"][0]
+    page = report_page(result)
+    assert page.index(line) < page.index("Summary")
+    assert notes(result)[0] == f"warning: {line}"
+    assert line in result._repr_html_()
+
+
+@pytest.mark.parametrize("through", ["direct", "native"])
+def test_a_run_that_diverges_ends_with_an_error(through: str, tmp_path: Path) -> None:
+    settings = {"controller.kp": 1e9, "controller.kd": 1e9} | {
+        f"muscles.cable_{k}.f_max": 1e15 for k in range(1, 5)
+    }
+    experiment = Experiment.load(PLANAR_2R, settings)
+    with pytest.raises(RunError, match="diverged") as caught:
+        run(experiment, tmp_path, through=through)  # type: ignore[arg-type]
+    result = caught.value.result
+    assert not result.complete
+    assert result.rows[-1, 0] < experiment.run.duration
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("qd.elbow", 1.1e3, "joint elbow moves 1.1 rad"),
+        ("qd.elbow", np.nan, "joint elbow moves"),
+        ("f.biceps", 1.1e9, "muscle biceps is 1.1e"),
+        ("tension.biceps", 1.1e9, "muscle biceps is 1.1e"),
+    ],
+)
+def test_divergence_is_a_bound_on_motion_and_force(column: str, value: float, words: str) -> None:
+    divergence = Divergence(("time", "q.elbow", column))
+    rows = np.zeros((40, 3))
+    rows[:, 0] = np.arange(40) * 1e-3
+    rows[:, 1] = 1e12  # a position may be anything
+    rows[:20, 2] = 0.9 * (1e3 if column == "qd.elbow" else 1e9)
+    divergence.look(rows[:20])
+    rows[30, 2] = value
+    with pytest.raises(SimulationError, match=r"at t = 0\.03 s") as caught:
+        divergence.look(rows)
+    assert words in str(caught.value)
+
+
+def followed(error: float, moves: float) -> dict[str, object]:
+    row = {"rms": error, "max": error, "moves": moves, "unit": "rad"}
+    return {"tracking": {"per_signal": {"q.elbow": row}}}
+
+
+def test_a_reference_that_is_not_followed_is_told() -> None:
+    assert problems(followed(0.04, 0.1)) == []
+    assert problems(followed(0.009, 0.0)) == []
+    assert "elbow is up to 0.06 rad off" in problems(followed(0.06, 0.1))[0]
+    assert problems({}) == []
