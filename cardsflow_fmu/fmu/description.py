@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from cardsflow_fmu.signals.dependencies import Dependencies
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.units import SI_UNITS
 from cardsflow_fmu.signals.variables import Variable
@@ -58,6 +59,7 @@ class FmuDescription:
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether it can go back to an earlier state.
         needs_tool: Whether a Python with this package has to be there.
+        dependencies: What the outputs depend on; on everything when None.
         sources: C files in the FMU that its library is compiled of, relative to its sources.
     """
 
@@ -72,6 +74,7 @@ class FmuDescription:
     has_state: bool = True
     needs_tool: bool = True
     sources: Sequence[str] = ()
+    dependencies: Dependencies | None = None
 
     @property
     def ports(self) -> list[Port]:
@@ -121,6 +124,32 @@ def document(
     ET.SubElement(root, "ModelVariables").extend(variables)
     root.append(structure)
     return root
+
+
+def known(
+    fmu: FmuDescription, output: Variable, causalities: Sequence[str], *, at_start: bool
+) -> list[int] | None:
+    """The variables that an output depends on, as places among the variables of the FMU.
+
+    Args:
+        fmu: The FMU.
+        output: One of its variables.
+        causalities: Of those that count.
+        at_start: Whether at the start, instead of over a step.
+
+    Returns:
+        In ascending order; None where nothing is known.
+    """
+    if fmu.dependencies is None:
+        return None
+    of = fmu.dependencies.at_start if at_start else fmu.dependencies.at_once
+    names = frozenset[str]().union(*(of[port.name] for port in output.ports))
+    return [
+        place
+        for place, variable in enumerate(fmu.variables)
+        if variable.port.causality in causalities
+        and any(port.name in names for port in variable.ports)
+    ]
 
 
 def flag(value: bool) -> str:

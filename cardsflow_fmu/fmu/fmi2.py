@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from cardsflow_fmu.signals.variables import Variable
 
-from .description import FmuDescription, document, flag, start, type_names
+from .description import FmuDescription, document, flag, known, start, type_names
 
 
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
@@ -71,10 +71,15 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Every output depends on everything, at the start as well."""
+    """What outputs depend on: over a step on inputs, at the start on parameters as well."""
     structure = ET.Element("ModelStructure")
-    outputs = [i for i, v in enumerate(fmu.variables, 1) if v.port.causality == "output"]
-    for tag in ("Outputs", "InitialUnknowns") if outputs else ():
+    outputs = [(i, v) for i, v in enumerate(fmu.variables, 1) if v.port.causality == "output"]
+    knowns = {"Outputs": ("input",), "InitialUnknowns": ("input", "parameter")}
+    for tag, causalities in knowns.items() if outputs else ():
         unknowns = ET.SubElement(structure, tag)
-        unknowns.extend(ET.Element("Unknown", index=str(index)) for index in outputs)
+        for index, variable in outputs:
+            unknown = ET.SubElement(unknowns, "Unknown", index=str(index))
+            places = known(fmu, variable, causalities, at_start=tag == "InitialUnknowns")
+            if places is not None:
+                unknown.set("dependencies", " ".join(str(place + 1) for place in places))
     return structure

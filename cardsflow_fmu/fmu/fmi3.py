@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.signals.variables import ELEMENTS, Variable
 
-from .description import FmuDescription, document, flag, number, start, type_names
+from .description import FmuDescription, document, flag, known, number, start, type_names
 
 _TIME = "time"
 
@@ -90,9 +90,14 @@ def _independent(reference: int) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Every output depends on everything, at the start as well."""
+    """What outputs depend on: inputs and tunable parameters; at the start other ones as well."""
     structure = ET.Element("ModelStructure")
-    outputs = [str(v.reference) for v in fmu.variables if v.port.causality == "output"]
+    outputs = [variable for variable in fmu.variables if variable.port.causality == "output"]
     for tag in ("Output", "InitialUnknown"):
-        structure.extend(ET.Element(tag, valueReference=reference) for reference in outputs)
+        for output in outputs:
+            unknown = ET.SubElement(structure, tag, valueReference=str(output.reference))
+            places = known(fmu, output, ("input", "parameter"), at_start=tag == "InitialUnknown")
+            if places is not None:
+                references = (str(fmu.variables[place].reference) for place in places)
+                unknown.set("dependencies", " ".join(references))
     return structure

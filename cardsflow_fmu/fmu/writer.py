@@ -16,6 +16,7 @@ from cardsflow_fmu.runtime.carried_module import carried_files
 from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
 from cardsflow_fmu.runtime.model_file import MODEL_FILE, ModelFile, class_path
 from cardsflow_fmu.runtime.port_table import encode_port_table, ports_digest
+from cardsflow_fmu.signals.dependencies import Dependencies
 from cardsflow_fmu.signals.ports import Port
 from cardsflow_fmu.signals.variables import array_variables, scalar_variables
 from cardsflow_fmu.utils.archive import contents_of, write_archive
@@ -44,6 +45,7 @@ def write_fmu(
     arrays: bool = True,
     libraries: Mapping[str, Path] | None = None,
     native: NativeModel | None = None,
+    dependencies: Dependencies | None = None,
 ) -> Path:
     """Pack a model into an FMU for co-simulation.
 
@@ -61,6 +63,7 @@ def write_fmu(
         libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
             None.
         native: From `native_model`: the model computes in C alone, without any Python.
+        dependencies: What the outputs depend on; when None, hosts take it that on everything.
 
     Returns:
         The path.
@@ -82,6 +85,7 @@ def write_fmu(
         model_class.has_state,
         needs_tool=native is None,
         sources=() if native is None else compiled_files(),
+        dependencies=dependencies,
     )
     files = {_resource_name(name): contents_of(source) for name, source in resources.items()}
     if native is None:

@@ -10,6 +10,7 @@ import controllers
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller_types import TYPES
+from cardsflow_fmu.signals.dependencies import Dependencies, controller_dependencies
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.ports import controller_groups
@@ -96,6 +97,19 @@ class ControllerModel(ExperimentModel):
             settings.kd,
             settings.period,
             torque_gains=settings.torque_gains,
+        )
+
+    @classmethod
+    def dependencies(cls, experiment: Experiment) -> Dependencies:
+        """What the outputs depend on, without making the model."""
+        settings = experiment.controller
+        # a prediction needs all of the reference, whatever the law reads of it
+        predicts = settings.delay and settings.predict
+        return controller_dependencies(
+            experiment.robot,
+            cls.groups(experiment),
+            () if predicts else TYPES[settings.type].unread,
+            delayed=settings.delay > 0,
         )
 
     def initialize(self, t: float = 0.0) -> None:

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.dependencies import Dependencies
 from cardsflow_fmu.signals.groups import Groups, all_ports, group_places, group_views
 from cardsflow_fmu.signals.port import Port
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -43,6 +44,11 @@ class ExperimentModel(FmuModel):
     @abstractmethod
     def groups(experiment: Experiment) -> Groups:
         """The variables for an experiment in named groups, without making the model."""
+
+    @classmethod
+    @abstractmethod
+    def dependencies(cls, experiment: Experiment) -> Dependencies:
+        """What the outputs depend on, without making the model."""
 
     @classmethod
     def table(cls, experiment: Experiment) -> list[Port]:

@@ -9,6 +9,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.protocol.signals import require_forces
 from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
+from cardsflow_fmu.signals.dependencies import Dependencies, hardware_dependencies
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.hardware import hardware_groups
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -73,6 +74,11 @@ class HardwareModel(ExperimentModel):
             experiment.plant.step,
             has_tensions=experiment.hardware.has_tensions,
         )
+
+    @classmethod
+    def dependencies(cls, experiment: Experiment) -> Dependencies:
+        """What the outputs depend on, without making the model."""
+        return hardware_dependencies(cls.groups(experiment))
 
     def initialize(self, t: float = 0.0) -> None:
         """Connect to the hardware, and refuse to start where it is not to start."""

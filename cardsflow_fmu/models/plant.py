@@ -6,6 +6,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.dependencies import Dependencies, plant_dependencies
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import commanded_muscles, modelled_muscles, state_order
 from cardsflow_fmu.signals.ports import plant_groups
@@ -60,6 +61,11 @@ class PlantModel(ExperimentModel):
             wrenches=plant.wrenches,
             scene=experiment.scene,
         )
+
+    @classmethod
+    def dependencies(cls, experiment: Experiment) -> Dependencies:
+        """What the outputs depend on, without making the model."""
+        return plant_dependencies(experiment.plant_robot, cls.groups(experiment))
 
     def initialize(self, t: float = 0.0) -> None:
         """Go to the start state: the muscles at rest with the commands as they stand."""

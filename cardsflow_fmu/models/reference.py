@@ -9,6 +9,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Trajectory
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.dependencies import Dependencies, reference_dependencies
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.ports import reference_groups
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -62,6 +63,11 @@ class ReferenceModel(ExperimentModel):
         """The variables for an experiment in named groups."""
         space, disturbance = experiment.reference.space, experiment.disturbance
         return reference_groups(experiment.robot, space, with_loads=disturbance is not None)
+
+    @classmethod
+    def dependencies(cls, experiment: Experiment) -> Dependencies:
+        """What the outputs depend on, without making the model."""
+        return reference_dependencies(cls.groups(experiment))
 
     def initialize(self, t: float = 0.0) -> None:
         """Go to the start time."""

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
 __all__ = [
+    "LIMITS_DROPPED",
     "SOLVE_TIME",
     "WORKER_TIMEOUT",
     "Causality",
@@ -51,6 +52,7 @@ __all__ = [
     "task_units",
 ]
 
+LIMITS_DROPPED = "limits_dropped"
 SOLVE_TIME = "solve_time"
 """The one output whose values no two runs share: it stands in no table of results."""
 
@@ -280,7 +282,7 @@ def controller_groups(
 
 def _limit_ports(space: Space) -> list[Port]:
     what = "No force within the bounds keeps the joint limits"
-    dropped = Port("limits_dropped", "", "output", "discrete", what, boolean=True)
+    dropped = Port(LIMITS_DROPPED, "", "output", "discrete", what, boolean=True)
     return [] if space == "joint" else [dropped]
 
 

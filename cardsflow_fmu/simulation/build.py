@@ -142,6 +142,7 @@ def build_fmus(
             arrays=arrays,
             libraries=libraries,
             native=native_model(experiment, name) if native and name in NATIVE_MODELS else None,
+            dependencies=MODELS[name].dependencies(experiment),
         )
         for name in names
         if name not in experiment.fmus

@@ -27,6 +27,7 @@ class ControlType:
         law: Its class in `controllers`.
         space: What it follows: joint positions, or task coordinates.
         torque_gains: Whether its gains make torques of errors, instead of accelerations.
+        unread: What of the reference the law does not read, by the first part of its names.
         force_weight: Default of the weights of the muscles, in [1/N²].
         task_weight: Default of the weights of tasks; None if they are to be met exactly.
     """
@@ -34,15 +35,18 @@ class ControlType:
     law: str
     space: Space
     torque_gains: bool = False
+    unread: tuple[str, ...] = ()
     force_weight: float = 1.0
     task_weight: float | None = None
 
 
 TYPES: dict[LawName, ControlType] = {
     "joint_space": ControlType("JointSpaceController", "joint"),
-    "force_position": ControlType("ForcePositionController", "joint"),
-    "torque_position": ControlType("TorquePositionController", "joint", torque_gains=True),
-    "lyapunov": ControlType("LyapunovController", "joint", torque_gains=True),
+    "force_position": ControlType("ForcePositionController", "joint", unread=("qdd_d",)),
+    "torque_position": ControlType(
+        "TorquePositionController", "joint", torque_gains=True, unread=("qd_d", "qdd_d")
+    ),
+    "lyapunov": ControlType("LyapunovController", "joint", torque_gains=True, unread=("qdd_d",)),
     "operational_space": ControlType(
         "OperationalSpaceController", "operational", force_weight=FORCE_WEIGHT
     ),

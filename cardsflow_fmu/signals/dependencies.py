@@ -1,0 +1,219 @@
+"""What the outputs of FMUs depend on at once; hosts order and solve their systems by it.
+
+With an input held over a step, an output depends on it at once if its value at the end of the step
+changes with it however short the step is. A plant's positions depend on no input so: a force moves
+them through the velocity, in time. A controller's forces depend on all that its tick reads.
+At the start, outputs depend on parameters and inputs that the initialization takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from addin_sdfusion.robot import Muscle, Robot
+from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters, states_of
+
+from .groups import Groups, all_ports
+from .muscles import command_signals, driven_muscles, modelled_muscles, state_order
+from .ports import LIMITS_DROPPED, SOLVE_TIME
+
+Names = frozenset[str]
+
+_NONE: Names = frozenset()
+_COMMAND, _LENGTH, _RATE = "u", "l", "v"
+
+_HILL = {"activation": "u", "fibre_length": "ul", "tension": "ulv"}
+_AT_START: dict[str, dict[str, str]] = {
+    "elastic_cable": {"tension": "ulv"},
+    "passive_spring": {"tension": "l"},
+    "series_elastic_motor": {
+        "current": "u",
+        "spindle_speed": "",
+        "spindle_angle": "ul",
+        "tension": "u",
+    },
+    "mckibben": {"pressure": "u", "tension": "ul"},
+    "ligament_blankevoort1991": {"tension": "lv"},
+    "hill_degroote2016": _HILL,
+    "hill_millard2012": _HILL,
+    "hill_thelen2003": _HILL,
+}
+"""What tension and states follow from at the start, by law: command, path length, its rate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dependencies:
+    """What each output of a model depends on, by name.
+
+    Attributes:
+        at_once: The inputs and tunable parameters that an output depends on at once.
+        at_start: The inputs and parameters that it depends on at the start.
+    """
+
+    at_once: Mapping[str, Names]
+    at_start: Mapping[str, Names]
+
+
+def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
+    """Of a plant: tensions without a state between follow their command, contacts every input."""
+    names = _names(groups)
+    inputs = frozenset(names["commands"] + names["loads"] + names["wrenches"])
+    forces = [name for name in names["world"] if name.startswith("contact.")]
+    at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
+    # what is not touched feels no force, and may be touched at the end of the next step
+    at_once.update(dict.fromkeys(forces, inputs))
+    q, qd = names["q_start"], names["qd_start"]
+    at_start.update({name: frozenset([start]) for name, start in zip(names["q"], q, strict=True)})
+    at_start.update({name: frozenset([start]) for name, start in zip(names["qd"], qd, strict=True)})
+    above = _coordinates_above(robot)
+    crossed = [_crossed(muscle, robot, above) for muscle in robot.muscles]
+    for name, moving in zip(names["lengths"], crossed, strict=True):
+        at_start[name] = _of(q, moving)
+    links = [frame.link for frame in robot.task_frames for _ in frame.axes]
+    for name, link in zip(names["tasks"], links, strict=True):
+        at_start[name] = _of(q, above[link])
+    for name in names["energies"]:
+        at_start[name] = _energy_start(name, q, qd)
+    commands = dict(zip(driven_muscles(robot), command_signals(robot), strict=True))
+    for name, k, what in _muscle_outputs(robot, names):
+        muscle, command = robot.muscles[k], commands.get(k)
+        known = {
+            _COMMAND: frozenset() if command is None else frozenset([command]),
+            _LENGTH: _of(q, crossed[k]),
+            _RATE: _of(q, crossed[k]) | _of(qd, crossed[k]),
+        }
+        at_start[name] = _NONE.union(*(known[letter] for letter in _letters(muscle, what)))
+        if _follows_at_once(muscle, what):
+            at_once[name] = known[_COMMAND]
+    return Dependencies(at_once, at_start)
+
+
+def controller_dependencies(
+    robot: Robot, groups: Groups, unused: Sequence[str], *, delayed: bool
+) -> Dependencies:
+    """Of a controller: all that a tick reads; forces that come a tick late depend on nothing.
+
+    Args:
+        robot: The robot.
+        groups: The controller's variables.
+        unused: First parts of names of the reference that the law does not read, as `qdd_d`.
+        delayed: Whether the forces take effect a tick later.
+    """
+    names = _names(groups)
+    followed = [name for name in names["reference"] if name.partition(".")[0] not in unused]
+    read = [*names["q"], *names["qd"], *followed, *names["loads"], *names["states"]]
+    tuned = [name for prefix in ("kp", "kd", "f_min", "f_max") for name in names[prefix]]
+    tick = frozenset([*read, *tuned])
+    at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
+    reports = [name for name in names["report"] if name != SOLVE_TIME]
+    now = [*names["slack"], *reports, *([] if delayed else names["forces"] + names["commands"])]
+    at_once.update(dict.fromkeys(now, tick))
+    if LIMITS_DROPPED in at_once:  # tasks give way before the limits do
+        untied = frozenset(names["reference"] + names["kp"] + names["kd"])
+        at_once[LIMITS_DROPPED] = tick - untied
+    if delayed:
+        at_once.update(_inverted(robot, names))
+    if not modelled_muscles(robot):
+        pairs = zip(names["forces"], names["f_min"], strict=True)
+        at_start.update({force: frozenset([low]) for force, low in pairs})
+    return Dependencies(at_once, at_start)
+
+
+def reference_dependencies(groups: Groups) -> Dependencies:
+    """Of a reference: it depends on time alone."""
+    return Dependencies(_no_dependencies(groups), _no_dependencies(groups))
+
+
+def hardware_dependencies(groups: Groups) -> Dependencies:
+    """Of hardware: what is measured moves in time; tensions may be there within an exchange."""
+    names = _names(groups)
+    at_once = _no_dependencies(groups)
+    if names["measured_tensions"]:
+        pairs = zip(names["measured_tensions"], names["commands"], strict=True)
+        at_once.update({tension: frozenset([force]) for tension, force in pairs})
+    return Dependencies(at_once, _no_dependencies(groups))
+
+
+def _names(groups: Groups) -> dict[str, list[str]]:
+    return {name: [port.name for port in ports] for name, ports in groups.items()}
+
+
+def _no_dependencies(groups: Groups) -> dict[str, Names]:
+    return {port.name: _NONE for port in all_ports(groups) if port.causality == "output"}
+
+
+def _of(names: Sequence[str], places: Iterable[int]) -> Names:
+    return frozenset(names[place] for place in places)
+
+
+def _coordinates_above(robot: Robot) -> dict[str, frozenset[int]]:
+    """Indices of the coordinates that move each link."""
+    above: dict[str, frozenset[int]] = {link.name: frozenset() for link in robot.links}
+    first = 0
+    for joint in robot.joints:
+        own = range(first, first + len(joint.coordinates))
+        above[joint.child] = above.get(joint.parent, frozenset()).union(own)
+        first += len(joint.coordinates)
+    return above
+
+
+def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) -> frozenset[int]:
+    """Indices of the coordinates that move parts of a muscle's path against each other."""
+    links = {surface.name: surface.link for surface in robot.wrap_surfaces}
+    on = [point.link for point in muscle.via_points]
+    on += [links[wrap.surface] for wrap in muscle.wraps]
+    moved = [above.get(link, frozenset()) for link in on]
+    return frozenset().union(*moved) - moved[0].intersection(*moved)
+
+
+def _energy_start(name: str, q: Sequence[str], qd: Sequence[str]) -> Names:
+    if name.startswith("work."):
+        return _NONE
+    return frozenset(q if name == "energy.potential" else [*q, *qd])
+
+
+def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tuple[str, int, str]]:
+    """Outputs of muscles with laws: name, index of the muscle, what it is."""
+    tensions = zip(names["tensions"], modelled_muscles(robot), strict=True)
+    of_state = [(k, s.name) for k, m in enumerate(robot.muscles) for s in states_of(m.model)]
+    states = zip(names["states"], (of_state[i] for i in state_order(robot)), strict=True)
+    return [
+        *((name, k, "tension") for name, k in tensions),
+        *((name, k, state) for name, (k, state) in states),
+    ]
+
+
+def _letters(muscle: Muscle, what: str) -> str:
+    """What an output of a muscle follows from at the start."""
+    kind, values = muscle.model.kind, law_parameters(muscle.model)
+    letters = _AT_START[kind][what]
+    has_no_rate = (
+        values.get("elastic_tendon", 0.0) != 0.0
+        or (kind == "elastic_cable" and values["damping"] == 0.0)
+        or (kind == "ligament_blankevoort1991" and values["damping_coefficient"] == 0.0)
+    )
+    return letters.replace(_RATE, "") if has_no_rate else letters
+
+
+def _follows_at_once(muscle: Muscle, what: str) -> bool:
+    """Whether nothing that needs time stands between a muscle's command and its output."""
+    if law_of(muscle.model).command is None:
+        return False
+    values = law_parameters(muscle.model)
+    if muscle.model.kind == "mckibben":
+        return values["pressure_time_constant"] == 0.0
+    return muscle.model.kind == "elastic_cable" and what == "tension"
+
+
+def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:
+    """Commands that lead to forces of the last tick: laws inverted at the muscles' states."""
+    above = _coordinates_above(robot)
+    kinds = [k for k, muscle in enumerate(robot.muscles) for _ in states_of(muscle.model)]
+    owner = dict(zip(names["states"], (kinds[i] for i in state_order(robot)), strict=True))
+    found = {}
+    for name, k in zip(names["commands"], driven_muscles(robot), strict=True):
+        crossed = _crossed(robot.muscles[k], robot, above)
+        states = frozenset(state for state, muscle in owner.items() if muscle == k)
+        found[name] = _of(names["q"], crossed) | _of(names["qd"], crossed) | states
+    return found

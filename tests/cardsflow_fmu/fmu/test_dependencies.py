@@ -1,0 +1,329 @@
+"""The model structure of FMUs: what is declared is what is seen when a variable is changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from support.cases import few
+from support.fmu.dependencies import (
+    Probe,
+    declared,
+    seen_at_a_tick,
+    seen_at_once,
+    seen_at_start,
+    undeclared,
+    unexplained,
+)
+from support.robots.muscle_bench import SOUND
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.signals.ports import SOLVE_TIME
+from cardsflow_fmu.simulation.build import build
+
+pytestmark = pytest.mark.native
+
+PLANAR = EXAMPLES / "planar_2r"
+
+
+def laws(*models: Mapping[str, Any] | str) -> dict[str, Any]:
+    """The two-link arm's cables, each with its law."""
+    return {f"muscles.cable_{k}.model": model for k, model in enumerate(models, 1)}
+
+
+def law(kind: str, **more: float) -> dict[str, Any]:
+    return {"kind": kind, **SOUND[kind], **more}
+
+
+HILL = {"optimal_fibre_length": 0.45, "tendon_slack_length": 0.45, "max_isometric_force": 300.0}
+LONG = {"optimal_fibre_length": 1.1, "tendon_slack_length": 1.2, "max_isometric_force": 300.0}
+PASSIVE = {f"muscles.cable_{k}.{end}": 0.0 for k in (3, 4) for end in ("f_min", "f_max")}
+PNEUMATIC = {"thread_length": 0.6, "turns": 3.0}
+PLANTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "ideal": ("planar_2r", {}),
+    "quick": (
+        "planar_2r",
+        laws(
+            law("elastic_cable", stiffness=400.0),
+            law("elastic_cable", damping=0.0),
+            law("mckibben", pressure_time_constant=0.0, **PNEUMATIC),
+            law("mckibben", pressure_time_constant=0.05, **PNEUMATIC),
+        ),
+    ),
+    "muscles": (
+        "planar_2r",
+        laws(
+            law("hill_degroote2016", **HILL),
+            law("hill_millard2012", **LONG, elastic_tendon=1.0),
+            law("passive_spring"),
+            law("ligament_blankevoort1991", linear_stiffness=40.0, slack_length=0.5),
+        )
+        | PASSIVE,
+    ),
+    "thelen": ("planar_2r", laws("ideal", law("hill_thelen2003", **LONG), "ideal", "ideal")),
+    "motors": (
+        "planar_2r",
+        laws(*[{"kind": "series_elastic_motor", "rest_length": 0.3}] * 2, "ideal", "ideal"),
+    ),
+    "roboy": ("roboy_left_arm", {"plant.wrenches": ["upper_arm_left"]}),
+    "hill_arm": ("hill_arm", {}),
+    "pneumatic": ("pneumatic_elbow", {}),
+    "contacts": ("pick_up", {}),
+}
+TAUT = {"": 0.4, "m": 0.1, "V": 4.0, "Pa": 2e4}
+KINDS = [(case, native) for case in PLANTS for native in (True, False) if case != "contacts"]
+KINDS.append(("contacts", False))
+
+
+def experiment_of(case: str) -> Experiment:
+    example, settings = PLANTS[case]
+    return Experiment.load(EXAMPLES / example, {"run.duration": 0.1, **settings})
+
+
+@contextmanager
+def probe_of(file: Path, folder: Path, base: Mapping[str, float]) -> Iterator[Probe]:
+    probe = Probe(file, folder, base)
+    yield probe
+    probe.close()
+
+
+def a_base(experiment: Experiment) -> dict[str, float]:
+    """A start that is nothing special: turning joints away from where they began, taut muscles."""
+    rng = np.random.default_rng(7)
+    base = {}
+    for k, coordinate in enumerate(experiment.plant_robot.coordinates):
+        q = experiment.start.q[k]
+        low, high = max(coordinate.lower, q - 0.5), min(coordinate.upper, q + 1.0)
+        base[f"q_start.{coordinate.name}"] = q + 0.1 * (0.5 * (low + high) - q)
+        base[f"qd_start.{coordinate.name}"] = float(rng.uniform(0.1, 0.4))
+    ports = PlantModel.table(experiment)
+    base |= {p.name: TAUT[p.unit] for p in ports if p.name[:2] == "u." and p.unit in TAUT}
+    return base
+
+
+def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
+    experiment = experiment_of(case)
+    file = build(experiment, folder, fmi=fmi, arrays=False, native=native)["plant"]
+    with probe_of(file, folder / "unpacked", a_base(experiment)) as probe:
+        at_once, seen = declared(file, at_start=False), seen_at_once(probe)
+        assert undeclared(at_once, seen) == {}
+        if case != "contacts":  # what is not touched feels nothing
+            assert unexplained(at_once, seen) == {}
+        at_start = declared(file, at_start=True)
+        seen = seen_at_start(probe, probe.names("input", "parameter"))
+        assert undeclared(at_start, seen) == {}
+        left = unexplained(at_start, seen)
+        # all coordinates; those that turn the robot as a whole change none
+        assert {name for name in left if "energy" not in name and "momentum" not in name} == set()
+
+
+@pytest.mark.parametrize(("case", "native"), few(KINDS, 5))
+def test_a_plant(case: str, native: bool, tmp_path: Path) -> None:
+    checked(case, native, tmp_path)
+
+
+def test_a_plant_in_fmi_3(tmp_path: Path) -> None:
+    checked("quick", True, tmp_path, "3.0")
+
+
+def test_positions_depend_on_no_input(tmp_path: Path) -> None:
+    """The end of the loop that hosts saw between a plant and its controller."""
+    for case in ("ideal", "muscles"):
+        file = build(experiment_of(case), tmp_path / case, native=True)["plant"]
+        at_once = declared(file, at_start=False)
+        assert {knowns for name, knowns in at_once.items() if name[:2] in ("q.", "qd")} == {
+            frozenset()
+        }
+
+
+def test_every_law_is_known() -> None:
+    from cardsflow_fmu.signals.dependencies import _AT_START
+
+    kinds = {kind: law for kind, law in TENSION_LAWS.items() if kind != "ideal"}
+    assert _AT_START.keys() == kinds.keys()
+    for kind, known in _AT_START.items():
+        assert known.keys() == {"tension", *(state.name for state in kinds[kind].states)}
+
+
+DELAY = {"controller.delay": 1}
+CONTROLLERS: dict[str, tuple[str, dict[str, Any]]] = {
+    "joint_space": ("planar_2r", {}),
+    "force_position": ("planar_2r", {"controller.type": "force_position"}),
+    "delayed": ("planar_2r", DELAY | {"controller.predict": False}),
+    "predicted": ("planar_2r", DELAY | {"controller.type": "force_position"}),
+    "operational": ("roboy_left_arm", {}),
+    "reactive": ("roboy_left_arm", {"controller.type": "reactive_qp"}),
+    "muscles": ("hill_arm", {}),
+    "late_muscles": ("pneumatic_elbow", DELAY),
+}
+TORQUES = {"controller.kp": 40.0, "controller.kd": 5.0}
+for _name in ("torque_position", "lyapunov"):
+    CONTROLLERS[_name] = ("planar_2r", TORQUES | {"controller.type": _name})
+IN_C = ("joint_space", "delayed", "operational", "muscles", "late_muscles")
+KINDS_OF_CONTROLLERS = [
+    (case, native) for case in CONTROLLERS for native in (True, False) if case in IN_C or not native
+]
+
+
+@pytest.mark.parametrize(("case", "native"), few(KINDS_OF_CONTROLLERS, 4))
+def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
+    """At a tick that is met, and at one that is not, so that the slack shows as well."""
+    example, settings = CONTROLLERS[case]
+    experiment = Experiment.load(EXAMPLES / example, {"run.duration": 0.1, **settings})
+    file = build(experiment, tmp_path, fmi="3.0", arrays=False, native=native)["controller"]
+    at_once = declared(file, at_start=False)
+    assert at_once.pop(SOLVE_TIME) == frozenset()
+    tuned = ("kp.", "kd.", "f_min.", "f_max.")
+    seen: dict[str, frozenset[str]] = dict.fromkeys(at_once, frozenset())
+    for k, far in enumerate((0.02, 1.0, 30.0)):
+        base = a_state(experiment, file, far)
+        with probe_of(file, tmp_path / str(k), base) as probe:
+            period = experiment.controller.period
+            scales = (0.1, 3.0, 300.0, 1e5) if far < 30 else (0.3, 3.0)
+            found = seen_at_a_tick(probe, period, probe.names("input"), scales)
+            tunables = [n for n in probe.names("parameter") if n.startswith(tuned)]
+            # bounds count only for muscles that come to them
+            assert undeclared(at_once, seen_at_a_tick(probe, period, tunables, (0.1,))) == {}
+            seen = {name: seen[name] | found[name] for name in seen}
+            if k == 0:
+                at_start = declared(file, at_start=True)
+                shown = seen_at_start(probe, probe.names("input", "parameter"))
+                assert undeclared(at_start, shown) == {}
+                assert unexplained(at_start, shown) == {}
+    assert undeclared(at_once, seen) == {}
+    inputs = {n: frozenset(k for k in of if not k.startswith(tuned)) for n, of in at_once.items()}
+    if case == "reactive":  # its tasks always give way: only joint limits can fail
+        inputs["infeasible"] = inputs["limits_dropped"]
+    if case == "muscles":  # most of which are at what they can reach at a tick
+        unseen = set().union(*inputs.values()) - set().union(*seen.values())
+        assert unseen <= {"w.hand.fy"}  # the arm moves in the other two directions
+    else:
+        assert unexplained(inputs, seen) == {}
+
+
+def a_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:
+    """Where the robot starts, with errors as large as `far`, and loads on all axes."""
+    rng = np.random.default_rng(3)
+    base = {}
+    q = dict(zip((c.name for c in experiment.robot.coordinates), experiment.start.q, strict=True))
+    for variable in fmpy.read_model_description(str(file)).modelVariables:
+        head, _, tail = variable.name.partition(".")
+        if variable.causality != "input":
+            continue
+        error = float(rng.uniform(0.5, 1.0)) * far
+        if head == "q":
+            base[variable.name] = q[tail]
+        elif head in ("q_d", "y_d"):
+            base[variable.name] = q.get(tail, 0.0) + error
+        elif head in ("qd", "qd_d", "yd_d", "qdd_d", "ydd_d", "w"):
+            base[variable.name] = error
+        elif head == "activation":
+            base[variable.name] = 0.2
+        elif head == "pressure":
+            base[variable.name] = 1e5
+    return base
+
+
+def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
+    for native in (True, False):
+        file = build(experiment_of("ideal"), tmp_path / str(native), native=native)["reference"]
+        for at_start in (True, False):
+            assert set(declared(file, at_start=at_start).values()) == {frozenset()}
+
+
+def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
+    """FMI 3.0 with arrays says the same as with scalars, array by array."""
+    experiment = experiment_of("muscles")
+    both = [build(experiment, tmp_path / str(n), fmi="3.0", arrays=n, native=True) for n in (0, 1)]
+    for name in both[0]:
+        for at_start in (True, False):
+            scalars, arrays = (declared(files[name], at_start=at_start) for files in both)
+            expected: dict[str, set[str]] = {}
+            for output, knowns in scalars.items():
+                heads = {known if known in arrays else known.split(".")[0] for known in knowns}
+                key = output if output in arrays else output.split(".")[0]
+                expected.setdefault(key, set()).update(heads)
+            assert arrays == {key: frozenset(value) for key, value in expected.items()}
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path: Path) -> None:
+    """Zero where nothing is declared; what is declared has one, and not zero."""
+    experiment = experiment_of("quick")
+    file = build(experiment, tmp_path, native=native)["plant"]
+    at_start = declared(file, at_start=True)
+    with probe_of(file, tmp_path / "unpacked", a_base(experiment)) as probe:
+        probe.at_start()
+        host, outputs = probe.host, probe.names("output")
+        references = [host.references[name] for name in outputs]
+        knowns = [name for name in probe.names("input", "parameter") if name != "step"]
+        slopes = {
+            known: host.slave.getDirectionalDerivative(references, [host.references[known]], [1.0])
+            for known in knowns
+        }
+    for k, output in enumerate(outputs):
+        shown = {known for known in knowns if abs(slopes[known][k]) > 1e-9}
+        assert shown == at_start[output], output
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_derivatives_over_a_step_answer_for_what_is_declared(native: bool, tmp_path: Path) -> None:
+    experiment = experiment_of("quick")
+    file = build(experiment, tmp_path, native=native)["plant"]
+    with probe_of(file, tmp_path / "unpacked", a_base(experiment)) as probe:
+        probe.at_start()
+        probe.host.slave.exitInitializationMode()
+        for output, knowns in declared(file, at_start=False).items():
+            for known in knowns:
+                places = [probe.host.references[name] for name in (output, known)]
+                (slope,) = probe.host.slave.getDirectionalDerivative(places[:1], places[1:], [1.0])
+                assert slope != 0.0
+
+
+def test_no_loop_is_left_between_plant_and_controller(tmp_path: Path) -> None:
+    """As hosts look for it: along the wires of the system and through what the FMUs declare."""
+    for case, (name, settings) in PLANTS.items():
+        if case == "quick":  # a pressure that follows at once and is read: that is a loop
+            continue
+        experiment = Experiment.load(EXAMPLES / name, {"run.duration": 0.1, **settings})
+        files = build(experiment, tmp_path / case)
+        assert not has_loop(files)
+
+
+def has_loop(files: Mapping[str, Path]) -> bool:
+    """Whether signals come round to themselves; equal names are wired."""
+    through: dict[str, set[str]] = {}
+    for role in ("plant", "controller", "reference"):
+        for output, knowns in declared(files[role], at_start=False).items():
+            # a plant's output f. does not exist, nor a controller's q.: names are signals
+            through.setdefault(output, set()).update(knowns)
+    done: set[str] = set()
+
+    def comes_round(signal: str, path: frozenset[str]) -> bool:
+        if signal in path:
+            return True
+        if signal in done:
+            return False
+        found = any(comes_round(known, path | {signal}) for known in through.get(signal, ()))
+        done.add(signal)
+        return found
+
+    return any(comes_round(signal, frozenset()) for signal in through)
+
+
+def test_hardware_is_moved_in_time(tmp_path: Path) -> None:
+    """Only tensions may follow their forces within an exchange."""
+    file = build(experiment_of("ideal"), tmp_path)["hardware"]
+    at_once = declared(file, at_start=False)
+    expected = {name: frozenset[str]() for name in at_once}
+    expected |= {f"tension.cable_{k}": frozenset([f"f.cable_{k}"]) for k in range(1, 5)}
+    assert at_once == expected
+    assert set(declared(file, at_start=True).values()) == {frozenset()}
