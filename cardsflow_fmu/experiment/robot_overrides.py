@@ -9,6 +9,11 @@ The tables below [robot] are named as the parts of `Robot` are; `points` are via
     [robot.joints.elbow]
     motor = true            # one for each of its coordinates
     effort = 30.0           # its largest torque or force, or [least, largest]
+
+A joint or a coordinate that is `locked` does not move: it is no coordinate of the robot any more.
+
+    [robot.joints.elbow]
+    locked = true  # at its initial value; or a number, or one for each of its coordinates
 """
 
 from __future__ import annotations
@@ -20,6 +25,8 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Joint, Robot, TaskSet, UnknownNameError
+from addin_sdfusion.robot.model.joint import Coordinate
+from addin_sdfusion.robot.transforms.lock import lock
 from cardsflow_fmu.config.key_path import PathError, indexed
 from cardsflow_fmu.config.messages import joined
 from cardsflow_fmu.config.table import Text, Whole, checked, numbers
@@ -37,11 +44,14 @@ KINDS = {
 ALIASES = {"points": "via_points"}
 """Names of fields in files, where they are others."""
 
+LOCKED = "locked"
+_MAY_BE_LOCKED = ("joints", "coordinates")
 _FIXED = ("name", "motions")  # what other parts, and the order of the coordinates, rest on
 
 
 def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: str) -> Robot:
-    """The robot with other numbers, vectors and attachments; not checked."""
+    """The robot with other numbers, vectors and attachments, and what is locked; not checked."""
+    held: dict[str, Any] = {}
     try:
         for kind, parts in overrides.items():
             items = {item.name: item for item in getattr(robot, kind)}
@@ -49,10 +59,15 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
                 if name not in items:
                     raise UnknownNameError(KINDS[kind], name, items, key=f"{kind}.{name}")
                 key_ = f"{kind}.{name}"
+                if kind in _MAY_BE_LOCKED and isinstance(fields, Mapping) and LOCKED in fields:
+                    fields = dict(fields)
+                    held |= _held(items[name], fields.pop(LOCKED), f"{key_}.{LOCKED}")
                 if kind == "joints":
                     items[name], fields = _with_motor(items[name], fields, key_)
                 items[name] = _changed(items[name], fields, key_)
             robot = _with(robot, kind, list(items.values()))
+        if held:
+            robot = lock(robot, _positions(robot, held))
     except InputError as error:
         error.file, error.key = file, joined(key, error.key)
         raise
@@ -75,6 +90,27 @@ def _with_motor(joint: Joint, fields: Any, key: str) -> tuple[Joint, dict[str, A
                 raise PathError("is negative; give the largest torque, or two bounds", key=at)
     coordinates = tuple(replace(c, **words) for c in joint.coordinates)
     return replace(joint, coordinates=coordinates), given
+
+
+def _held(item: Joint | Coordinate, value: Any, key: str) -> dict[str, Any]:
+    """What the coordinates of a joint, or a single one, are held at, by name; True for initial."""
+    own = item.coordinates if isinstance(item, Joint) else (item,)
+    if not own:
+        raise PathError("does not move anyway", key=key)
+    if isinstance(value, bool):
+        return dict.fromkeys((c.name for c in own), True) if value else {}
+    if len(own) == 1 and not isinstance(value, list | tuple):
+        value = [value]
+    values = checked(numbers(len(own)), value, key)
+    return {c.name: float(x) for c, x in zip(own, values, strict=True)}
+
+
+def _positions(robot: Robot, held: Mapping[str, Any]) -> dict[str, float]:
+    return {
+        c.name: min(max(c.initial, c.lower), c.upper) if held[c.name] is True else held[c.name]
+        for c in robot.coordinates
+        if c.name in held
+    }
 
 
 def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
