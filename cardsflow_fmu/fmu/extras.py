@@ -24,7 +24,7 @@ def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
     files = {
         "documentation/index.html": documentation_page(fmu),
         "documentation/licenses/license.txt": _license().encode(),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(fmu.variables, fmi),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(fmu.variables),
         "terminalsAndIcons/icon.png": icon,
         "terminalsAndIcons/icon.svg": drawing,
     }

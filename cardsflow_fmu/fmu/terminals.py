@@ -7,24 +7,23 @@ from collections.abc import Sequence
 
 from cardsflow_fmu.signals.variables import Variable
 
-from .description import FmiVersion
-
 _GROUPS = {
     "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d")),
     "muscles": ("Signals of muscles", ("f", "u", "l", "tension")),
     "tasks": ("Signals of task frames", ("y", "y_d", "yd_d", "ydd_d", "w")),
 }
 _SIZE = "100"
+_FMI = "3.0"  # that defines this file, for FMI 2.0 as well
 
 
-def terminals_and_icons(variables: Sequence[Variable], fmi: FmiVersion) -> bytes:
+def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
     """The contents of terminalsAndIcons.xml.
 
     Terminals are matched member by member, as the rule `bus` says: a plant's `joint_1` has `q` and
     `qd`, which are members of a controller's `joint_1` as well. With arrays, a terminal is all
     joints or all muscles.
     """
-    root = ET.Element("fmiTerminalsAndIcons", fmiVersion=fmi)
+    root = ET.Element("fmiTerminalsAndIcons", fmiVersion=_FMI)
     graphics = ET.SubElement(root, "GraphicalRepresentation")
     corners = {"x1": f"-{_SIZE}", "y1": f"-{_SIZE}", "x2": _SIZE, "y2": _SIZE}
     ET.SubElement(graphics, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")
