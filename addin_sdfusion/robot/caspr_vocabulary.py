@@ -54,13 +54,14 @@ class CasprPulley(NamedTuple):
     properties: tuple[Property, ...]
 
 
-_DIAMETER = Property("diameter", required=False)
+_OTHER = (Property("diameter", required=False), Property("force_error", required=False))
+"""What any cable may have: for interference, and older CASPR's mark for a force not found."""
 
 CASPR_CABLES: dict[str, CasprCable] = {
-    "cable_ideal": CasprCable("ideal", (_DIAMETER,)),
-    "cable_linear_spring": CasprCable("linear_spring", (Property("K"), _DIAMETER)),
+    "cable_ideal": CasprCable("ideal", _OTHER),
+    "cable_linear_spring": CasprCable("linear_spring", (Property("K"), *_OTHER)),
     "cable_passive_linear_spring": CasprCable(
-        "passive_spring", (Property("K"), Property("l0"), _DIAMETER)
+        "passive_spring", (Property("K"), Property("l0"), *_OTHER)
     ),
     "cable_vsd_torsion_spring": CasprCable(
         "vsd_torsion",
@@ -69,12 +70,12 @@ CASPR_CABLES: dict[str, CasprCable] = {
             Property("num_torsion_springs"),
             Property("torsion_spring_stiffness"),
             Property("torsion_spring_length"),
-            _DIAMETER,
+            *_OTHER,
         ),
     ),
     "cable_vsd_flexure_linear": CasprCable(
         "vsd_flexure",
-        (Property("K_cable"), Property("vsd_force_deformation_relation", 3), _DIAMETER),
+        (Property("K_cable"), Property("vsd_force_deformation_relation", 3), *_OTHER),
     ),
     "cable_vsd_polynomial": CasprCable(
         "vsd_polynomial",
@@ -82,7 +83,7 @@ CASPR_CABLES: dict[str, CasprCable] = {
             Property("K_cable"),
             Property("num_stiffness_polynomial_coeff"),
             Property("stiffness_poly_coeff", None, required=False),
-            _DIAMETER,
+            *_OTHER,
         ),
     ),
 }

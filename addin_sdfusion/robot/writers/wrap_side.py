@@ -6,6 +6,8 @@ initial values of the coordinates and near them.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ..model.joint import Motion
 from ..model.muscle import Muscle, Wrap
 from ..model.pose import IDENTITY, Pose, Vector3
@@ -51,9 +53,21 @@ def is_shorter_path(robot: Robot, muscle: Muscle, wrap: Wrap) -> bool:
 
 
 def _ends(robot: Robot, muscle: Muscle, wrap: Wrap) -> tuple[Vector3, Vector3]:
-    """The via points before and after a wrap, in the surface's frame."""
+    return ends_on(robot, muscle, wrap, initial_poses(robot))
+
+
+def ends_on(
+    robot: Robot, muscle: Muscle, wrap: Wrap, poses: Mapping[str, Pose]
+) -> tuple[Vector3, Vector3]:
+    """The via points before and after a wrap, in the surface's frame.
+
+    Args:
+        robot: The robot.
+        muscle: Its muscle.
+        wrap: A wrap of the muscle.
+        poses: The pose of every link in the world.
+    """
     surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
-    poses = initial_poses(robot)
     T_surface_world = inverse(compose(poses[surface.link], surface.pose))
     start, end = (
         apply(T_surface_world, apply(poses[point.link], point.position))
@@ -64,11 +78,16 @@ def _ends(robot: Robot, muscle: Muscle, wrap: Wrap) -> tuple[Vector3, Vector3]:
 
 def initial_poses(robot: Robot) -> dict[str, Pose]:
     """The pose of every link in the world, at the initial values of the coordinates."""
+    return link_poses(robot, {c.name: c.initial for c in robot.coordinates})
+
+
+def link_poses(robot: Robot, q: Mapping[str, float]) -> dict[str, Pose]:
+    """The pose of every link in the world, at values of the coordinates, in [rad] or [m]."""
     poses = {WORLD: IDENTITY}
     for joint in robot.joints:
         T = compose(poses[joint.parent], joint.T_parent_joint)
         for motion in joint.motions:
-            T = compose(T, _motion_pose(motion, joint.coordinates[motion.coordinate].initial))
+            T = compose(T, _motion_pose(motion, q[joint.coordinates[motion.coordinate].name]))
         poses[joint.child] = compose(T, inverse(joint.T_child_joint))
     return poses
 

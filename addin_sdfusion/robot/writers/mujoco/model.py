@@ -23,6 +23,7 @@ from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 from ..common_losses import cables, link_ends, motor_bounds, other_sets, refuse, task_axes
 from ..file_names import write_document
+from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
 from .constraints import add_constraints, constraint_losses
@@ -65,6 +66,7 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         *_equal_forces(robot),
         *motor_bounds(robot, "MJCF"),
         *wrap_losses(robot),
+        *ends_inside(robot, "MuJoCo"),
         *mesh_losses(robot, meshes or {}),
         *cables(robot, "MJCF"),
         *task_axes(robot, "MJCF"),

@@ -22,6 +22,7 @@ from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names, single_joints
 from ..common_losses import cables, chained_joints, link_ends, motor_bounds, other_sets, task_axes
 from ..file_names import write_document
+from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, add_joint, add_massless, frame_path, objects
 from .forces import ENDLESS, add_joint_forces, add_muscle, add_surfaces, surface_names
@@ -60,6 +61,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *_friction(robot),
         *motor_bounds(robot, "OpenSim"),
         *_wraps(robot),
+        *ends_inside(robot, "OpenSim"),
         *_collisions(robot),
         *cables(robot, "OpenSim", CLASSES),
         *law_losses(robot),

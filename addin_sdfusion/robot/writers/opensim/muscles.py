@@ -145,6 +145,12 @@ def law_losses(robot: Robot) -> Iterator[Finding]:
         if changed:
             problem = f"a {CLASSES[kind]} is written with {', '.join(changed)}: it takes no other"
             yield warning(subject, "tension-law-changed", problem)
+        if kind == "hill_degroote2016" and ours["elastic_tendon"] and ours["fibre_damping"]:
+            problem = (
+                f"OpenSim moves the fibre of a {CLASSES[kind]} with an elastic tendon as if its "
+                f"fibre_damping {ours['fibre_damping']:g} were 0; at rest the tension is the same"
+            )
+            yield warning(subject, "fibre-damping-passed-over", problem)
 
 
 def _written(kind: str, ours: Mapping[str, float]) -> dict[str, float]:

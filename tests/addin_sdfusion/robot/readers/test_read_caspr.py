@@ -305,13 +305,16 @@ def with_first_cable(tmp_path, tag, properties, first=""):
     ("tag", "properties", "kind", "values"),
     [
         ("cable_ideal", "<diameter>0.002</diameter>", "ideal", [0.002]),
+        ("cable_ideal", "<force_error>-1</force_error>", "ideal", [-1]),
+        ("cable_linear_spring", "<K>100</K><force_error>-1</force_error>", "linear_spring",
+         [100, -1]),
         ("cable_linear_spring", "<K>100</K>", "linear_spring", [100]),
         ("cable_passive_linear_spring", SPRING, "passive_spring", [100, 0.5]),
         ("cable_vsd_torsion_spring", TORSION, "vsd_torsion", [1e4, 2, 3, 0.1]),
         ("cable_vsd_flexure_linear", FLEXURE, "vsd_flexure", [3e9, 7, -8, 9]),
         ("cable_vsd_polynomial", POLYNOMIAL, "vsd_polynomial", [4e4, 2, 5, 6]),
     ],
-)
+)  # fmt: skip
 def test_every_kind_of_cable_keeps_its_properties(tmp_path, tag, properties, kind, values):
     reading = with_first_cable(tmp_path, tag, properties)
     model = reading.robot.muscles[0].model

@@ -51,6 +51,32 @@ def test_muscles_of_hills_type(kind, parameters, tmp_path):
             assert ours.start(length, activation) == pytest.approx(expected, rel=1e-6)
 
 
+def test_fibre_damping_that_opensim_passes_over_is_said(tmp_path):
+    """Its elastic De Groote muscle moves the fibre without; here the damping slows it."""
+    kind, speeds = "hill_degroote2016", []
+    for damping in (0.0, 0.1):
+        parameters = ELASTIC | {"fibre_damping": damping}
+        model, state, force, slide = _opened(kind, parameters, tmp_path)
+        theirs, ours = opensim.Muscle.safeDownCast(force), Bench((kind, parameters))
+        slide.setValue(state, 0.3)
+        theirs.setActivation(state, 0.5)
+        kT = np.log(6.0) / SHAPE["tendon_strain"]
+        tension = 0.2 * np.exp(kT * 0.02) - 0.2  # of a tendon that is stretched by 2 %
+        model.setStateVariableValue(state, "/forceset/m0/normalized_tendon_force", tension)
+        model.realizeAcceleration(state)
+        fibre = theirs.getFiberLength(state)
+        rate = ours.state_rates(0.3, 0.0, 0.5, [0.5, fibre])[1]
+        speeds.append((theirs.getFiberVelocity(state), rate))
+        found = [
+            f.message for f in osim_losses(ours.robot) if f.code == "fibre-damping-passed-over"
+        ]
+        assert len(found) == bool(damping)
+    (undamped, ours_undamped), (passed_over, ours_damped) = speeds
+    assert undamped == pytest.approx(ours_undamped, rel=1e-9)
+    assert passed_over == undamped
+    assert abs(ours_damped) < 0.95 * abs(undamped)
+
+
 def test_ligaments_pull_as_in_opensim(tmp_path):
     parameters = {"linear_stiffness": 800.0, "slack_length": 0.25, "damping_coefficient": 0.5}
     kind = "ligament_blankevoort1991"
