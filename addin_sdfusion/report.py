@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from .robot.finding import Finding, errors_first
 from .robot.finding_builders import listed
+from .robot.json_text import json_text
 
 MOST_ALIKE = 3
 """So many warnings of a kind about a file format are listed one by one."""
@@ -23,7 +23,7 @@ def report_text(findings: Sequence[Finding]) -> str:
 def report_json(findings: Iterable[Finding]) -> str:
     """The findings for programs, as `cardsflow check --json` has them."""
     rows = [finding.as_dict() for finding in findings]
-    return json.dumps(rows, indent=1, ensure_ascii=False) + "\n"
+    return json_text(rows, indent=1, ensure_ascii=False) + "\n"
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:

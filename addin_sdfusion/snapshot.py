@@ -17,6 +17,7 @@ from .records import Samples, from_plain, to_plain
 from .robot.errors import InputError
 from .robot.files import read_file, write_files
 from .robot.finding import Finding
+from .robot.json_text import json_text
 from .robot.model.pose import Vector3
 from .settings import ExportSettings
 
@@ -261,7 +262,7 @@ class DesignSnapshot:
 def snapshot_text(snapshot: DesignSnapshot) -> str:
     """The text of a snapshot's file."""
     plain = {"format": FORMAT, "design": to_plain(snapshot)}
-    return json.dumps(plain, indent=1, sort_keys=True, allow_nan=False) + "\n"
+    return json_text(plain, indent=1, sort_keys=True) + "\n"
 
 
 def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:

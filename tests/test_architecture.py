@@ -57,6 +57,19 @@ def test_a_library_is_imported_in_its_room_only(
     assert [user for user in users if not user.startswith(allowed)] == []
 
 
+@pytest.mark.parametrize(
+    ("call", "place"), [("json.dump", "addin_sdfusion/robot/json_text.py")], ids=["json"]
+)
+def test_what_is_done_in_one_place_only(call: str, place: str) -> None:
+    users = {
+        file.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for file in (ROOT / package).rglob("*.py")
+        if call in file.read_text()
+    }
+    assert users == {place}
+
+
 def test_names_that_others_build_on() -> None:
     import addin_sdfusion.robot
     import cardsflow_fmu

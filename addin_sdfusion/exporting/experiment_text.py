@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
+from ..robot.json_text import json_text
 from ..robot.model.joint import Coordinate
 from ..robot.model.robot import Robot
 from ..robot.model.trajectory import Trajectory, TrajectoryPoint
@@ -131,7 +131,7 @@ def _nearby(c: Coordinate, q: float) -> float:
 
 def toml_key(name: str) -> str:
     """A name as a TOML key."""
-    return name if _BARE.fullmatch(name) else json.dumps(name, ensure_ascii=False)
+    return name if _BARE.fullmatch(name) else json_text(name, ensure_ascii=False)
 
 
 def _as_variable(name: str) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 from ..robot.errors import InputError
 from ..robot.files import read_file
+from ..robot.json_text import json_text
 
 MANIFEST = ".cardsflow-export.json"
 FORMAT = 1
@@ -30,7 +31,7 @@ def manifest_text(files: Mapping[str, str]) -> str:
         files: The fingerprint of each file by its path below the folder.
     """
     plain = {"format": FORMAT, "files": dict(sorted(files.items()))}
-    return json.dumps(plain, indent=1, ensure_ascii=False) + "\n"
+    return json_text(plain, indent=1, ensure_ascii=False) + "\n"
 
 
 def read_manifest(folder: Path) -> dict[str, str]:

@@ -7,10 +7,10 @@ The moves are written to a journal first. An error undoes those that were done; 
 from __future__ import annotations
 
 import contextlib
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..robot.json_text import json_text
 from .manifest import damaged, read_json, require_inside
 
 JOURNAL = "moves.json"
@@ -32,7 +32,7 @@ def move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
     """
     journal = part / JOURNAL
     aside = part / f"{JOURNAL}.tmp"  # half a journal would be worse than none
-    aside.write_text(json.dumps(moves), encoding="utf-8")
+    aside.write_text(json_text(moves), encoding="utf-8")
     aside.replace(journal)
     try:
         for source, target in moves:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 from ..records import from_plain, to_plain
 from ..robot.errors import InputError
+from ..robot.json_text import json_text
 from ..robot.model.muscle import CableKind, CableModel
 from ..robot.model.robot import Axis
 from ..settings import ExportSettings
@@ -88,13 +89,13 @@ class _MuscleText:
 def point_text(point: PointAttribute) -> str:
     """The text of a point's attribute."""
     plain = {"muscle": "", "number": 0, "name": "", **to_plain(point)}
-    return json.dumps(plain, ensure_ascii=False, sort_keys=True)
+    return json_text(plain, ensure_ascii=False, sort_keys=True)
 
 
 def wrap_text(wrap: WrapAttribute) -> str:
     """The text of a face's attribute."""
     uses = [{"side": 0, "turns": 0, **to_plain(use)} for use in wrap.muscles]
-    return json.dumps({**to_plain(wrap), "muscles": uses}, ensure_ascii=False, sort_keys=True)
+    return json_text({**to_plain(wrap), "muscles": uses}, ensure_ascii=False, sort_keys=True)
 
 
 def muscles_text(rows: Sequence[MuscleRow]) -> str:
@@ -110,12 +111,12 @@ def muscles_text(rows: Sequence[MuscleRow]) -> str:
         }
         for row in rows
     ]
-    return json.dumps(plain, ensure_ascii=False)
+    return json_text(plain, ensure_ascii=False)
 
 
 def settings_text(settings: ExportSettings) -> str:
     """The text of the design's attribute that keeps the settings of the export."""
-    return json.dumps(to_plain(settings), ensure_ascii=False, sort_keys=True)
+    return json_text(to_plain(settings), ensure_ascii=False, sort_keys=True)
 
 
 def read_point(text: str) -> PointAttribute:

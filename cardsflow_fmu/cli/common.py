@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import tomllib
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import Finding, InputError
+from addin_sdfusion.robot.json_text import json_text
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
@@ -106,7 +106,7 @@ def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:
     """Print the files that were written, a line each, or all as JSON."""
     paths = [str(file) for file in files]
     if as_json:
-        print(json.dumps({"files": paths} | others, indent=1))
+        print(json_text({"files": paths} | others, indent=1))
     else:
         for path in paths:
             print(path)

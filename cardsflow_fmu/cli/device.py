@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 import sys
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
 
 from .common import FAILED, GOOD, Commands, add_settings, settings_of
 
@@ -225,7 +225,7 @@ def _serve(
     duration = _duration(options)
 
     def say(text: str, **data: Any) -> None:
-        print(json.dumps(data) if options.json else text, flush=True)
+        print(json_text(data) if options.json else text, flush=True)
 
     def report_event(event: Event) -> None:
         say(str(event), **asdict(event))

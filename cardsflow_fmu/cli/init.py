@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
+
+from addin_sdfusion.robot.json_text import json_text
 
 from .common import GOOD, Commands, add_json, add_output, add_robot, print_files
 
@@ -59,7 +60,7 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _schema(options: argparse.Namespace) -> int:
-    print(json.dumps(schema(options.kind), indent=1, ensure_ascii=False))
+    print(json_text(schema(options.kind), indent=1, ensure_ascii=False))
     return GOOD
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
+
+from addin_sdfusion.robot.json_text import json_text
 
 from .common import FAILED, GOOD, Commands, add_json, add_output, add_words, print_files
 
@@ -77,7 +78,7 @@ def _compare(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.compare import compare, describe_comparison
 
     comparison = compare(options.first, options.second, options.tol, options.rtol, options.columns)
-    print(json.dumps(comparison, indent=1) if options.json else describe_comparison(comparison))
+    print(json_text(comparison, indent=1) if options.json else describe_comparison(comparison))
     return GOOD if comparison["equal"] else FAILED
 
 

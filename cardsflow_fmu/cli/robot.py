@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import Finding, RobotError
+from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
     FAILED,
@@ -121,7 +121,7 @@ def _check(options: argparse.Namespace) -> int:
         findings += _motion_findings(options, reading)
         findings += _losses(options, reading)
     if options.json:
-        print(json.dumps([finding.as_dict() for finding in findings], indent=1))
+        print(json_text([finding.as_dict() for finding in findings], indent=1))
     else:
         for finding in findings:
             print(finding)
@@ -171,7 +171,7 @@ def _info(options: argparse.Namespace) -> int:
         info, describe = system_info(options.thing), describe_system
     else:
         info, describe = robot_info(options.thing, options.cable_set), describe_robot
-    print(json.dumps(info, indent=1) if options.json else describe(info))
+    print(json_text(info, indent=1) if options.json else describe(info))
     return GOOD
 
 
@@ -204,5 +204,5 @@ def _size(options: argparse.Namespace) -> int:
     from cardsflow_fmu.analysis.sizing_report import describe_sizes
 
     sizes = size(experiment_of(options), margin=options.margin)
-    print(json.dumps(sizes, indent=1) if options.json else describe_sizes(sizes))
+    print(json_text(sizes, indent=1) if options.json else describe_sizes(sizes))
     return FAILED if sizes["impossible_points"] else GOOD

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
     DOUBTFUL,
@@ -74,7 +74,7 @@ def _run(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.run import RunError, run
 
     if options.hardware is not None:
-        options.set += [f"hardware.link={json.dumps(options.hardware)}", "hardware.use=true"]
+        options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
     experiment = experiment_of(options)
     _require_hardware(experiment)
     for warning in experiment.warnings():
@@ -174,7 +174,7 @@ def _print_script(options: argparse.Namespace) -> int:
 
 def _print_result(result: SystemResult, as_json: bool) -> None:
     if as_json:
-        print(json.dumps(result.summary, indent=1))
+        print(json_text(result.summary, indent=1))
     else:
         print_result(result.describe())
 

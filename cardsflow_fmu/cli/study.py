@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from addin_sdfusion.robot.json_text import json_text
 
 from .common import FAILED, GOOD, Commands, add_json, add_output
 from .progress import study_progress
@@ -80,7 +81,7 @@ def _only(options: argparse.Namespace) -> int:
     command, outcome = only_run(Study.load(options.study), options.only, options.output)
     print(command, file=sys.stderr)
     row = {"status": "complete" if outcome.complete else "failed", "error": outcome.error}
-    print(json.dumps(row | {"metrics": outcome.metrics}, indent=1))
+    print(json_text(row | {"metrics": outcome.metrics}, indent=1))
     return GOOD if outcome.complete else FAILED
 
 

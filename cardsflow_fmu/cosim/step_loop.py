@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, SimulationError
+from cardsflow_fmu.signals.ports import SOLVE_TIME
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import INTERRUPTED, interruptible
 
@@ -50,12 +53,13 @@ class StepLoop(ABC):
         """
         self._require_ready()
         rows = np.empty((self.count, len(self.names))) if sink is None else sink.rows
-        self._recorded = done = 0
+        self._recorded = done = checked = 0
         failure: CardsflowError | None = None
         divergence = Divergence(self.names)
         with interruptible() as interrupted:
             try:
                 for done in self._steps(rows, pacer):
+                    checked = self._checked(rows, checked)
                     if sink is not None:
                         sink.update(self._recorded)
                     if interrupted:
@@ -66,16 +70,17 @@ class StepLoop(ABC):
                             progress(done)
                         if watch:
                             watch(self.names, rows[: self._recorded])
+                self._checked(rows, checked)
                 divergence.look(rows[: self._recorded])
             except CardsflowError as error:
-                failure = error
+                failure = self._reason(error, rows, checked)
             except KeyboardInterrupt:
                 failure = SimulationError(INTERRUPTED)
             if sink is not None:
                 failure = self._close(sink) or failure
         if progress:
             progress(done)
-        return self._recording(rows[: self._recorded], failure)
+        return _judged(self._recording(rows[: self._recorded], failure))
 
     def _require_ready(self) -> None:  # noqa: B027 - most loops always are
         """Refuse a run that cannot be made."""
@@ -88,6 +93,31 @@ class StepLoop(ABC):
     def _recording(self, rows: FloatArray, failure: CardsflowError | None) -> Recording:
         """The rows with their ticks and times."""
 
+    def _checked(self, rows: FloatArray, first: int) -> int:
+        """The number of rows, all of them checked; those before `first` are already.
+
+        A row with what is no number is the last one.
+
+        Raises:
+            SimulationError: Something in it is no number.
+        """
+        k = first_not_finite(rows[first : self._recorded])
+        if k is None:
+            return self._recorded
+        self._recorded = first + k + 1
+        row = rows[first + k]
+        column = int(np.flatnonzero(~np.isfinite(row))[0])
+        raise SimulationError(_not_a_number(self.names[column], row[column], row[0]))
+
+    def _reason(self, error: CardsflowError, rows: FloatArray, checked: int) -> CardsflowError:
+        """Why a loop ended: what was no number in the rows before a failure led to it."""
+        try:
+            self._checked(rows, checked)
+        except SimulationError as cause:
+            same = str(cause) == str(error)
+            return cause if same else SimulationError(f"{cause}; {error}")
+        return error
+
     def _close(self, sink: RowSink) -> CardsflowError | None:
         """Pass the last rows on and close the sink; its failure, None if there is none."""
         try:
@@ -96,3 +126,25 @@ class StepLoop(ABC):
         except CardsflowError as error:
             return error
         return None
+
+
+def first_not_finite(rows: FloatArray) -> int | None:
+    """The first row in which something is no number; None where all are finite."""
+    if math.isfinite(np.vdot(rows, rows)):  # quicker than to look at each
+        return None
+    bad = ~np.isfinite(rows).all(axis=1)
+    return int(bad.argmax()) if bad.any() else None
+
+
+def _judged(recording: Recording) -> Recording:
+    """The recording, with a failure if a tick's time of computation is no number."""
+    times = recording.times_of_ticks()
+    k = first_not_finite(times) if recording.failure is None else None
+    if k is None:
+        return recording
+    what = _not_a_number(SOLVE_TIME, times[k, 1], times[k, 0])
+    return replace(recording, failure=SimulationError(what))
+
+
+def _not_a_number(name: str, value: float, t: float) -> str:
+    return f"{name} is {value} at t = {t:.6g} s, which is no number"

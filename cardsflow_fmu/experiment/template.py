@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from addin_sdfusion.exporting.experiment_text import can_run, gentle_motion, point_lines, toml_key
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.files import is_folder
+from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.config.schema import json_schema
 from cardsflow_fmu.signals.muscles import modelled_muscles
@@ -168,4 +168,4 @@ def _meaning(form: Form) -> str:
 
 def _toml(value: Any) -> str:
     """A value as TOML, whose texts, numbers and lists are written as those of JSON."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json_text(value, ensure_ascii=False).replace("\x7f", "\\u007f")

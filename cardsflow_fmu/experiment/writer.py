@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.mesh_files import MODEL_URI, mesh_file
 
 from .experiment import EXPERIMENT_FILE, Experiment
@@ -83,7 +83,7 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         data["world"] = _with_meshes(data["world"], files)
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
-    files[EXPERIMENT_FILE] = json.dumps(data, indent=1, sort_keys=True).encode()
+    files[EXPERIMENT_FILE] = json_text(data, indent=1, sort_keys=True).encode()
     return files
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import xml.etree.ElementTree as ET
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.signals.variables import ELEMENTS, Variable
 
 from .description import FmuDescription, document, flag, known, number, start, type_names
@@ -73,7 +73,7 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
         annotations = ET.SubElement(element, "Annotations")
         annotation = ET.SubElement(annotations, "Annotation", type=ELEMENTS)
         elements = [{"name": one.name, "unit": one.unit} for one in variable.ports]
-        annotation.text = json.dumps(elements)
+        annotation.text = json_text(elements)
         ET.SubElement(element, "Dimension", start=str(len(variable.ports)))
     return element
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
+from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.info import robot_info
 from cardsflow_fmu.experiment.writer import experiment_data
@@ -135,8 +135,8 @@ def _one_robot(
 
 def _experiment(result: ExperimentRunData) -> str:
     """Everything that was set, defaults included; files as they stand beside the experiment."""
-    text = json.dumps(experiment_data(result.experiment), indent=2, ensure_ascii=False)
-    beside = json.dumps(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
+    text = json_text(experiment_data(result.experiment), indent=2, ensure_ascii=False)
+    beside = json_text(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
     return text.replace(beside, "")
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.settings.run import TableFormat
 
 from .csv_table import csv_text
@@ -36,8 +35,8 @@ def table_file(run: RunData, form: TableFormat = "csv") -> Contents:
 def metadata_files(run: RunData) -> Contents:
     """The files beside the table: units, summary, and times of ticks where they are known."""
     files: Contents = {
-        UNITS: json.dumps(dict(run.units), indent=1) + "\n",
-        SUMMARY: json.dumps(run.summary, indent=1) + "\n",
+        UNITS: json_text(dict(run.units), indent=1) + "\n",
+        SUMMARY: json_text(run.summary, indent=1) + "\n",
     }
     if len(run.solve_times):
         files[SOLVE_TIMES] = csv_text(("time", "solve_time"), run.solve_times)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Collection, Mapping
 from io import FileIO
@@ -12,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .csv_table import row_text
@@ -71,8 +71,8 @@ class Journal:
         summary = summary | {"files": {name: name for name in files}}
         self._folder.write(
             {  # the summary first: it marks the files as those of a run
-                SUMMARY: json.dumps(summary, indent=1) + "\n",
-                UNITS: json.dumps(dict(units), indent=1) + "\n",
+                SUMMARY: json_text(summary, indent=1) + "\n",
+                UNITS: json_text(dict(units), indent=1) + "\n",
                 **self._contents,
                 TABLE: header,  # last: where it is, all is there
             },

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
 
 from .csv_table import require_table
@@ -47,7 +48,7 @@ def parquet_bytes(result: RunData) -> bytes:
         for name in result.names
     ]
     columns = [pa.array(np.ascontiguousarray(column)) for column in result.rows.T]
-    schema = pa.schema(fields, metadata={KEY: json.dumps(_metadata(result))})
+    schema = pa.schema(fields, metadata={KEY: json_text(_metadata(result))})
     memory = io.BytesIO()
     pq.write_table(
         pa.Table.from_arrays(columns, schema=schema),

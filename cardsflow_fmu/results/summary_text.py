@@ -47,9 +47,9 @@ def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
         if hardware["round_trip"] is not None:
             lines[0] += (
                 f": {hardware['missed']} exchanges missed, oldest state "
-                f"{1e3 * hardware['oldest_state']:.3g} ms, round trip median "
-                f"{1e6 * hardware['round_trip']['median']:.3g}, "
-                f"99 % {1e6 * hardware['round_trip']['p99']:.3g} us"
+                f"{_text(hardware['oldest_state'], 1e3)} ms, round trip median "
+                f"{_text(hardware['round_trip']['median'], 1e6)}, "
+                f"99 % {_text(hardware['round_trip']['p99'], 1e6)} us"
             )
     if real_time is not None:
         lines.append(
@@ -72,9 +72,9 @@ def _tracking_lines(summary: Mapping[str, Any]) -> list[str]:
     if tracking["rms"] is None:
         return []
     unit = tracking["unit"]
-    lines = [f"tracking    RMS {tracking['rms']:.3g}, max {tracking['max']:.3g} {unit}"]
+    lines = [f"tracking    RMS {_text(tracking['rms'])}, max {_text(tracking['max'])} {unit}"]
     lines += [
-        f"  {name:<9} RMS {error['rms']:.3g}, max {error['max']:.3g} {error['unit']}"
+        f"  {name:<9} RMS {_text(error['rms'])}, max {_text(error['max'])} {error['unit']}"
         for name, error in tracking["per_signal"].items()
     ]
     return lines
@@ -84,9 +84,9 @@ def _force_lines(summary: Mapping[str, Any]) -> list[str]:
     forces = summary["forces"]
     if forces["min"] is None:
         return []
-    lines = [f"forces      {forces['min']:.4g} to {forces['max']:.4g} N"]
+    lines = [f"forces      {_text(forces['min'], digits=4)} to {_text(forces['max'], digits=4)} N"]
     for name, muscle in forces["per_muscle"].items():
-        line = f"  {name:<9} {muscle['min']:.4g} to {muscle['max']:.4g} N"
+        line = f"  {name:<9} {_text(muscle['min'], digits=4)} to {_text(muscle['max'], digits=4)} N"
         if muscle["f_min"] is not None:
             upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
             line += f", bounds {muscle['f_min']:.4g} to {upper}"
@@ -102,9 +102,14 @@ def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
     if slack["first_at_s"] is not None:
         lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
         lines += [
-            f"  {name.removeprefix('slack.'):<9} up to {missing['max']:.3g} {missing['unit']}"
+            f"  {name.removeprefix('slack.'):<9} up to {_text(missing['max'])} {missing['unit']}"
             for name, missing in slack["per_signal"].items()
         ]
     if slack["limits_dropped_ticks"]:
         lines.append(f"  joint limits could not be kept at {slack['limits_dropped_ticks']} ticks")
     return lines
+
+
+def _text(value: float | None, scale: float = 1.0, digits: int = 3) -> str:
+    """A number, scaled; what was not finite has no number in the summary."""
+    return "no number" if value is None else f"{scale * value:.{digits}g}"

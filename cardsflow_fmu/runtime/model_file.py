@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.models.model import FmuModel
 
 from .carried_module import import_module
@@ -35,7 +36,7 @@ class ModelFile:
         """The contents of the file."""
         entries = {"format": _FORMAT, **asdict(self)}
         entries["class"] = entries.pop("model_class")
-        return json.dumps(entries, indent=1, sort_keys=True).encode() + b"\n"
+        return json_text(entries, indent=1, sort_keys=True).encode() + b"\n"
 
 
 def read_model_file(folder: Path) -> ModelFile:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError, SimulationError
+from addin_sdfusion.robot.json_text import finite
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.hardware.session.paced_run import Pace
 from cardsflow_fmu.results.files import TABLE, Contents, metadata_files, table_file
@@ -188,7 +189,7 @@ def _run(
             recording.names,
             recording.rows,
             recording.units,
-            system.summarize(recording, speed) | pace.report(recording),
+            finite(system.summarize(recording, speed) | pace.report(recording)),
             solve_times=recording.times_of_ticks(),
         )
         if folder is not None:

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .exchange import Exchange
@@ -78,7 +79,7 @@ class Recorder:
         self.failure: str | None = None
         self._header = header
         self._no_state = np.full(header.states, math.nan)
-        content = json.dumps(header_data(header), indent=1).encode()
+        content = json_text(header_data(header), indent=1).encode()
         preamble = _PREAMBLE.pack(_MAGIC, _VERSION, len(content), zlib.crc32(content))
         try:
             _require_recording(self.file)

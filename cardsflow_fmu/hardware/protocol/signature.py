@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Sequence
+
+from addin_sdfusion.robot.json_text import json_text
 
 
 def port_signature(
@@ -28,5 +29,5 @@ def port_signature(
         [list(port) for port in commands],
         [list(port) for port in states],
     ]
-    text = json.dumps(ports, ensure_ascii=True, separators=(",", ":"))
+    text = json_text(ports, ensure_ascii=True, separators=(",", ":"))
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big")

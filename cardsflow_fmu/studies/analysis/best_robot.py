@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.rows import COLORS, MuscleRow, MuscleTable, ViaPointRow
 from addin_sdfusion.robot import CardsflowError, Robot
 from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
@@ -69,4 +69,4 @@ def _experiment(experiment: Experiment) -> bytes:
     own = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     if robot.task_set:
         own["operational_space"] = robot.task_set
-    return (json.dumps(experiment_data(experiment) | {"robot": own}, indent=1) + "\n").encode()
+    return (json_text(experiment_data(experiment) | {"robot": own}, indent=1) + "\n").encode()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.results.summary import versions
 from cardsflow_fmu.studies.definition.rerun_command import rerun_command
 from cardsflow_fmu.studies.definition.study import Study
@@ -19,15 +18,7 @@ from .table import Rows
 
 def summary_text(summary: Mapping[str, Any]) -> str:
     """The summary of a study as JSON, with null for what is not finite."""
-    return json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return json_text(summary, indent=1) + "\n"
 
 
 def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:

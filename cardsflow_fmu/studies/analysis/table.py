@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import LEADING_COLUMNS, TRAILING_COLUMNS, Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
@@ -91,7 +91,7 @@ def _text(value: Any) -> str:
         return ""
     if isinstance(value, str):
         return value
-    return repr(value) if isinstance(value, float) else json.dumps(value)
+    return repr(value) if isinstance(value, float) else json_text(value)
 
 
 def _write_parquet(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]) -> None:
@@ -138,4 +138,4 @@ def _array(pa: Any, values: list[Any], kind: Any) -> Any:
 
 def units_text(columns: Columns, units: Mapping[str, str]) -> str:
     """The units of the metrics, as JSON."""
-    return json.dumps({name: units.get(name, "") for name in columns.metrics}, indent=1) + "\n"
+    return json_text({name: units.get(name, "") for name in columns.metrics}, indent=1) + "\n"

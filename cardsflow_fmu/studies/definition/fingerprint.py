@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.version import __version__
@@ -31,7 +31,7 @@ def fingerprint(study: Study, experiment: str) -> str:
         "box": None if study.box is None else study.box.data(),
         "version": __version__,
     }
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json_text(content, sort_keys=True).encode()).hexdigest()
 
 
 def experiment_digest(experiment: Experiment) -> str:

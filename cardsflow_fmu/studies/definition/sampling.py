@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .study import Study
@@ -76,7 +76,7 @@ def make_run(study: Study, fingerprint: str, index: int, values: Sequence[Any]) 
         own = run_seed(study.seed, index) if variation.is_seed else value
         named[variation.name] = own
         settings |= variation.settings(own)
-    text = json.dumps([fingerprint, settings], sort_keys=True)
+    text = json_text([fingerprint, settings], sort_keys=True)
     return Run(index, named, settings, hashlib.sha256(text.encode()).hexdigest()[:24])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.files import remove_leftovers, write_files
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
@@ -61,7 +62,7 @@ class RunStore:
             "wall_time": outcome.wall_time,
             "overhead": outcome.overhead,
         }
-        text = json.dumps(content | {"check": _check(content)}, indent=1) + "\n"
+        text = json_text(content | {"check": _check(content)}, indent=1) + "\n"
         try:
             write_files(self._runs, {f"{run.hash}.json": text})
         except CardsflowError as error:
@@ -91,4 +92,4 @@ class RunStore:
 
 
 def _check(content: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json_text(content, sort_keys=True).encode()).hexdigest()[:16]

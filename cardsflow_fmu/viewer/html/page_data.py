@@ -7,7 +7,6 @@ and deflated, as neighbouring frames are similar.
 
 from __future__ import annotations
 
-import json
 import struct
 import zlib
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.viewer.scene import colours, shapes
 from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.scene.stage import Stage
@@ -101,7 +101,7 @@ def encode(acts: Sequence[Act]) -> bytes:
         "ramp": [list(colour) for colour in colours.RAMP],
         "acts": [_act(act, tables) for act in acts],
     }
-    text = json.dumps(header, separators=(",", ":")).encode()
+    text = json_text(header, separators=(",", ":")).encode()
     return zlib.compress(struct.pack("<I", len(text)) + text + tables.encode(), 9)
 
 

@@ -1,0 +1,30 @@
+"""JSON as the standard has it, which knows no NaN and no infinity."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+
+def json_text(value: Any, **style: Any) -> str:
+    """A value as JSON, with null for numbers that are not finite.
+
+    Args:
+        value: Plain data.
+        style: As `json.dumps` takes it, such as `indent`.
+    """
+    try:
+        return json.dumps(value, allow_nan=False, **style)
+    except ValueError:
+        return json.dumps(finite(value), allow_nan=False, **style)
+
+
+def finite(value: Any) -> Any:
+    """Plain data with None for numbers that are not finite."""
+    if isinstance(value, Mapping):
+        return {key: finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

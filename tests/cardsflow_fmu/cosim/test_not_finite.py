@@ -1,0 +1,139 @@
+"""A run that records what is no number is incomplete, and says where and when."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+
+from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.coupling import Coupling
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.native.loop import NativeLoop
+from cardsflow_fmu.signals.ports import SOLVE_TIME
+
+
+class Source:
+    """A participant that nobody listens to; what it gives is wrong from a step on, or once."""
+
+    def __init__(
+        self, value: float, at: int, name: str = "external", output: str = "heat", last: int = 99
+    ) -> None:
+        self.name, self.input_names, self.output_names = name, (), ("good", output)
+        self.inputs, self.outputs = np.empty(0), np.zeros(2)
+        self.units: dict[str, Any] = {}
+        self._value, self._at, self._last, self._done = value, at, last, 0
+        self._give()
+
+    def _give(self) -> None:
+        self.outputs[1] = self._value if self._at <= self._done <= self._last else 1.0
+
+    def step(self, t: float, h: float) -> None:
+        self._done += 1
+        self._give()
+
+    def close(self) -> None:
+        pass
+
+
+def master(*parts: Source) -> Master:
+    coupling = Coupling("jacobi")
+    return Master(parts, {}, step=0.5, steps=10, coupling=coupling)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("at", [0, 1, 3, 9, 10])
+def test_what_nobody_consumes_is_checked_from_the_first_row_to_the_last(
+    value: float, at: int
+) -> None:
+    recording = master(Source(value, at, last=at)).run()
+    assert str(recording.failure) == f"heat is {value} at t = {at / 2:g} s, which is no number"
+    assert len(recording.rows) == at + 1, "the row that shows it is the last"
+
+
+def test_large_numbers_are_numbers() -> None:
+    assert master(Source(1e300, 2)).run().failure is None
+
+
+def test_what_led_to_a_failure_is_named_first() -> None:
+    source = Source(math.nan, 3)
+
+    def step(t: float, h: float) -> None:
+        Source.step(source, t, h)
+        if t >= 1.5:
+            raise SimulationError("the plant failed")
+
+    source.step = step  # type: ignore[method-assign]
+    failure = master(source).run().failure
+    assert str(failure) == "heat is nan at t = 1.5 s, which is no number; the plant failed"
+
+
+def test_the_time_of_a_tick_is_a_number_too() -> None:
+    controller = Source(math.nan, 3, "controller", SOLVE_TIME)
+    recording = master(controller).run()
+    assert "solve_time is nan at t = 1.5 s" in str(recording.failure)
+
+
+def test_rows_of_the_native_loop_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    with NativeLoop(Experiment.load(PLANAR_2R, {"run.duration": 2.0})) as loop:
+        advance = NativeLoop._advance
+
+        def wrong(self: NativeLoop, count: int, rows: Any) -> Any:
+            failure = advance(self, count, rows)
+            rows[1500, 3] = math.nan
+            return failure
+
+        monkeypatch.setattr(NativeLoop, "_advance", wrong)
+        recording = loop.run()
+    assert f"{loop.names[3]} is nan at t = 1.5 s" in str(recording.failure)
+    assert len(recording.rows) == 1501
+
+
+def no_constant(text: str) -> Any:
+    raise AssertionError(f"{text} is no JSON")
+
+
+@pytest.mark.parametrize("at", [0, 1, 20], ids=["start", "in the middle", "last row"])
+def test_such_a_run_is_incomplete_and_its_files_are_json(
+    tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch, at: int
+) -> None:
+    """Of a signal that the summary counts, so that it would have been NaN in there."""
+    from cardsflow_fmu.models.plant import PlantModel
+
+    initialize, step = PlantModel.initialize, PlantModel.step
+
+    def spoil(self: Any, t: float) -> None:
+        names = [p.name for p in self.ports if p.causality == "output"]
+        if t >= at * 1e-3 - 1e-9:
+            self.outputs[names.index("l.cable_1")] = math.nan
+
+    def started(self: Any) -> None:
+        initialize(self)
+        spoil(self, 0.0)
+
+    def stepped(self: Any, t: float, h: float) -> None:
+        step(self, t, h)
+        spoil(self, t + h)
+
+    monkeypatch.setattr(PlantModel, "initialize", started)
+    monkeypatch.setattr(PlantModel, "step", stepped)
+    words = ["--direct", "-o", tmp_path, "--set", "run.duration=0.02", "--json"]
+    code, out, err = cardsflow("run", PLANAR_2R, *words)
+    assert code == 1
+    assert f"l.cable_1 is nan at t = {at * 1e-3:g} s" in err
+    assert json.loads(out, parse_constant=no_constant)["status"] == "incomplete"
+    for file in tmp_path.glob("*.json"):
+        json.loads(file.read_text(), parse_constant=no_constant)
+
+
+def test_json_has_null_for_what_is_no_number() -> None:
+    value = {"a": [1.0, math.nan, (math.inf, {"b": -math.inf})], "c": "NaN"}
+    assert json_text(value) == '{"a": [1.0, null, [null, {"b": null}]], "c": "NaN"}'
