@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -207,6 +207,8 @@ class Scene:
         capsule_radius: Of such capsules, in [m].
         link_shapes: Further forms of links.
         mesh_folder: Folder of the links' meshes, which relative URIs refer to.
+        mesh_roots: Folders and files that meshes may lie in; see `mesh_files.lies_in`. Anywhere
+            when None.
         self_collision: Whether links of one robot collide with one another; those that a joint
             connects never do. Robots always collide with one another.
         ignored: Pairs of links or objects that pass through one another.
@@ -222,6 +224,7 @@ class Scene:
     capsule_radius: float = 0.02
     link_shapes: tuple[LinkShape, ...] = ()
     mesh_folder: Path | None = None
+    mesh_roots: tuple[Path, ...] | None = field(default=None, compare=False)
     self_collision: bool = False
     ignored: tuple[tuple[str, str], ...] = ()
     reported: tuple[str, ...] = ()

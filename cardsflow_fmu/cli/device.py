@@ -206,7 +206,7 @@ def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
     given = options.key_file or own or os.environ.get(KEY_FILE)
     if not given:
         return None
-    warning = key_warning(Path(given))
+    warning = key_warning(Path(given), str(given))
     if warning is not None:
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     return read_key(given)

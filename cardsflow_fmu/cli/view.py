@@ -109,7 +109,7 @@ def watched(
     from cardsflow_fmu.viewer.scene.meshes import link_meshes
 
     robot, world = experiment.robot, experiment.scene
-    meshes = link_meshes(robot, experiment.robot_path.parent)
+    meshes = link_meshes(robot, experiment.folder, experiment.roots)
     with live.server(options.port, browser=not options.no_browser) as opened:
         _print_line(f"{live.address(opened)}  (Ctrl-C ends)")
 

@@ -12,7 +12,8 @@ from addin_sdfusion.robot import Robot
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.utils.key_file import key_warning
 
-from .reader import read_experiment
+from .carried_files import left_out, mesh_roots
+from .reader import read_carried_experiment, read_experiment
 from .settings.controller import ControllerSettings
 from .settings.hardware import HardwareSettings
 from .settings.loads import DisturbanceSettings
@@ -53,6 +54,7 @@ class Experiment:
         world: The settings of the scene.
         parts: The robots that `robot` is made of; none where it is one by itself.
         hardware: What can be driven instead of the plant.
+        named: Files that whoever loaded it named besides: they may travel from anywhere.
     """
 
     file: Path
@@ -72,36 +74,48 @@ class Experiment:
     world: WorldSettings | None = None
     parts: tuple[RobotPart, ...] = ()
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
+    named: tuple[Path, ...] = ()
 
     @property
     def name(self) -> str:
         """Name of the experiment's folder."""
         return self.file.resolve().parent.name
 
+    @property
+    def roots(self) -> tuple[Path, ...]:
+        """Folders whose files may travel, and single files; see `carried_files`."""
+        return mesh_roots(
+            self.file, [self.robot_path, *(p.files[0] for p in self.parts)], self.named
+        )
+
     @staticmethod
-    def load(path: str | Path, settings: Mapping[str, Any] | None = None) -> Experiment:
+    def load(
+        path: str | Path, settings: Mapping[str, Any] | None = None, *, names_files: bool = True
+    ) -> Experiment:
         """Read an experiment.
 
         Args:
             path: An experiment.toml, or the folder that holds one.
             settings: Changes by full key, such as `{"controller.period": 0.01}`.
+            names_files: Whether the files that the settings name may be packed from anywhere; not
+                where the settings come from a file.
 
         Raises:
             InputError: Something in it is wrong; the message names file and key.
         """
-        return Experiment(**read_experiment(Path(path), settings or {}))
+        return Experiment(**read_experiment(Path(path), settings or {}, names_files=names_files))
 
     @staticmethod
     def from_resources(folder: Path) -> Experiment:
-        """Read the experiment in an FMU.
+        """Read the experiment among the files of an FMU or of results.
 
         Args:
             folder: The FMU's resources.
 
         Raises:
-            InputError: Something in it is wrong.
+            InputError: Something in it is wrong, or it leads out of the folder.
         """
-        return Experiment.load(folder / EXPERIMENT_FILE)
+        return Experiment(**read_carried_experiment(folder / EXPERIMENT_FILE))
 
     @cached_property
     def plant_robot(self) -> Robot:
@@ -116,10 +130,17 @@ class Experiment:
         return replace(self.robot, links=links)
 
     def warnings(self) -> list[str]:
-        """What will probably go wrong, a line each: gains for a slower loop, a key that is none."""
+        """What will probably go wrong or is left out, a line each: gains, keys, meshes."""
         file = self.hardware.key_file if self.hardware.use else None
-        found = [self._gain_warning(), None if file is None else key_warning(file)]
-        return [warning for warning in found if warning is not None]
+        key = None if file is None else key_warning(file, "hardware.key_file")
+        robots = self.parts or (self,)
+        meshes = [line for it in robots for line in left_out(it.robot, it.folder, self.roots)]
+        return [warning for warning in (self._gain_warning(), key, *meshes) if warning is not None]
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the robot's main file."""
+        return self.robot_path.parent
 
     def _gain_warning(self) -> str | None:
         """A sampled loop that its gains make unstable."""

@@ -14,6 +14,7 @@ from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.signals.world import wrench_signals
 
+from .carried_files import mesh_roots, named_files, require_closed
 from .settings.controller import read_controller
 from .settings.controller_types import TYPES
 from .settings.file import ExperimentTables
@@ -27,12 +28,15 @@ from .settings.run import RunSettings
 from .start import read_reference
 
 
-def read_experiment(path: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
+def read_experiment(
+    path: Path, settings: Mapping[str, Any], *, names_files: bool
+) -> dict[str, Any]:
     """Read and check an experiment.
 
     Args:
         path: An experiment.toml, the folder that holds one, or an FMU's experiment.json.
         settings: Changes by full key.
+        names_files: Whether the files that these name may be packed from anywhere.
 
     Returns:
         The attributes of an `Experiment`.
@@ -44,14 +48,28 @@ def read_experiment(path: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     data = read_settings(file)
     for key, value in settings.items():
         set_value(data, key, value, file)
+    named = named_files(settings, file.parent) if names_files else ()
+    return experiment_settings(data, file, named)
+
+
+def read_carried_experiment(file: Path) -> dict[str, Any]:
+    """As `read_experiment`, of an experiment that came in an archive with all of its files.
+
+    Raises:
+        InputError: Something in it is wrong, or it leads out of the archive.
+    """
+    data = read_settings(file)
+    require_closed(data, file)
     return experiment_settings(data, file)
 
 
-def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
+def experiment_settings(
+    data: Mapping[str, Any], file: Path, named: tuple[Path, ...] = ()
+) -> dict[str, Any]:
     """The attributes of an `Experiment`, from the content of a file."""
     context = Context(file)
     tables = ExperimentTables.read(data, context)
-    robots = _robots(tables, context)
+    robots = _robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
     context = Context(file, robot_names(robot))
     law = TYPES.get(tables.controller.type)
@@ -69,7 +87,11 @@ def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
         run = run.replaced(duration=reference.duration)
     require_multiple(run.duration, run.step, "run.step", file=file, key="run.duration")
     disturbance = read_disturbance(data.get("disturbance", {}), context)
-    world = _world(tables, robot, robots["robot_path"], context) if data.get("world") else {}
+    world = {}
+    if data.get("world"):
+        mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
+        roots = mesh_roots(file, mains, named)
+        world = _world(tables, robot, mains[0].parent, roots, context)
     plant = _plant(data.get("plant", {}), context, robot, run, has_world=bool(world))
     return {
         "file": file,
@@ -85,26 +107,31 @@ def experiment_settings(data: Mapping[str, Any], file: Path) -> dict[str, Any]:
         "fmus": tables.fmus.by_role,
         **world,
         "hardware": read_hardware(data.get("hardware", {}), context, run.step),
+        "named": named,
     }
 
 
-def _robots(tables: ExperimentTables, context: Context) -> dict[str, Any]:
+def _robots(tables: ExperimentTables, context: Context, named: tuple[Path, ...]) -> dict[str, Any]:
     """The robot of [robot], or those of [[robots]] as one."""
     if tables.robots is None:
         reading, robot = read_robot(tables.robot, context)
         own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
     else:
         own = {"parts": read_parts(tables.robots, context)}
-        reading, robot = combined(own["parts"], context)
+        reading, robot = combined(own["parts"], context, named)
     return own | {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
 
 
 def _world(
-    tables: ExperimentTables, robot: Robot, robot_path: Path, context: Context
+    tables: ExperimentTables,
+    robot: Robot,
+    folder: Path,
+    roots: tuple[Path, ...],
+    context: Context,
 ) -> dict[str, Any]:
     from .scene import make_scene  # it needs DART, which others can do without
 
-    scene, world = make_scene(tables.world, robot, robot_path.parent.resolve(), context)
+    scene, world = make_scene(tables.world, robot, folder.resolve(), roots, context)
     return {"scene": scene, "world": world}
 
 

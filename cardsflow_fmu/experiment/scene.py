@@ -25,6 +25,7 @@ from sim_dart.scene import (
     Sphere,
 )
 
+from .carried_files import require_own
 from .settings.world import (
     SIZES,
     GroundSettings,
@@ -43,11 +44,20 @@ _SHAPES: dict[str, type[Shape]] = {
 
 
 def make_scene(
-    settings: WorldSettings, robot: Robot, mesh_folder: Path, context: Context
+    settings: WorldSettings,
+    robot: Robot,
+    mesh_folder: Path,
+    roots: tuple[Path, ...],
+    context: Context,
 ) -> tuple[Scene, WorldSettings]:
     """The scene of [world], and the table complete: with an SDF world's objects, and all names."""
     if settings.sdf is not None:
+        roots = (*roots, settings.sdf.parent)
         settings = _with_sdf(settings, settings.sdf, context)
+    for key in ("objects", "shapes"):
+        for k, own in enumerate(getattr(settings, key)):
+            if own.file is not None:
+                require_own(own.file, roots, f"world.{key}[{k}].file")
     ground, objects, link_shapes = settings.ground, [], []
     for k, own in enumerate(settings.objects):
         with context.at(f"world.objects[{k}].mass"):
@@ -66,6 +76,7 @@ def make_scene(
         settings.capsule_radius,
         tuple(link_shapes),
         mesh_folder,
+        roots,
         settings.self_collision,
         settings.ignore,
     )

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.json_text import json_text
-from addin_sdfusion.robot.mesh_files import MODEL_URI, mesh_file
 
+from .carried_files import Files, collision_meshes, robot_files, world_meshes
 from .experiment import EXPERIMENT_FILE, Experiment
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
 from .settings.robots import part_data, robot_data
-
-Files = dict[str, bytes | Path]
 
 
 def experiment_data(experiment: Experiment) -> dict[str, Any]:
@@ -65,7 +63,7 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         Content, or a file to copy, by its path below the FMU's resources.
 
     Raises:
-        InputError: A mesh is where an FMU cannot carry it from.
+        InputError: A file may not travel; see `carried_files`.
     """
     data = experiment_data(experiment)
     files: Files = {}
@@ -80,51 +78,17 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         files |= _robot_files("robot", experiment.robot_files, experiment.robot, experiment)
         data["robot"] = {**data["robot"], "path": f"robot/{experiment.robot_path.name}"}
     if experiment.scene is not None:
-        data["world"] = _with_meshes(data["world"], files)
+        data["world"], meshes = world_meshes(data["world"], experiment.scene.mesh_roots or ())
+        files |= meshes
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
     files[EXPERIMENT_FILE] = json_text(data, indent=1, sort_keys=True).encode()
     return files
 
 
-def _robot_files(folder: str, own: tuple[Path, ...], robot: Robot, experiment: Experiment) -> Files:
-    root = own[0].parent
-    files: Files = {f"{folder}/{file.relative_to(root).as_posix()}": file for file in own}
-    scene = experiment.scene
+def _robot_files(place: str, own: tuple[Path, ...], robot: Robot, experiment: Experiment) -> Files:
+    """The files of a robot, with the meshes that it collides with."""
+    files, scene = robot_files(place, own, experiment.roots), experiment.scene
     if scene is not None and scene.links == "meshes":
-        for link in robot.links:
-            for mesh in link.meshes:
-                if mesh.role == "collision":
-                    inner = _inner_path(mesh.uri, link.name)
-                    files[f"{folder}/{inner}"] = mesh_file(mesh.uri, root)
+        files |= collision_meshes(place, robot, own[0].parent, experiment.roots)
     return files
-
-
-def _inner_path(uri: str, link: str) -> PurePosixPath:
-    """Where a mesh is below the robot's folder."""
-    text = uri.removeprefix("file://")
-    if uri.startswith(MODEL_URI):
-        _, _, text = uri.removeprefix(MODEL_URI).partition("/")
-    path = PurePosixPath(text)
-    if path.is_absolute() or ".." in path.parts or "\\" in text:
-        raise InputError(
-            f"collision mesh {uri!r} of link {link!r} is outside the robot's folder, and "
-            "cannot travel in an FMU; put it into the folder, or run with --direct"
-        )
-    return path
-
-
-def _with_meshes(world: dict[str, Any], files: Files) -> dict[str, Any]:
-    """The table [world] with the meshes of objects and links beside it."""
-    rows: dict[str, list[dict[str, Any]]] = {}
-    for key in ("objects", "shapes"):
-        rows[key] = []
-        for k, row in enumerate(world[key]):
-            if "file" not in row:
-                rows[key].append(row)
-                continue
-            source = Path(row["file"])
-            target = f"world/{key}_{k}{source.suffix}"
-            files[target] = source
-            rows[key].append({**row, "file": target})
-    return world | rows

@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, Robot
-from addin_sdfusion.robot.mesh_files import own_name
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.experiment.carried_files import visual_meshes
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
 from cardsflow_fmu.utils.temporary import TemporaryFolder
-from cardsflow_fmu.utils.visual_meshes import visual_files
 
 from .csv_table import read_csv
 from .files import EXPERIMENT, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
@@ -34,21 +33,15 @@ def experiment_archive(experiment: Experiment) -> bytes:
     """The contents of experiment.zip.
 
     Raises:
-        InputError: A file of the robot cannot be read.
+        InputError: A file of the robot cannot be read, or may not travel.
     """
-    files = experiment_resources(experiment)
+    files, roots = experiment_resources(experiment), experiment.roots
     if experiment.parts:
         for part in experiment.parts:
-            files |= _visual_meshes(f"robots/{part.name}", part.robot, part.folder)
+            files |= visual_meshes(f"robots/{part.name}", part.robot, part.folder, roots)
     else:
-        files |= _visual_meshes("robot", experiment.robot, experiment.robot_path.parent)
+        files |= visual_meshes("robot", experiment.robot, experiment.folder, roots)
     return archive_bytes({name: contents_of(source) for name, source in files.items()})
-
-
-def _visual_meshes(place: str, robot: Robot, folder: Path) -> dict[str, bytes | Path]:
-    """The visual meshes of a robot, by where they stand in the archive."""
-    meshes = visual_files(robot, folder)
-    return {f"{place}/{own_name(uri)}": file for uri, file in meshes.items()}
 
 
 def is_run(path: Path) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot.files import write_files
+from cardsflow_fmu.experiment.carried_files import require_own
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -67,8 +68,10 @@ def build(
         The FMUs, by the name of the model; the .ssp stands beside them.
 
     Raises:
-        InputError: The folder cannot be written, or the external FMUs do not fit.
+        InputError: The folder cannot be written, or the external FMUs do not fit or may not travel.
     """
+    for fmu in experiment.fmus.values():
+        require_own(fmu.file, experiment.roots, fmu.key)
     with temporary_folder() as aside:
         libraries = _libraries(platforms, aside, native)
         if fmi == "2.0" and platforms is None:

@@ -84,7 +84,10 @@ class _Part:
 
         self.name = role
         self._file = file
-        description = fmpy.read_model_description(str(file), validate=False)
+        try:
+            description = fmpy.read_model_description(str(file), validate=False)
+        except Exception as error:  # damage shows in many errors
+            raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
         self._variables = {v.name: v for v in description.modelVariables}
         self._units: dict[str, Unit] = variable_units(description)
         self._held: list[Parameter] = []

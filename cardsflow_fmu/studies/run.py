@@ -138,7 +138,7 @@ class _StudyRun:
 
     def __init__(self, study: Study, files: RunStore, progress: Progress | None) -> None:
         self.study, self.files, self._progress = study, files, progress
-        self.base = Experiment.load(study.experiment, study.settings)
+        self.base = Experiment.load(study.experiment, study.settings, names_files=False)
         digest = experiment_digest(self.base)
         self.fingerprint = fingerprint(study, digest)
         self.job = Job(
@@ -259,7 +259,9 @@ def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | Non
         return None
     assert study.optimise is not None
     run, outcome = search.runs[search.best]
-    experiment = Experiment.load(study.experiment, {**study.settings, **run.settings})
+    experiment = Experiment.load(
+        study.experiment, {**study.settings, **run.settings}, names_files=False
+    )
     try:
         notes = write_best(experiment, folder / BEST)
     except CardsflowError as error:

@@ -26,8 +26,13 @@ def read_key(file: str | Path) -> bytes:
     return key
 
 
-def key_warning(file: Path) -> str | None:
-    """A warning about the permissions of a key file; None if there is none."""
+def key_warning(file: Path, name: str) -> str | None:
+    """A warning about the permissions of a key file; None if there is none.
+
+    Args:
+        file: The file.
+        name: What the warning calls it: where the warning is kept, no path to a key should be.
+    """
     if os.name != "posix":
         return None
     try:
@@ -35,5 +40,5 @@ def key_warning(file: Path) -> str | None:
     except OSError:
         return None
     if mode & (stat.S_IRGRP | stat.S_IROTH):
-        return f"{file}: others can read this key: chmod 600 {file}"
+        return f"{name}: others can read this key; its file needs chmod 600"
     return None

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot import Link, Mesh, Robot
-from addin_sdfusion.robot.mesh_files import is_file, mesh_file
+from addin_sdfusion.robot.mesh_files import is_file, lies_in, mesh_file
 
 
-def visual_files(robot: Robot, folder: Path) -> dict[str, Path]:
-    """The files of the visual meshes that are there, by their URIs."""
+def visual_files(
+    robot: Robot, folder: Path, roots: Sequence[Path] | None = None
+) -> dict[str, Path]:
+    """The files of the visual meshes that are there and may be opened, by their URIs.
+
+    Args:
+        robot: The robot.
+        folder: Its folder.
+        roots: As for `lies_in`; the folder when None.
+    """
+    roots = (folder,) if roots is None else roots
     uris = sorted({mesh.uri for link in robot.links for mesh in visuals(link)})
-    files = {uri: mesh_file(uri, folder) for uri in uris}
-    return {uri: file for uri, file in files.items() if is_file(file)}
+    files = {uri: mesh_file(uri, folder, roots) for uri in uris}
+    return {uri: file for uri, file in files.items() if is_file(file) and lies_in(file, roots)}
 
 
 def visuals(link: Link) -> list[Mesh]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.readers import read
+from cardsflow_fmu.experiment.carried_files import left_out
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run
 from cardsflow_fmu.utils.overwrite import own_place, write_own
@@ -50,7 +51,7 @@ def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
         InputError: The run gave no rows, or lacks a joint position.
     """
     experiment = result.experiment
-    meshes = link_meshes(experiment.robot, experiment.robot_path.parent)
+    meshes = link_meshes(experiment.robot, experiment.folder, experiment.roots)
     world = experiment.scene
     motion = motion_of(experiment.robot, result, world=world)
     stage = Stage(experiment.robot, motion, meshes, world=world, full_scale=full_scale)
@@ -71,8 +72,10 @@ def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
     reading = read(path, cable_set)
     robot = reading.require()
     start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
-    meshes = link_meshes(robot, reading.files[0].parent)
-    return Act(Stage(robot, Motion.still(start), meshes), robot.name)
+    folder = reading.files[0].parent
+    meshes = link_meshes(robot, folder)
+    hidden = left_out(robot, folder, [folder])
+    return Act(Stage(robot, Motion.still(start), meshes), robot.name, tuple(hidden))
 
 
 def notes(result: RunData) -> tuple[str, ...]:

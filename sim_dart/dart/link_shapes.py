@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
-from addin_sdfusion.robot.mesh_files import mesh_file
+from addin_sdfusion.robot.mesh_files import own_mesh
 from sim_dart.scene import Capsule, LinkShape, MeshShape, Scene
 
 _SHORT = 1e-9  # in [m]: a segment shorter than this has no direction
@@ -23,6 +23,7 @@ def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
 
     Raises:
         UnknownNameError: A shape names a link that does not exist.
+        InputError: A mesh lies outside of the scene's `mesh_roots`.
     """
     names = [link.name for link in robot.links]
     for shape in scene.link_shapes:
@@ -40,7 +41,7 @@ def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
 def _hulls(link: Link, scene: Scene) -> Iterator[LinkShape]:
     for mesh in link.meshes:
         if mesh.role == "collision":
-            file = mesh_file(mesh.uri, scene.mesh_folder)
+            file = own_mesh(mesh.uri, scene.mesh_folder, scene.mesh_roots)
             yield LinkShape(link.name, MeshShape(file, mesh.scale), mesh.pose)
 
 

@@ -27,12 +27,14 @@ class Member:
         robot: The robot.
         pose: Of its world in the common one.
         folder: Folder of its mesh files; None where its URIs are to stay as they are.
+        roots: Other folders and files that its meshes may lie in; see `mesh_files.lies_in`.
     """
 
     name: str
     robot: Robot
     pose: Pose = IDENTITY
     folder: Path | None = None
+    roots: tuple[Path, ...] = ()
 
     def named(self, part: str) -> str:
         """The name of one of its parts among those of all robots."""
@@ -91,8 +93,10 @@ def _refuse_equal(what: str, names: Iterable[str]) -> None:
 def _link(link: Link, member: Member) -> Link:
     meshes = link.meshes
     if member.folder is not None:
+        folder = member.folder.resolve()
+        files = [mesh_file(mesh.uri, folder, (folder, *member.roots)) for mesh in meshes]
         meshes = tuple(
-            replace(mesh, uri=str(mesh_file(mesh.uri, member.folder.resolve()))) for mesh in meshes
+            replace(mesh, uri=str(file)) for mesh, file in zip(meshes, files, strict=True)
         )
     return replace(link, name=member.named(link.name), meshes=meshes)
 

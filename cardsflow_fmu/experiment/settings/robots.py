@@ -118,9 +118,14 @@ def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPar
     return tuple(parts)
 
 
-def combined(parts: Sequence[RobotPart], context: Context) -> tuple[Reading, Robot]:
-    """All robots as one, and what it was read from."""
-    members = [Member(part.name, part.robot, part.pose, part.folder) for part in parts]
+def combined(
+    parts: Sequence[RobotPart], context: Context, named: tuple[Path, ...] = ()
+) -> tuple[Reading, Robot]:
+    """All robots as one, and what it was read from; meshes of each are its own, or named."""
+    members = [
+        Member(part.name, part.robot, part.pose, part.folder, (context.file.parent, *named))
+        for part in parts
+    ]
     name = "_and_".join(part.robot.name for part in parts[:3]) + ("_etc" if parts[3:] else "")
     with context.at("robots"):
         robot = combine(name, members)

@@ -26,7 +26,7 @@ class PathCheck:
     @cached_property
     def base(self) -> Experiment:
         """The experiment without variations; InputError if something is wrong with it."""
-        base = Experiment.load(self._path, self._settings)
+        base = Experiment.load(self._path, self._settings, names_files=False)
         require_simulated(base)
         return base
 
@@ -43,7 +43,7 @@ class PathCheck:
         """
         _ = self.base
         try:
-            Experiment.load(self._path, {**self._settings, path: value})
+            Experiment.load(self._path, {**self._settings, path: value}, names_files=False)
         except PathError:
             raise
         except UnknownNameError as error:

@@ -57,7 +57,9 @@ def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
         begin = time.perf_counter()
         base = _base(job)
         try:
-            experiment = Experiment.load(job.experiment, {**job.settings, **settings})
+            experiment = Experiment.load(
+                job.experiment, {**job.settings, **settings}, names_files=False
+            )
             require_simulated(experiment)
             ready = time.perf_counter()
             result = _simulate(job, base, experiment)
@@ -79,7 +81,7 @@ def _base(job: Job) -> Experiment:
     key = job.experiment, repr(job.settings)
     if key not in _bases:
         try:
-            base = Experiment.load(job.experiment, job.settings)
+            base = Experiment.load(job.experiment, job.settings, names_files=False)
             _bases[key] = base, experiment_digest(base)
         except (CardsflowError, OSError) as error:
             raise StudyError(f"the experiment cannot be read by a worker: {error}") from None

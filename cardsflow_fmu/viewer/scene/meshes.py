@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Mesh, Robot
+from addin_sdfusion.robot.mesh_files import mesh_bytes
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.visual_meshes import visual_files, visuals
 from sim_dart.core.frames import transform
@@ -24,9 +25,15 @@ LinkMeshes = Mapping[str, tuple[Triangles, ...]]
 """Surfaces of the links, in their own frames; links without an entry have no mesh."""
 
 
-def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
-    """Read the visual meshes; a link with a mesh that is missing or unreadable has none."""
-    read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder).items()}
+def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None) -> LinkMeshes:
+    """Read the visual meshes; a link with a mesh that is missing or unreadable has none.
+
+    Args:
+        robot: The robot.
+        folder: Its folder.
+        roots: Folders and files that meshes may lie in; see `lies_in`. The folder when None.
+    """
+    read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder, roots).items()}
     meshes = {}
     for link in robot.links:
         placed = [_placed(mesh, read.get(mesh.uri)) for mesh in visuals(link)]
@@ -37,12 +44,13 @@ def link_meshes(robot: Robot, folder: Path) -> LinkMeshes:
 
 
 def read_triangles(file: Path) -> Triangles | None:
-    """The surface in a file; None where trimesh cannot read it."""
+    """The surface in a file alone, which may name others; None where trimesh cannot read it."""
     import trimesh
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
-        mesh: Any = trimesh.load(file, force="mesh")
+        stream = trimesh.util.wrap_as_stream(mesh_bytes(file, [file]))
+        mesh: Any = trimesh.load(stream, file_type=file.suffix[1:].lower(), force="mesh")
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
     except Exception:  # readers of damaged files raise anything

@@ -299,11 +299,11 @@ def test_invalid_keys_are_refused_and_readable_ones_cause_a_warning(tmp_path: Pa
     with pytest.raises(InputError):
         read_key(tmp_path)
     file = key_file(tmp_path, 0o644)
-    assert "chmod 600" in (key_warning(file) or "")
+    assert "chmod 600" in (key_warning(file, "key") or "")
     settings = LOCKSTEP | {"hardware.key_file": str(file)}
     assert "others can read this key" in "\n".join(load(settings).warnings())
     assert not load(settings | {"hardware.use": False}).warnings()
-    assert key_warning(key_file(tmp_path)) is None
+    assert key_warning(key_file(tmp_path), "key") is None
 
 
 @pytest.mark.parametrize(

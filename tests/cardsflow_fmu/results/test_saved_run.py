@@ -144,7 +144,7 @@ def test_meshes_of_several_robots_travel_each_with_its_own(tmp_path: Path) -> No
     assert not [name for name in kept if str(tmp_path.parts[1]) in name.split("/")]
     with opened_run(tmp_path / "out") as back:
         robot = back.experiment.robot
-        files = visual_files(robot, back.experiment.robot_path.parent)
+        files = visual_files(robot, back.experiment.folder, back.experiment.roots)
         assert set(files) == {m.uri for x in robot.links for m in x.meshes if m.role == "visual"}
         assert other in [file.read_bytes() for file in files.values()]
 

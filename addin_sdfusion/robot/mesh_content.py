@@ -1,0 +1,130 @@
+"""Whether the content of a file is the mesh that its name says."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from collections.abc import Callable
+from typing import Any
+from xml.parsers import expat
+
+_BINARY_HEAD, _BINARY_FACET = 84, 50
+_STL_WORDS = rb"solid|facet|outer|vertex|endloop|endfacet|endsolid|color"
+_OBJ_WORDS = rb"v|vt|vn|vp|f|l|p|o|g|s|mg|usemtl|mtllib|usemap|maplib|cstype|deg|end|#.*"
+_COLLADA_FACES = ("triangles", "trifans", "tristrips", "polylist", "polygons")
+_GLB_HEAD, _GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
+
+
+def mesh_problem(suffix: str, data: bytes) -> str | None:
+    """What keeps a file from being a mesh; None where it is one.
+
+    A mesh in several files is none: the others would be left behind.
+
+    Args:
+        suffix: Of its name, such as `.stl`.
+        data: Its content.
+    """
+    test = _TESTS.get(suffix.lower())
+    if test is None:
+        return f"{suffix or 'no suffix'!s} is no type of meshes ({', '.join(_TESTS)})"
+    try:
+        return test(data)
+    except (ValueError, RecursionError, struct.error, expat.ExpatError) as error:
+        return f"it is no mesh of type {suffix}: {error}"
+
+
+def _stl(data: bytes) -> str | None:
+    if len(data) > _BINARY_HEAD:
+        (facets,) = struct.unpack_from("<I", data, _BINARY_HEAD - 4)
+        if len(data) == _BINARY_HEAD + facets * _BINARY_FACET:
+            return None
+    return _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
+
+
+def _obj(data: bytes) -> str | None:
+    return _lines(data, ".obj", _OBJ_WORDS, b"v", b"f")
+
+
+def _lines(data: bytes, kind: str, words: bytes, *needed: bytes) -> str | None:
+    """Of text whose lines all begin with certain words, some of which must be there."""
+    stranger = re.search(rb"(?im)^[ \t]*(?!(?:" + words + rb")(?:\s|$))[^\s]", data)
+    if stranger is not None:
+        line = data.count(b"\n", 0, stranger.start()) + 1
+        return f"it is no mesh of type {kind}: line {line} is of another kind"
+    for word in needed:
+        if not re.search(rb"(?im)^[ \t]*" + word + rb"\s", data):
+            return f"it is no mesh of type {kind}: no line begins with {word.decode()}"
+    return None
+
+
+def _ply(data: bytes) -> str | None:
+    head, end, _ = data[:65536].partition(b"end_header")
+    lines = head.split(b"\n")
+    parts = [line.strip().split(b" ")[:2] for line in lines]
+    if lines[0].strip() != b"ply" or not end:
+        return "it is no mesh of type .ply: its header is none"
+    if [b"element", b"vertex"] not in parts or [b"element", b"face"] not in parts:
+        return "it is no mesh of type .ply: it has no faces"
+    return None
+
+
+def _off(data: bytes) -> str | None:
+    text = re.sub(rb"#[^\n]*", b"", data)
+    if not re.fullmatch(rb"\s*OFF(?:\s+[-+.\deE]+)+\s*", text):
+        return "it is no mesh of type .off: there is more in it than numbers"
+    return None
+
+
+def _collada(data: bytes) -> str | None:
+    found: set[str] = set()
+
+    def element(name: str, _: dict[str, str]) -> None:
+        found.add(name.rpartition(":")[2])
+
+    def entity(*_: object) -> None:
+        raise ValueError("it declares XML entities")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = element
+    parser.EntityDeclHandler = entity
+    parser.Parse(data, True)
+    if "COLLADA" not in found or found.isdisjoint(_COLLADA_FACES):
+        return "it is no mesh of type .dae: it has no faces"
+    return None
+
+
+def _glb(data: bytes) -> str | None:
+    magic, _, length = _GLB_HEAD.unpack_from(data)
+    size, kind = _GLB_CHUNK.unpack_from(data, _GLB_HEAD.size)
+    if magic != b"glTF" or length != len(data) or kind != b"JSON":
+        return "it is no mesh of type .glb: its header is none"
+    begin = _GLB_HEAD.size + _GLB_CHUNK.size
+    return _scene(json.loads(data[begin : begin + size]), ".glb")
+
+
+def _gltf(data: bytes) -> str | None:
+    return _scene(json.loads(data), ".gltf")
+
+
+def _scene(scene: Any, kind: str) -> str | None:
+    """Of the scene in a glTF file."""
+    if not isinstance(scene, dict) or not scene.get("asset") or not scene.get("meshes"):
+        return f"it is no mesh of type {kind}: it has no faces"
+    parts = [*(scene.get("buffers") or ()), *(scene.get("images") or ())]
+    for part in parts:
+        uri = part.get("uri", "data:") if isinstance(part, dict) else ""
+        if not str(uri).startswith("data:"):
+            return f"it needs another file, {str(uri)[:80]!r}: make it a .glb with all in it"
+    return None
+
+
+_TESTS: dict[str, Callable[[bytes], str | None]] = {
+    ".stl": _stl,
+    ".obj": _obj,
+    ".dae": _collada,
+    ".ply": _ply,
+    ".glb": _glb,
+    ".gltf": _gltf,
+    ".off": _off,
+}

@@ -1,0 +1,244 @@
+"""A stranger's robot or experiment carries no file away that is not its own."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shutil
+import zipfile
+from pathlib import Path
+
+import pytest
+import trimesh
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.mesh_files import OUTSIDE
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.carried_files import require_closed
+from cardsflow_fmu.experiment.writer import experiment_resources
+from cardsflow_fmu.results.saved_run import experiment_archive
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.viewer.scene.meshes import link_meshes
+from cardsflow_fmu.viewer.view import robot_act
+
+SECRET = trimesh.creation.box((0.111, 0.222, 0.333)).export(file_type="stl")
+"""A private drawing: a mesh, and still nobody's business."""
+
+OUTER = [
+    "{home}/secret.stl",
+    "file://{home}/secret.stl",
+    "../../secret.stl",
+    "%2e%2e/%2e%2e/secret.stl",
+    "..%2f..%2fsecret.stl",
+    "meshes/%2e%2e/../../secret.stl",
+    "file://../../secret.stl",
+    "model://robot/../../secret.stl",
+    "model://../secret.stl",
+    "model://%2e%2e/secret.stl",
+    "model://x/..%2f..%2fsecret.stl",
+    "package://robot/%2e%2e/%2e%2e/secret.stl",
+    "package://%2e%2e/secret.stl",
+    "link.stl",
+    "model://robot/link.stl",
+    "folder/secret.stl",
+    "/proc/self/cwd/secret.stl",
+]
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A home with a private mesh, and an experiment of a stranger in a folder of it."""
+    (tmp_path / "secret.stl").write_bytes(SECRET)
+    shutil.copytree(EXAMPLES / "pick_up", tmp_path / "arm")
+    (tmp_path / "arm/robot/link.stl").symlink_to(tmp_path / "secret.stl")
+    (tmp_path / "arm/robot/folder").symlink_to(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def name_meshes(home: Path, uri: str, role: str) -> None:
+    file = home / "arm/robot/model.sdf"
+    before, tag, rest = file.read_text().partition(f"<{role} ")
+    rest = rest.replace("meshes/pad.stl", uri.format(home=home), 1)
+    file.write_text(before + tag + rest)
+
+
+def contents(archive: bytes) -> list[bytes]:
+    with zipfile.ZipFile(io.BytesIO(archive)) as opened:
+        return [opened.read(name) for name in opened.namelist()]
+
+
+@pytest.mark.parametrize("uri", OUTER)
+def test_a_visual_mesh_from_elsewhere_is_left_out_with_the_reason(home: Path, uri: str) -> None:
+    name_meshes(home, uri, "visual")
+    experiment = Experiment.load(home / "arm")
+    (warning,) = experiment.warnings()
+    assert repr(uri.format(home=home)) in warning
+    assert "is left out" in warning
+    assert OUTSIDE in warning
+    assert SECRET not in contents(experiment_archive(experiment))
+    assert "left_finger" not in link_meshes(experiment.robot, experiment.folder, experiment.roots)
+    act = robot_act(home / "arm/robot")
+    assert any("is left out" in note for note in act.notes)
+
+
+@pytest.mark.parametrize("uri", OUTER)
+def test_a_collision_mesh_from_elsewhere_is_refused(home: Path, uri: str) -> None:
+    name_meshes(home, uri, "collision")
+    with pytest.raises(InputError, match="lies outside"):
+        Experiment.load(home / "arm")
+
+
+def test_a_mesh_in_the_experiments_folder_travels(home: Path) -> None:
+    shutil.copy(home / "secret.stl", home / "arm/own.stl")
+    for role in ("visual", "collision"):
+        name_meshes(home, "%2e%2e/own.stl", role)
+    experiment = Experiment.load(home / "arm")
+    assert experiment.warnings() == []
+    (home / "out").mkdir()
+    with zipfile.ZipFile(io.BytesIO(experiment_archive(experiment))) as archive:
+        archive.extractall(home / "out")
+    shutil.rmtree(home / "arm")
+    back = Experiment.from_resources(home / "out")
+    assert "left_finger" in link_meshes(back.robot, back.folder, back.roots)
+    assert back.warnings() == []
+    assert SECRET in contents(experiment_archive(back))
+
+
+@pytest.mark.parametrize("name", ["notes.stl", "notes.obj", "notes.txt"])
+def test_what_is_no_mesh_is_left_out_even_from_the_robots_folder(home: Path, name: str) -> None:
+    text = b"PASSWORD=v 1 2 3\n"
+    (home / "arm/robot" / name).write_bytes(text)
+    name_meshes(home, name, "visual")
+    experiment = Experiment.load(home / "arm")
+    (warning,) = experiment.warnings()
+    assert "is left out" in warning
+    assert text not in contents(experiment_archive(experiment))
+
+
+def test_two_meshes_do_not_travel_under_one_name(home: Path) -> None:
+    (home / "arm/meshes").mkdir()
+    shutil.copy(home / "secret.stl", home / "arm/meshes/pad.stl")
+    name_meshes(home, "../meshes/pad.stl", "visual")
+    (warning,) = Experiment.load(home / "arm").warnings()
+    assert "would travel as 'meshes/pad.stl'" in warning
+    name_meshes(home, "../meshes/pad.stl", "collision")
+    with pytest.raises(InputError, match=r"would travel as 'meshes/pad\.stl'"):
+        experiment_resources(Experiment.load(home / "arm"))
+
+
+def test_files_of_a_robot_that_are_links_to_elsewhere_are_refused(home: Path) -> None:
+    extra = home / "arm/robot/cardsflow.xml"
+    extra.rename(home / "private.xml")
+    extra.symlink_to(home / "private.xml")
+    experiment = Experiment.load(home / "arm")
+    with pytest.raises(InputError, match=r"cardsflow\.xml: lies outside"):
+        experiment_resources(experiment)
+
+
+CONTACTS = {"world.contacts": []}
+SHAPES = {
+    "objects": [{"name": "thing", "shape": "mesh", "file": "../secret.stl"}],
+    "shapes": [{"link": "forearm", "shape": "mesh", "file": "robot/link.stl"}],
+}
+
+
+@pytest.mark.parametrize("key", SHAPES)
+def test_a_mesh_of_the_world_from_elsewhere_travels_if_its_user_names_it(
+    home: Path, key: str
+) -> None:
+    settings = CONTACTS | {f"world.{key}": SHAPES[key]}
+    with pytest.raises(InputError, match=rf"world\.{key}\[0\]\.file: lies outside"):
+        Experiment.load(home / "arm", settings, names_files=False)
+    assert SECRET in experiment_resources(Experiment.load(home / "arm", settings)).values()
+
+
+@pytest.mark.parametrize("key", SHAPES)
+def test_a_file_of_the_world_that_is_no_mesh_does_not_travel(home: Path, key: str) -> None:
+    (home / "arm/private.txt").write_text("PASSWORD")
+    rows = [{**SHAPES[key][0], "file": "private.txt"}]
+    with pytest.raises(InputError, match=r"is not packed: \.txt is no type of meshes"):
+        experiment_resources(Experiment.load(home / "arm", CONTACTS | {f"world.{key}": rows}))
+
+
+def test_an_sdf_world_names_meshes_beside_it_alone(home: Path) -> None:
+    box = "<mesh><uri>{}</uri></mesh>"
+    world = (
+        "<sdf version='1.9'><world name='w'><model name='m'><static>1</static><link name='l'>"
+        f"<collision name='c'><geometry>{box}</geometry></collision></link></model></world></sdf>"
+    )
+    file = home / "arm/world.sdf"
+    file.write_text(world.format("../secret.stl"))
+    with pytest.raises(InputError, match="lies outside"):
+        Experiment.load(home / "arm", {"world.sdf": "world.sdf"})
+    file.write_text(world.format("robot/meshes/pad.stl"))
+    Experiment.load(home / "arm", {"world.sdf": "world.sdf"})
+
+
+def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> None:
+    (home / "mine.fmu").write_bytes(b"no FMU")
+    settings = {"fmus.plant": "../mine.fmu"}
+    stranger = Experiment.load(home / "arm", settings, names_files=False)
+    with pytest.raises(InputError, match=r"fmus\.plant: lies outside"):
+        build(stranger, home / "fmus")
+    with pytest.raises(InputError, match=r"mine\.fmu: is no FMU"):
+        build(Experiment.load(home / "arm", settings), home / "fmus")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("robot", {"path": "/srv/robot"}),
+        ("robot", {"path": "../robot"}),
+        ("robot", {"path": "robot/../../x"}),
+        ("robot", {"path": "..\\robot"}),
+        ("robot", {"path": "C:\\robot"}),
+        ("robots", [{"path": "robots/a"}, {"path": "../b"}]),
+        ("world", {"objects": [{"file": "/etc/passwd"}]}),
+        ("world", {"shapes": [{"file": "../x.stl"}]}),
+        ("world", {"sdf": "../world.sdf"}),
+        ("hardware", {"key_file": "/home/me/device.key"}),
+        ("fmus", {"plant": "../plant.fmu"}),
+        ("fmus", {"plant": {"path": "/plant.fmu"}}),
+    ],
+)
+def test_an_experiment_in_an_archive_does_not_lead_out_of_it(
+    tmp_path: Path, key: str, value: object
+) -> None:
+    file = tmp_path / "experiment.json"
+    with pytest.raises(InputError, match=rf"{key}.*leads out of the archive") as caught:
+        require_closed({key: value}, file)
+    assert caught.value.file == file
+    file.write_text(json.dumps({key: value}))
+    with pytest.raises(InputError, match="leads out of the archive"):
+        Experiment.from_resources(tmp_path)
+
+
+def test_an_unpacked_archive_with_a_link_does_not_lead_out_of_it(home: Path) -> None:
+    (home / "out").mkdir()
+    (home / "out/robot").symlink_to(home / "arm/robot")
+    (home / "out/experiment.json").write_text('{"robot": {"path": "robot/model.sdf"}}')
+    with pytest.raises(InputError, match="is a link that leads out of the archive"):
+        Experiment.from_resources(home / "out")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_no_warning_that_is_kept_tells_where_a_key_is(home: Path) -> None:
+    key = home / "arm/device.key"
+    key.write_bytes(b"k" * 32)
+    key.chmod(0o644)
+    settings = {
+        "hardware.use": True,
+        "hardware.link": "emulated:",
+        "hardware.key_file": "device.key",
+    }
+    experiment = Experiment.load(home / "arm", settings)
+    (warning,) = experiment.warnings()
+    assert "hardware.key_file: others can read this key" in warning
+    assert str(home) not in warning
+    for name, content in experiment_resources(experiment, with_hardware=True).items():
+        data = content if isinstance(content, bytes) else content.read_bytes()
+        assert b"device.key" not in data, name
+        assert b"k" * 32 not in data, name
