@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from .laws.motors import SpringMotors
     from .laws.reactive_qp import ReactiveQPController
     from .laws.torque_position import TorquePositionController
+    from .references.recorded import recorded_trajectory, waypoint_trajectory
 
 _MODULES = {
     "analysis.gains": "from_bandwidth largest_stable_period lqr margins sampling_warning",
@@ -65,6 +66,7 @@ _MODULES = {
     "laws.motors": "SpringMotors",
     "laws.reactive_qp": "ReactiveQPController",
     "laws.torque_position": "TorquePositionController",
+    "references.recorded": "recorded_trajectory waypoint_trajectory",
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 
@@ -112,10 +114,12 @@ __all__ = [
     "lqr",
     "margins",
     "motion_terms",
+    "recorded_trajectory",
     "sampling_warning",
     "size_muscles",
     "task_stiffness",
     "to_nlsys",
+    "waypoint_trajectory",
 ]
 
 

@@ -13,6 +13,7 @@ from cardsflow_fmu.config.multiples import require_multiple
 from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.signals.world import wrench_signals
+from cardsflow_fmu.utils.multiples import whole_duration
 
 from .carried_files import mesh_roots, named_files, require_closed
 from .settings.controller import read_controller
@@ -84,7 +85,7 @@ def experiment_settings(
     context = Context(file, robot_names(robot, reference.space))
     run = tables.run
     if run.duration is None:
-        run = run.replaced(duration=reference.duration)
+        run = run.replaced(duration=whole_duration(reference.duration, run.step))
     require_multiple(run.duration, run.step, "run.step", file=file, key="run.duration")
     disturbance = read_disturbance(data.get("disturbance", {}), context)
     world = {}

@@ -15,6 +15,7 @@ from addin_sdfusion.robot.readers import read_trajectory, trajectories_file
 from cardsflow_fmu.config.names import Names
 from cardsflow_fmu.config.table import Context
 
+from .recorded_motion import motion_of_rows, read_motion
 from .settings.plant import StartSettings
 from .settings.reference import FlowerSettings, ReferenceSettings, ReferenceTable
 
@@ -69,6 +70,8 @@ def _curve(
 ) -> Trajectory | FlowerSettings:
     if table.points is not None:
         return table.trajectory_of_points()
+    if table.is_recorded:
+        return _recorded_motion(table, space, context)
     if table.flower is None:
         return _named_trajectory(table, space, context, robot_path)
     names = _names("operational", context).names
@@ -76,6 +79,16 @@ def _curve(
         what = f"a flower needs a task point with axes x, y, z; found {', '.join(names) or 'none'}"
         raise context.error("reference.flower.centre", what)
     return table.flower
+
+
+def _recorded_motion(table: ReferenceTable, space: Space, context: Context) -> Trajectory:
+    other: Space = "operational" if space == "joint" else "joint"
+    spaces = {each: _names(each, context) for each in (space, other)}
+    if table.samples is None:
+        with context.at("reference.file"):
+            return read_motion(table.file, spaces, table.noise)
+    with context.at("reference.samples"):
+        return motion_of_rows(table.samples, spaces, table.noise)
 
 
 def _named_trajectory(

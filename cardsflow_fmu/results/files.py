@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.settings.run import TableFormat
+from cardsflow_fmu.utils.csv_table import csv_text
 
-from .csv_table import csv_text
 from .run_data import RunData
 
 TABLE = "results.csv"

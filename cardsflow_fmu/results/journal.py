@@ -13,8 +13,8 @@ import numpy as np
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.csv_table import row_text
 
-from .csv_table import row_text
 from .files import SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
 from .row_store import RowStore

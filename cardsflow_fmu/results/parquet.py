@@ -12,8 +12,8 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.utils.csv_table import require_table
 
-from .csv_table import require_table
 from .run_data import ExperimentRunData, RunData
 
 KEY = b"cardsflow"

@@ -16,9 +16,9 @@ from cardsflow_fmu.experiment.carried_files import visual_meshes
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
+from cardsflow_fmu.utils.csv_table import read_csv
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
-from .csv_table import read_csv
 from .files import EXPERIMENT, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
 from .journal import STARTED
 from .metadata import read_summary, read_units

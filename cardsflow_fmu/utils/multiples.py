@@ -29,3 +29,16 @@ def whole_steps(time: float, step: float, what: str, *, key: str | None = None) 
     if steps < 1 or abs(ratio - steps) > _TOLERANCE * steps:
         raise InputError(f"{time!r} s is not a whole multiple of {what}, {step!r} s", key=key)
     return steps
+
+
+def whole_duration(time: float, step: float) -> float:
+    """The time, or where it is not a whole multiple of the step, the next one above.
+
+    Args:
+        time: In [s].
+        step: In [s].
+    """
+    ratio = time / step
+    if not math.isfinite(ratio) or abs(ratio - round(ratio)) <= _TOLERANCE * ratio:
+        return time
+    return float(f"{math.ceil(ratio) * step:.12g}")

@@ -15,7 +15,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.session.paced_run import Pace
 from cardsflow_fmu.report.figures import plot
 from cardsflow_fmu.results import row_store
-from cardsflow_fmu.results.csv_table import csv_text
 from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import Journal
@@ -23,6 +22,7 @@ from cardsflow_fmu.simulation.from_experiment import open_experiment
 from cardsflow_fmu.simulation.open_system import OpenSystem
 from cardsflow_fmu.simulation.result import Result, SystemResult
 from cardsflow_fmu.simulation.run import _record
+from cardsflow_fmu.utils.csv_table import csv_text
 
 ROWS, COLUMNS = 30_000, 60
 

@@ -39,7 +39,8 @@ class ExperimentTables(Table):
         "The state at the start; where it is silent, that of the reference.", {}
     )
     reference: ReferenceTable = setting(
-        "What is to be followed: points, a trajectory by its name, or a flower.", None
+        "What is to be followed: points, a recorded motion, a trajectory by its name, or a flower.",
+        None,
     )
     controller: ControllerSettings = setting("The controller.")
     disturbance: DisturbanceSettings = setting("Forces on task points from outside.", {})

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, WithJsonSchema, model_validator
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
@@ -16,6 +16,7 @@ from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
     AS_WHOLE,
     File,
+    FromZero,
     Listed,
     Positive,
     Table,
@@ -23,10 +24,12 @@ from cardsflow_fmu.config.table import (
     Vector3,
     setting,
 )
+from cardsflow_fmu.experiment.recorded_motion import FILE_TYPES
 
 _WITH_RATES = ("cubic", "quintic", "samples")
 _WITH_ACCELERATIONS = ("quintic", "samples")
 _RIGHT_ANGLE = 1e-9
+_ROWS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}, "minItems": 2}
 
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -75,15 +78,29 @@ class PointSettings(Table):
 
 
 class ReferenceTable(Table):
-    """What is to be followed: points, a trajectory by its name, or a flower."""
+    """What is to be followed: points, a recorded motion, a trajectory by its name, or a flower."""
 
     name: Text = setting("of the points", "reference")
-    spline: Spline = setting("the way between points", None, kind="kind of spline")
+    spline: Spline = setting(
+        "the way between points; when left out, that of least jerk, without a stop in between",
+        None,
+        kind="kind of spline",
+    )
     points: Annotated[tuple[PointSettings, ...], Listed, Field(min_length=2)] = setting(
         "points in the order of their times", None
     )
     trajectory: Text = setting("the name of a trajectory of CASPR", None)
-    file: File = setting("where it is; the one beside the robot when left out", None)
+    file: File = setting(
+        "where it is, beside the robot when left out; or a recorded motion: .csv, .npy, .npz",
+        None,
+    )
+    samples: Annotated[Any, WithJsonSchema(_ROWS)] = setting(
+        "a recorded motion: time and positions in each row", None
+    )
+    noise: FromZero = setting(
+        "of recorded positions, its standard deviation in rad or m; found from them when left out",
+        None,
+    )
     flower: FlowerSettings = setting("a rose curve in operational space", None)
     approach: ApproachSettings = setting(
         "a straight way, from rest to rest, to where the reference begins", None
@@ -96,16 +113,18 @@ class ReferenceTable(Table):
         elif self.points is not None:
             self.require_only(("name", "spline", "points", "approach"))
             self._check_points()
+        elif self.is_recorded:
+            given = "file" if self.samples is None else "samples"
+            self.require_only((given, "noise", "approach"))
         else:
             self.require_only(("trajectory", "file", "approach"))
             if self.trajectory is None:
-                raise SettingError("missing", key="trajectory")
+                other = f"missing; a recorded motion is {', '.join(FILE_TYPES)}"
+                raise SettingError("missing" if self.file is None else other, key="trajectory")
         return self
 
     def _check_points(self) -> None:
         """That every point has what its spline takes, and times that the trajectory can have."""
-        if self.spline is None:
-            raise SettingError("missing", key="spline")
         errors: list[InputError] = []
         for k, point in enumerate(self.points):
             blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
@@ -126,6 +145,12 @@ class ReferenceTable(Table):
                 raise SettingError(what, key=f"points[{k}].blend_time")
 
     @property
+    def is_recorded(self) -> bool:
+        """Whether it is a recorded motion."""
+        by_file = self.trajectory is None and self.file is not None
+        return self.samples is not None or (by_file and self.file.suffix.lower() in FILE_TYPES)
+
+    @property
     def letter(self) -> str:
         """Of what the points hold, which the first one says: `q` or `y`."""
         return "y" if "y" in self.points[0].model_fields_set else "q"
@@ -142,6 +167,13 @@ class ReferenceTable(Table):
 
     def trajectory_of_points(self) -> Trajectory:
         """The trajectory through the points."""
+        space: Space = "joint" if self.letter == "q" else "operational"
+        if self.spline is None:
+            from controllers.references.recorded import waypoint_trajectory
+
+            times = np.array([point.time for point in self.points])
+            rows = np.array([getattr(point, self.letter) for point in self.points])
+            return waypoint_trajectory(times, rows, self.name, space)
         points = [
             TrajectoryPoint(
                 point.time,
@@ -150,7 +182,6 @@ class ReferenceTable(Table):
             )
             for point in self.points
         ]
-        space: Space = "joint" if self.letter == "q" else "operational"
         return Trajectory(self.name, self.spline, tuple(points), points[-1].time, space)
 
 

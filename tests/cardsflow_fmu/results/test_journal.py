@@ -20,13 +20,13 @@ from support.robots.robots import PLANAR_2R
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.results import row_store
-from cardsflow_fmu.results.csv_table import csv_text
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal
 from cardsflow_fmu.results.row_store import RowStore
 from cardsflow_fmu.results.saved_run import opened_run, read_results
 from cardsflow_fmu.results.summary_text import describe_summary
 from cardsflow_fmu.simulation.run import RunError
+from cardsflow_fmu.utils.csv_table import csv_text
 
 NAMES = ("time", "q.a", "q.b")
 SUMMARY = {"status": "incomplete", "error": str(STARTED), "versions": {"cardsflow": "1"}}

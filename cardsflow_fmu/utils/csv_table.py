@@ -1,4 +1,4 @@
-"""Result tables as CSV: exact floats, and reading of possibly damaged files."""
+"""Tables of numbers as CSV: exact floats, and reading of possibly damaged files."""
 
 from __future__ import annotations
 
@@ -37,11 +37,16 @@ def row_text(row: FloatArray) -> str:
     return ",".join(map(repr, row.tolist()))
 
 
-def read_csv(file: Path, *, complete: bool = True) -> tuple[tuple[str, ...], FloatArray]:
+def read_csv(
+    file: Path, *, complete: bool = True, what: str = "table of results"
+) -> tuple[tuple[str, ...], FloatArray]:
     """The names and the rows of a table, shape (rows, len(names)).
+
+    Between columns are commas, semicolons or tabs, as between their names.
 
     Args:
         file: The table.
+        what: What it should be, for messages.
         complete: Whether the last line has been written whole; otherwise it counts only if it ends.
 
     Raises:
@@ -49,53 +54,68 @@ def read_csv(file: Path, *, complete: bool = True) -> tuple[tuple[str, ...], Flo
     """
     try:
         with file.open(encoding="utf-8-sig") as stream:
-            names = tuple(name.strip() for name in stream.readline().rstrip("\n").split(","))
+            header = stream.readline().rstrip("\n")
+            delimiter = next((sign for sign in ",;\t" if sign in header), ",")
+            names = tuple(name.strip().strip('"') for name in header.split(delimiter))
             lines = stream if complete else (line for line in stream if line.endswith("\n"))
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # about a table without rows
-                rows = np.loadtxt(lines, delimiter=",", ndmin=2).reshape(-1, len(names))
+                rows = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
     except (OSError, ValueError) as error:
-        raise InputError(_reason(error), file=file) from None
-    require_table(names, rows, file)
+        raise InputError(_reason(error, what), file=file) from None
+    if not rows.size:
+        rows = rows.reshape(0, len(names))
+    if rows.shape[1] != len(names):
+        found = f"{len(names)} columns have names, and rows have {rows.shape[1]} numbers"
+        raise InputError(f"is no {what}: {found}", file=file)
+    require_table(names, rows, file, what=what)
     return names, rows
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: Exception, expected: str) -> str:
     if isinstance(error, OSError):
         return f"cannot be read: {error.strerror}"
     if isinstance(error, UnicodeDecodeError):
-        return "is no table of results: it is not UTF-8 text"
+        return f"is no {expected}: it is not UTF-8 text"
     what = str(error).partition(";")[0].replace("\0", "\\0")  # what follows is for programmers
-    return f"is no table of results: {what if len(what) < _LONG else what[:_LONG] + '...'}"
+    return f"is no {expected}: {what if len(what) < _LONG else what[:_LONG] + '...'}"
 
 
-def require_table(names: Sequence[str], rows: FloatArray, file: Path) -> None:
+def require_table(
+    names: Sequence[str], rows: FloatArray, file: Path | None, *, what: str = "table of results"
+) -> None:
     """Refuse columns of one name or of none, and times that are not numbers that rise.
 
     Args:
         names: Of the columns.
         rows: Shape (rows, len(names)).
         file: Where it comes from.
+        what: What it should be, for messages.
 
     Raises:
-        InputError: It is no table of results.
+        InputError: It is none.
     """
+    found = _fault(names, rows)
+    if found is not None:
+        raise InputError(f"is no {what}: {found}" if any(names) else found, file=file)
+
+
+def _fault(names: Sequence[str], rows: FloatArray) -> str | None:
+    """What is wrong with a table; None for nothing."""
     if not any(names):
-        raise InputError("is empty: there is no line with the names of columns", file=file)
+        return "is empty: there is no line with the names of columns"
     if not all(names):
-        what = f"is no table of results: column {names.index('') + 1} has no name"
-        raise InputError(what, file=file)
+        return f"column {names.index('') + 1} has no name"
     if len(set(names)) < len(names):
         twice = next(name for k, name in enumerate(names) if name in names[:k])
-        what = f"is no table of results: there are two columns {twice[:_LONG]!r}"
-        raise InputError(what, file=file)
+        return f"there are two columns {twice[:_LONG]!r}"
     if "time" not in names:
-        return
+        return None
     time = rows[:, list(names).index("time")]
     if not np.isfinite(time).all():
         k = int(np.flatnonzero(~np.isfinite(time))[0])
-        raise InputError(f"is no table of results: the time of row {k + 1} is {time[k]}", file=file)
+        return f"the time of row {k + 1} is {time[k]}"
     if (np.diff(time) < 0.0).any():
         k = int(np.flatnonzero(np.diff(time) < 0.0)[0])
-        what = f"is no table of results: the time goes back after row {k + 1}, from {time[k]:g} s"
-        raise InputError(what, file=file)
+        return f"the time goes back after row {k + 1}, from {time[k]:g} s"
+    return None

@@ -1,0 +1,199 @@
+"""Recorded motions: columns by name from CSV and NumPy files, or rows of numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot.model.trajectory import Space, Trajectory
+from cardsflow_fmu.config.names import Names
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.csv_table import read_csv, require_table
+
+FILE_TYPES = (".csv", ".npy", ".npz")
+
+_UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
+_WITH_UNIT = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]/]*)(?P<rate>/[^\[\]]*)?\]")
+_LETTERS: Mapping[Space, str] = {"joint": "q", "operational": "y"}
+_ENDINGS = ("", "d", "dd")
+
+Columns = Mapping[str, FloatArray]
+
+
+def read_motion(file: Path, spaces: Mapping[Space, Names], noise: float | None) -> Trajectory:
+    """The motion in a .csv, .npy or .npz file.
+
+    Columns are `time` and, for every name, `q.<name>` or the name alone, and `qd.<name>`,
+    `qdd.<name>` where they are known; of task coordinates y, yd and ydd. A unit in brackets may
+    follow a name: `elbow [deg]`. Of a .npy without names they are time and the positions in
+    order, and then all velocities, and all accelerations; a .npz has an array for each column, or
+    `time`, `q`, `qd`, `qdd`. Other columns are of no concern.
+
+    Args:
+        file: The file.
+        spaces: The coordinates that may move; of two that fit, the first counts.
+        noise: Of the positions, see `recorded_trajectory`.
+
+    Raises:
+        InputError: It holds no motion of the robot.
+    """
+    try:
+        if file.suffix.lower() == ".csv":
+            names, rows = read_csv(file, what="table of numbers")
+            columns: Columns = dict(zip(names, rows.T, strict=True))
+        else:
+            columns = _numpy_columns(file, spaces)
+        return _trajectory(columns, spaces, noise, file.name)
+    except InputError as error:
+        error.what = f"{file.name}: {error.what}"
+        raise
+
+
+def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None) -> Trajectory:
+    """The motion in rows of numbers: time and positions, as those of a .npy file.
+
+    Args:
+        rows: Shape (m, 1 + n), or with velocities and accelerations; a structured array.
+        spaces: The coordinates that may move; the first counts.
+        noise: Of the positions, see `recorded_trajectory`.
+
+    Raises:
+        InputError: They are no motion of the robot.
+    """
+    try:
+        array = np.asarray(rows)
+    except ValueError:
+        raise InputError("must be rows of as many numbers each") from None
+    return _trajectory(_named(array, spaces), spaces, noise, "samples")
+
+
+def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
+    try:
+        loaded = np.load(file, allow_pickle=False)
+        if isinstance(loaded, np.ndarray):
+            return _named(loaded, spaces)
+        with loaded:
+            arrays = {name: loaded[name] for name in loaded.files}
+    except (OSError, ValueError, EOFError, KeyError) as error:
+        raise InputError(f"cannot be read as NumPy's: {error}".splitlines()[0]) from None
+    columns: dict[str, FloatArray] = {}
+    for name, array in arrays.items():
+        numbers = _numbers(array, name)
+        if numbers.ndim == 1:
+            columns[name] = numbers
+        elif numbers.ndim == 2:
+            space: Space = "operational" if name.startswith("y") else "joint"
+            own = spaces[space].names if space in spaces else ()
+            if numbers.shape[1] != len(own):
+                what = f"has {numbers.shape[1]} columns, not one for each of {', '.join(own)}"
+                raise InputError(what, key=name)
+            columns |= {f"{name}.{one}": numbers[:, k] for k, one in enumerate(own)}
+        else:
+            raise InputError(f"has {numbers.ndim} dimensions, not 1 or 2", key=name)
+    return columns
+
+
+def _named(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Columns:
+    """Columns of one array, by its own names or by their order."""
+    if array.dtype.names is not None:
+        return {name: _numbers(array[name], name) for name in array.dtype.names}
+    space, own = next(iter(spaces.items()))
+    rows, n = _numbers(array, "rows"), len(own.names)
+    widths = [1 + n * orders for orders in (1, 2, 3)]
+    if rows.ndim != 2 or rows.shape[1] not in widths:
+        what = f"must have 1 + {n} columns, time and {', '.join(own.names)}, or 1 + {n} more"
+        raise InputError(f"{what} for velocities, and accelerations; its shape is {rows.shape}")
+    letters = [_LETTERS[space] + ending for ending in _ENDINGS]
+    names = ["time", *(f"{letter}.{name}" for letter in letters for name in own.names)]
+    return dict(zip(names, rows.T, strict=False))
+
+
+def _numbers(array: np.ndarray[Any, Any], name: str) -> FloatArray:
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"holds no numbers but {array.dtype}", key=name)
+    return np.asarray(array, dtype=np.float64)
+
+
+def _trajectory(
+    columns: Columns, spaces: Mapping[Space, Names], noise: float | None, name: str
+) -> Trajectory:
+    from controllers.references.recorded import recorded_trajectory
+
+    columns = _in_si(columns)
+    if "time" not in columns:
+        raise UnknownNameError("column", "time", columns)
+    rows = np.stack(list(columns.values()), axis=1) if _of_one_length(columns) else None
+    if rows is None:
+        raise InputError("has columns of several lengths")
+    require_table(list(columns), rows, None, what="table of numbers")
+    space = _space(columns, spaces)
+    letter, names = _LETTERS[space], spaces[space].names
+    q, qd, qdd = (_rows(columns, letter + end, names, bare=not end) for end in _ENDINGS)
+    if qd is None and qdd is not None:
+        raise InputError(f"has accelerations without velocities {letter}d.{names[0]}, ...")
+    assert q is not None
+    times = columns["time"] - columns["time"][:1]
+    return recorded_trajectory(times, q, qd, qdd, noise=noise, name=name, space=space)
+
+
+def _of_one_length(columns: Columns) -> bool:
+    return len({column.shape for column in columns.values()}) == 1
+
+
+def _in_si(columns: Columns) -> dict[str, FloatArray]:
+    """Columns by their names without units, in SI units."""
+    found: dict[str, FloatArray] = {}
+    for name, column in columns.items():
+        own, factor = name.strip(), 1.0
+        if match := _WITH_UNIT.fullmatch(own):
+            own, unit = match["name"], match["unit"].strip()
+            if unit not in _UNITS:
+                raise UnknownNameError("unit", unit, _UNITS, key=name)
+            factor = _UNITS[unit]
+        if own in found:
+            raise InputError(f"there are two columns {own!r}", key=name)
+        found[own] = column * factor
+    return found
+
+
+def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
+    """The first whose positions are all there."""
+    lacking: dict[Space, list[str]] = {}
+    for space, own in spaces.items():
+        letter = _LETTERS[space]
+        lacking[space] = [
+            name for name in own.names if name not in columns and f"{letter}.{name}" not in columns
+        ]
+        if own.names and not lacking[space]:
+            return space
+    space = next(iter(spaces))
+    first = lacking[space][0]
+    known = [f"{_LETTERS[each]}.{name}" for each, own in spaces.items() for name in own.names]
+    what = f"no column {_LETTERS[space]}.{first} or {first}; it has {_shortened(list(columns))}"
+    raise InputError(f"{what}; the robot has {_shortened(known)}")
+
+
+def _shortened(names: Sequence[str], most: int = 12) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def _rows(columns: Columns, letter: str, names: Sequence[str], *, bare: bool) -> FloatArray | None:
+    """Columns of all names, shape (m, n); None where there is none of them."""
+    found = [columns.get(f"{letter}.{n}", columns.get(n) if bare else None) for n in names]
+    if all(column is None for column in found):
+        return None
+    for column, name in zip(found, names, strict=True):
+        if column is None:
+            raise InputError(f"no column {letter}.{name}, though there is one of another name")
+    rows = np.stack([column for column in found if column is not None], axis=1)
+    if not np.isfinite(rows).all():
+        k, j = (int(i) for i in np.argwhere(~np.isfinite(rows))[0])
+        raise InputError(f"row {k + 1} of {letter}.{names[j]} is {rows[k, j]}")
+    return rows

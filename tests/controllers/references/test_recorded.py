@@ -1,0 +1,146 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from addin_sdfusion.robot import InputError
+from controllers import SplineReference, recorded_trajectory, waypoint_trajectory
+
+
+def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two coordinates with their exact derivatives."""
+    q = np.stack([np.sin(1.3 * t) + 0.2 * np.cos(5 * t), 0.3 * np.sin(1.6 * t)], 1)
+    qd = np.stack([1.3 * np.cos(1.3 * t) - np.sin(5 * t), 0.48 * np.cos(1.6 * t)], 1)
+    qdd = np.stack([-1.69 * np.sin(1.3 * t) - 5 * np.cos(5 * t), -0.768 * np.sin(1.6 * t)], 1)
+    return q, qd, qdd
+
+
+def evaluated(reference: SplineReference, times: np.ndarray) -> tuple[np.ndarray, ...]:
+    rows = [reference.evaluate(float(t)) for t in times]
+    return tuple(np.array(each) for each in zip(*rows, strict=True))
+
+
+def jerk_integral(reference: SplineReference) -> float:
+    """Of the squared third derivative, exactly, by Gauss's points within each piece."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    total = 0.0
+    for k, (begin, end) in enumerate(zip(reference.times[:-1], reference.times[1:], strict=True)):
+        c = reference.coefficients[k, :, 2]  # of the accelerations
+        t = (nodes + 1.0) / 2.0 * (end - begin)
+        jerk = sum(p * np.outer(t ** (p - 1), c[p]) for p in range(1, len(c)))
+        total += float(weights @ np.sum(jerk**2, axis=1)) * (end - begin) / 2.0
+    return total
+
+
+@given(
+    st.lists(st.tuples(st.floats(-2, 2), st.floats(-2, 2)), min_size=2, max_size=7),
+    st.lists(st.floats(0.3, 2.0), min_size=6, max_size=6),
+    st.integers(0, 2**31),
+)
+def test_the_way_through_waypoints_has_the_least_jerk(
+    points: list[tuple[float, float]], steps: list[float], seed: int
+) -> None:
+    """No spline through the same points, at rest at both ends, has less; and no corner in qdd."""
+    times = np.concatenate([[0.0], np.cumsum(steps[: len(points) - 1])])
+    q = np.array(points)
+    trajectory = waypoint_trajectory(times, q)
+    reference = SplineReference(trajectory)
+    found = evaluated(reference, times)
+    np.testing.assert_allclose(found[0], q, atol=1e-9)
+    np.testing.assert_allclose(found[1][[0, -1]], 0.0, atol=1e-8)
+    np.testing.assert_allclose(found[2][[0, -1]], 0.0, atol=1e-7)
+    for t in times[1:-1]:
+        before, after = (reference.evaluate(t + side) for side in (-1e-9, 1e-9))
+        np.testing.assert_allclose(before.qdd, after.qdd, atol=1e-5 * (1 + abs(after.qdd).max()))
+    least, rng = jerk_integral(reference), np.random.default_rng(seed)
+    for _ in range(3):
+        qd, qdd = (np.array([getattr(p, n) for p in trajectory.points]) for n in ("qd", "qdd"))
+        qd[1:-1] += rng.normal(size=qd[1:-1].shape)
+        qdd[1:-1] += rng.normal(size=qdd[1:-1].shape)
+        changed = tuple(
+            type(p)(p.time, p.q, tuple(v), tuple(a))
+            for p, v, a in zip(trajectory.points, qd, qdd, strict=True)
+        )
+        other = SplineReference(type(trajectory)("other", "quintic", changed, 1.0))
+        assert jerk_integral(other) >= least * (1.0 - 1e-9)
+
+
+def test_two_waypoints_are_the_minimum_jerk_motion_of_the_textbook() -> None:
+    reference = SplineReference(waypoint_trajectory(np.array([0.0, 2.0]), np.array([[0.0], [1.0]])))
+    s = np.linspace(0.0, 1.0, 21)
+    q, qd, qdd = evaluated(reference, 2.0 * s)
+    np.testing.assert_allclose(q[:, 0], 10 * s**3 - 15 * s**4 + 6 * s**5, atol=1e-12)
+    np.testing.assert_allclose(qd[:, 0], (30 * s**2 - 60 * s**3 + 30 * s**4) / 2, atol=1e-12)
+    np.testing.assert_allclose(qdd[:, 0], (60 * s - 180 * s**2 + 120 * s**3) / 4, atol=1e-12)
+
+
+@pytest.mark.parametrize("noise", [1e-5, 1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("rate", [50, 200])
+def test_positions_with_noise_give_velocities_and_accelerations(rate: int, noise: float) -> None:
+    """Central and second differences are off by 0.7 noise * rate and 2.4 noise * rate²."""
+    t = np.arange(0.0, 8.0, 1.0 / rate)
+    exact = motion(t)
+    q = exact[0] + noise * np.random.default_rng(3).normal(size=exact[0].shape)
+    found = evaluated(SplineReference(recorded_trajectory(t, q)), t)
+    inner = slice(len(t) // 10, -len(t) // 10)
+    errors = [np.sqrt(np.mean((a - b)[inner] ** 2)) for a, b in zip(found, exact, strict=True)]
+    assert errors[0] < 0.8 * noise
+    assert errors[1] < 0.2 * noise * rate
+    assert errors[2] < 0.05 * noise * rate**2
+
+
+@pytest.mark.parametrize(("rate", "bounds"), [(10, (1e-9, 1e-3)), (100, (1e-8, 1e-4))])
+def test_exact_positions_are_kept(rate: int, bounds: tuple[float, float]) -> None:
+    t = np.arange(0.0, 8.0, 1.0 / rate)
+    exact = motion(t)
+    found = evaluated(SplineReference(recorded_trajectory(t, exact[0])), t)
+    inner = slice(len(t) // 10, -len(t) // 10)
+    np.testing.assert_allclose(found[0], exact[0], atol=bounds[0])
+    np.testing.assert_allclose(found[2][inner], exact[2][inner], atol=bounds[1])
+    through = recorded_trajectory(t, exact[0], noise=0.0)
+    np.testing.assert_allclose([p.q for p in through.points], exact[0], atol=1e-12)
+
+
+def test_samples_need_not_be_equally_far_apart() -> None:
+    rng = np.random.default_rng(5)
+    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.005, 0.02, 600))])
+    exact = motion(t)
+    q = exact[0] + 1e-4 * rng.normal(size=exact[0].shape)
+    found = evaluated(SplineReference(recorded_trajectory(t, q, noise=1e-4)), t)
+    assert np.sqrt(np.mean((found[2] - exact[2])[60:-60] ** 2)) < 0.05
+
+
+def test_rates_that_are_given_are_taken() -> None:
+    t = np.linspace(0.0, 2.0, 101)
+    q, qd, qdd = motion(t)
+    given_all = recorded_trajectory(t, q, qd, qdd)
+    assert given_all.spline == "samples"
+    assert [p.qdd for p in given_all.points] == [tuple(row) for row in qdd]
+    derived = recorded_trajectory(t, q, qd)
+    assert [p.qd for p in derived.points] == [tuple(row) for row in qd]
+    accelerations = np.array([p.qdd for p in derived.points])
+    np.testing.assert_allclose(accelerations[10:-10], qdd[10:-10], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("times", "q", "message"),
+    [
+        ([0.0, 0.1, 0.1, 0.2, 0.3, 0.4], np.zeros((6, 1)), "time of row 3 is not after"),
+        ([1.0, 1.1, 1.2, 1.3, 1.4, 1.5], np.zeros((6, 1)), "begins at 1 s"),
+        ([0.0, 0.1, 0.2], np.zeros((3, 1)), "at least 6 rows"),
+        ([0.0, 0.1, 0.2], np.zeros((2, 1)), "no row for each of 3 times"),
+        ([0.0, 0.1, 0.2, 0.3, 0.4, 0.5], np.full((6, 1), np.nan), "not finite"),
+    ],
+)
+def test_what_is_no_motion_is_refused(times: list[float], q: np.ndarray, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        recorded_trajectory(np.array(times), q)
+
+
+def test_a_recording_without_motion_rests() -> None:
+    t = np.linspace(0.0, 1.0, 50)
+    found = evaluated(SplineReference(recorded_trajectory(t, np.full((50, 1), 0.3))), t)
+    np.testing.assert_allclose(found[0], 0.3)
+    np.testing.assert_allclose(found[2], 0.0, atol=1e-6)
