@@ -61,12 +61,12 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
     if port.causality != "input":
         element.set("initial", "exact" if port.causality == "parameter" else "calculated")
     kind = ET.SubElement(element, "Boolean" if port.boolean else "Real")
-    if port.unit in types and not port.boolean:
-        kind.set("declaredType", types[port.unit])
+    if variable.unit in types:
+        kind.set("declaredType", types[variable.unit])
     if port.causality != "output":
         kind.set("start", start(port))
-    if port.unit and not port.boolean:
-        kind.set("unit", port.unit)
+    if variable.unit:
+        kind.set("unit", variable.unit)
     return element
 
 

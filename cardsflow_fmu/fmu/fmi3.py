@@ -65,9 +65,9 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
         element.set("intermediateUpdate", "true")
     else:
         element.set("start", " ".join(start(one) for one in variable.ports))
-    if unit in types and not port.boolean:
+    if unit in types:
         element.set("declaredType", types[unit])
-    if unit and not port.boolean:
+    if unit:
         element.set("unit", unit)
     if variable.is_array:
         annotations = ET.SubElement(element, "Annotations")

@@ -15,7 +15,7 @@ from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.ports import controller_groups
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.multiples import whole_steps
+from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
 from controllers import (
     ControlLoop,
     ForceSolution,
@@ -133,7 +133,8 @@ class ControllerModel(ExperimentModel):
     def step(self, t: float, h: float) -> None:
         """A tick with the inputs at t; a step of several periods is a tick of a longer one."""
         period = float(self._period[0])
-        self._loop.set_period(whole_steps(h, period, "the controller's period") * period)
+        periods = whole_steps(h, period, "the controller's period", most=MOST_STEPS)
+        self._loop.set_period(periods * period)
         if not np.array_equal(self._applied, self.parameters):
             self._apply_parameters()
         begin = time.perf_counter()

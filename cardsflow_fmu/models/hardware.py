@@ -13,7 +13,7 @@ from cardsflow_fmu.signals.dependencies import Dependencies, hardware_dependenci
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.hardware import hardware_groups
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.multiples import whole_steps
+from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
 from sim_dart import MusclePaths
 
 from .experiment_model import ExperimentModel
@@ -96,7 +96,8 @@ class HardwareModel(ExperimentModel):
     def step(self, t: float, h: float) -> None:
         """Exchange with the hardware from t to t + h, with forces held."""
         session = self._connected
-        count = whole_steps(h, session.step, "the step agreed with the hardware")
+        what = "the step agreed with the hardware"
+        count = whole_steps(h, session.step, what, most=MOST_STEPS)
         try:
             for k in range(count):
                 session.exchange(t + k * session.step, self._forces)

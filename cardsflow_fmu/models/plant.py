@@ -11,7 +11,7 @@ from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import commanded_muscles, modelled_muscles, state_order
 from cardsflow_fmu.signals.ports import plant_groups
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.multiples import whole_steps
+from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
 from sim_dart import Plant
 
 from .experiment_model import ExperimentModel
@@ -84,7 +84,8 @@ class PlantModel(ExperimentModel):
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
         commands = self._every_command()
-        for _ in range(whole_steps(h, plant.step_size, "the plant's internal step")):
+        steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MOST_STEPS)
+        for _ in range(steps):
             plant.step(commands, loads=loads, wrenches=wrenches)
         self._write_outputs()
 

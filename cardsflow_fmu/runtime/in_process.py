@@ -33,8 +33,6 @@ def open_model(resources: str, memory: bytearray | memoryview) -> HostedModel | 
     """
     try:
         return HostedModel(_model_maker(Path(resources), memory), memory)
-    except CardsflowError as error:
-        return _plain(str(error))
     except BaseException as error:
         return _failure(error)
 
@@ -124,8 +122,6 @@ class HostedModel:
                 np.frombuffer(seeds),
             )
             return answers.tobytes()
-        except CardsflowError as error:
-            return _plain(str(error))
         except BaseException as error:
             return _failure(error)
 
@@ -174,8 +170,10 @@ def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], F
 
 
 def _failure(error: BaseException) -> str:
-    """The exception in one line, then its trace."""
+    """The exception in one line, then its trace; what the package itself refuses, in its words."""
     try:
+        if isinstance(error, CardsflowError):
+            return _plain(str(error))
         summary = "".join(traceback.format_exception_only(error)).strip()
         trace = "".join(traceback.format_exception(error)).strip()
         return _plain(f"{summary}\n{trace}")

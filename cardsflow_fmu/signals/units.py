@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from addin_sdfusion.robot import InputError
@@ -31,6 +31,7 @@ SI_UNITS: dict[str, dict[str, int]] = {
     "J": {"kg": 1, "m": 2, "s": -2},
     "N.s": {"kg": 1, "m": 1, "s": -1},
     "N.m.s": {"kg": 1, "m": 2, "s": -1},
+    "1": {},
 }
 """The units that this package writes, by name, with their exponents of the SI base units."""
 
@@ -93,6 +94,7 @@ KNOWN_UNITS: dict[str, Unit] = {
     **{name: _named(name, SI_UNITS[si], factor) for name, (si, factor) in _SCALED.items()},
 }
 """Units that are understood by their name alone, where nothing defines them."""
+_NUMBER = KNOWN_UNITS["1"]
 
 
 def conversion(source: Unit | None, target: Unit | None) -> Conversion:
@@ -127,7 +129,7 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
 
 
 def variable_units(description: Any) -> dict[str, Unit]:
-    """The units of an FMU's variables, by name; without an entry for those that have none.
+    """The units of an FMU's variables, by name; without an entry for numbers, and where none is.
 
     A unit that the FMU names without saying what it is made of counts as the one of this package
     with the same name; an unknown one as something that fits only itself.
@@ -136,8 +138,9 @@ def variable_units(description: Any) -> dict[str, Unit]:
     units = {}
     for variable in description.modelVariables:
         name = variable.unit or getattr(variable.declaredType, "unit", None)
-        if name:
-            units[variable.name] = defined.get(name) or _by_name(name)
+        unit = defined.get(name) or _by_name(name) if name else _NUMBER
+        if replace(unit, name="1") != _NUMBER:
+            units[variable.name] = unit
     return units
 
 

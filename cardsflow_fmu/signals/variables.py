@@ -35,9 +35,12 @@ class Variable:
 
     @property
     def unit(self) -> str:
-        """The unit that all elements have; empty when they have none, or different ones."""
-        units = {port.unit for port in self.ports}
-        return units.pop() if len(units) == 1 else ""
+        """The unit that all elements have, `1` for numbers; empty where they have different ones.
+
+        A truth value has none.
+        """
+        units = {port.unit or "1" for port in self.ports}
+        return units.pop() if len(units) == 1 and not self.port.boolean else ""
 
     @property
     def description(self) -> str:

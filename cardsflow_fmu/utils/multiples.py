@@ -8,8 +8,13 @@ from addin_sdfusion.robot import InputError
 
 _TOLERANCE = 1e-9
 
+MOST_STEPS = 100_000
+"""Steps that a model takes in one call at most: a host that asks for more waits for too long."""
 
-def whole_steps(time: float, step: float, what: str, *, key: str | None = None) -> int:
+
+def whole_steps(
+    time: float, step: float, what: str, *, key: str | None = None, most: float = math.inf
+) -> int:
     """The number of steps in a time.
 
     Args:
@@ -17,14 +22,18 @@ def whole_steps(time: float, step: float, what: str, *, key: str | None = None) 
         step: In [s].
         what: Name of the step, for the message.
         key: Key of the time, for the message.
+        most: The largest number of steps.
 
     Returns:
         A whole number of at least 1.
 
     Raises:
-        InputError: The time is not a whole multiple of the step.
+        InputError: The time is not a whole multiple of the step, or too many of them.
     """
     ratio = time / step
+    if ratio > most + 0.5:
+        what = f"{time!r} s is {ratio:.6g} times {what}, {step!r} s"
+        raise InputError(f"{what}; a step is {most} of them at most: take shorter ones", key=key)
     steps = round(ratio) if math.isfinite(ratio) else 0
     if steps < 1 or abs(ratio - steps) > _TOLERANCE * steps:
         raise InputError(f"{time!r} s is not a whole multiple of {what}, {step!r} s", key=key)

@@ -28,7 +28,7 @@ double *native_values(const struct native_model *native, struct native_group gro
 /* The start values of the ports. */
 int native_reset(struct model *model);
 
-/* How many periods a time is; 0 with a message in `error` where it is no whole number of them. */
+/* How many periods a time is; 0 with a message in `error` where it is no whole number of them, or too many. */
 size_t native_whole_steps(double time, double step, const char *what, struct text *error);
 
 /* A copy on the heap of numbers that a model remembers. 0, or nonzero with a message. */

@@ -1,0 +1,52 @@
+"""Steps that no model takes are refused at once, with a reason, by Python and native FMUs alike."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from support.fmu.fmu_host import refused, running
+from support.robots.robots import PLANAR_2R
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.build import build
+
+pytestmark = pytest.mark.native
+
+NO_STEP = (0.0, -1e-3, math.nan, math.inf, -math.inf)
+REASONS = {"plant": "the plant's internal step", "controller": "the controller's period"}
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["native", "python"])
+def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict:
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.1})
+    folder = tmp_path_factory.mktemp("fmus")
+    return build(experiment, folder, native=bool(request.param))
+
+
+@pytest.mark.parametrize("model", REASONS)
+def test_far_too_long(files: dict[str, Path], model: str, tmp_path: Path) -> None:
+    """Not a false reason, and not computed until the host gives up."""
+    for step in (1e6, 1e300, 100.001):
+        with running(files[model], tmp_path / str(step)) as host:
+            refused(lambda host=host, step=step: host.slave.doStep(0.0, step))
+            said = f"times {REASONS[model]}, 0.001 s; a step is 100000 of them at most"
+            assert said in host.last
+            assert "\n" not in host.last
+
+
+@pytest.mark.parametrize("model", REASONS)
+def test_no_step_at_all(files: dict[str, Path], model: str, tmp_path: Path) -> None:
+    for step in NO_STEP:
+        with running(files[model], tmp_path / str(step)) as host:
+            refused(lambda host=host, step=step: host.slave.doStep(0.0, step))
+            assert host.last == f"doStep: a step of {step:.12g} s at 0 s is none"
+
+
+def test_a_reset_leads_back(files: dict[str, Path], tmp_path: Path) -> None:
+    with running(files["plant"], tmp_path / "unpacked") as host:
+        refused(lambda: host.slave.doStep(0.0, 1e6))
+        host.slave.reset()
+        host.start()
+        host.slave.doStep(0.0, 1e-3)
