@@ -52,9 +52,18 @@ static void stop(struct python_worker *self, double patience)
 
 static void quit(struct python_worker *self)
 {
-    if (self->is_alive)
+    if (self->is_alive && process_is_own(&self->process))
         channel_quit(&self->channel, &self->process);
     stop(self, LONGEST_QUIT);
+}
+
+/* A copy of the host, made by fork, shares the memory, but neither calls the worker nor ends it. */
+static int belongs_to_another(const struct python_worker *self, struct text *error)
+{
+    if (process_is_own(&self->process))
+        return 0;
+    text_set(error, "the instance belongs to the process that this one was forked from");
+    return 1;
 }
 
 /* Asks; the bytes of the answer are in the channel. A worker that does not answer is ended: it may
@@ -67,6 +76,8 @@ static int ask(struct python_worker *self, enum command command, const void *byt
         text_set(error, "the worker process has ended: a reset starts another");
         return 1;
     }
+    if (belongs_to_another(self, error))
+        return 1;
     if (channel_ask(&self->channel, &self->process, command, bytes, size, longest, outcome, error)) {
         stop(self, 0);
         *outcome = OUTCOME_UNFIT;
@@ -123,6 +134,8 @@ static int step(struct model *model)
 static int reset(struct model *model)
 {
     struct python_worker *self = model->backend;
+    if (belongs_to_another(self, &model->error))
+        return 1;
     if (self->is_alive && call_with(model, COMMAND_RESET, NULL, 0) == 0)
         return 0;
     return self->is_alive || start(self, self->program, &model->error) != OUTCOME_DONE;

@@ -12,7 +12,7 @@ struct process {
 #ifdef _WIN32
     void *handle, *job;
 #else
-    long id;
+    long id, owner; /* owner: who started it */
     int status; /* as of waitpid, once it runs no more */
 #endif
 };
@@ -23,10 +23,13 @@ struct process {
 int process_start(struct process *process, const char *program, const char *const arguments[],
                   const struct shared_memory *memory, struct text *error);
 
+/* Whether this process has started it, and is no copy of the one that has, made by fork. */
+int process_is_own(const struct process *process);
+
 /* Whether it has ended by itself, or does so within some seconds, and how. */
 int process_has_ended(struct process *process, double seconds, struct text *how);
 
-/* Waits for its end, for a time at most, then ends it. Nothing of it is left. */
+/* Waits for its end, for a time at most, then ends it. Nothing of it is left. Another's goes on. */
 void process_end(struct process *process, double patience);
 
 /* In the process that was started: finds memory and bell by the last argument. From then on this

@@ -145,6 +145,7 @@ int process_start(struct process *process, const char *program, const char *cons
     }
     process->bell.socket = sockets[0];
     process->id = id;
+    process->owner = getpid();
     process->is_running = 1;
     return 0;
 }
@@ -181,10 +182,15 @@ int process_has_ended(struct process *process, double seconds, struct text *how)
     return 1;
 }
 
+int process_is_own(const struct process *process)
+{
+    return process->owner == (long)getpid();
+}
+
 void process_end(struct process *process, double patience)
 {
     struct text how = {NULL};
-    if (!process_has_ended(process, patience, &how)) {
+    if (process_is_own(process) && !process_has_ended(process, patience, &how)) {
         kill((pid_t)process->id, SIGKILL);
         reap(process, 0);
     }
