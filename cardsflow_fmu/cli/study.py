@@ -41,7 +41,7 @@ def add_study(commands: Commands) -> None:
     parser.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help="a Dask scheduler, such as tcp://host:8786, or `local`; needs the extra `sweep`",
+        help="a Dask scheduler, such as tls://host:8786, or `local`; needs the extra `sweep`",
     )
     parser.add_argument(
         "--only", metavar="HASH", help="do the one run whose hash begins so, and write nothing"
@@ -91,8 +91,11 @@ def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
     if options.dask is None:
         yield None
         return
-    from cardsflow_fmu.studies.execution.dask_executor import dask_executor
+    from cardsflow_fmu.studies.execution.dask_executor import dask_executor, dask_warning
 
+    warning = dask_warning(options.dask)
+    if warning is not None:
+        print(f"cardsflow: warning: {warning}", file=sys.stderr)
     jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
     with dask_executor(options.dask, jobs) as executor:
         yield executor

@@ -13,6 +13,7 @@ from .executors import ExecutorAdapter
 
 LOCAL = "local"
 _PATIENCE = 10.0
+_SAFE = ("tls://", "wss://")
 
 
 @contextlib.contextmanager
@@ -22,7 +23,8 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
     The experiment's folder is to be found under the same path on every machine.
 
     Args:
-        address: Of a scheduler, such as `tcp://host:8786`; `local` for a cluster on this machine.
+        address: Of a scheduler, such as `tls://host:8786`; `local` for a cluster on this machine,
+            which has certificates of its own.
         jobs: Number of workers of a local cluster.
 
     Raises:
@@ -41,19 +43,14 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
     with contextlib.ExitStack() as stack:
         target: Any = address
         if address == LOCAL:
-            target = stack.enter_context(
-                dask.LocalCluster(
-                    n_workers=jobs,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address=None,
-                )
-            )
+            from .dask_cluster import local_cluster
+
+            target = stack.enter_context(local_cluster(jobs))
         try:
             client = stack.enter_context(
                 dask.Client(target, timeout=_PATIENCE, set_as_default=False)
             )
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError, RuntimeError) as error:
             reason = " ".join(str(error).split())
             raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None
         workers = sum(client.nthreads().values()) or 1
@@ -61,12 +58,26 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
         yield ExecutorAdapter(executor, workers, attempts=2)
 
 
+def dask_warning(address: str) -> str | None:
+    """What is unsafe about a scheduler's address; None if nothing is.
+
+    Args:
+        address: As `dask_executor` takes it.
+    """
+    if address == LOCAL or address.startswith(_SAFE):
+        return None
+    return (
+        f"{address} is not encrypted: whoever reaches scheduler or workers can run code as their "
+        "users; give them certificates and use tls://, as docs/studies.md tells"
+    )
+
+
 def _require_answer(address: str) -> None:
     """Refuse an address without listener: Dask's own client gives up late, and loudly."""
     _, _, location = address.rpartition("://")
     host, _, port = location.rstrip("/").rpartition(":")
     if not host or not port.isdigit() or not 0 < int(port) < 65536:
-        what = f"no Dask scheduler at {address}: an address is tcp://HOST:PORT, or {LOCAL!r}"
+        what = f"no Dask scheduler at {address}: an address is tls://HOST:PORT, or {LOCAL!r}"
         raise InputError(what, key="--dask")
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE).close()

@@ -1,0 +1,108 @@
+"""Dask's workers do what they are told by this study alone."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import ssl
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.studies.execution.dask_executor import dask_executor, dask_warning
+
+ALERT = b"\x15"  # of TLS
+
+pytestmark = pytest.mark.extra("sweep")
+
+
+@pytest.fixture(scope="module")
+def ports() -> Iterator[list[int]]:
+    """All ports that a local cluster listens at."""
+    psutil = pytest.importorskip("psutil")
+    this = psutil.Process()
+    before = set(listening([this]))
+    with dask_executor("local", 1):
+        family = [this, *this.children(recursive=True)]
+        yield sorted(set(listening(family)) - before)
+
+
+def listening(processes: list[Any]) -> Iterator[int]:
+    for process in processes:
+        for connection in process.net_connections(kind="inet"):
+            if connection.status == "LISTEN":
+                assert connection.laddr.ip == "127.0.0.1"
+                yield connection.laddr.port
+
+
+def test_scheduler_nanny_and_worker_listen_and_nothing_else(ports: list[int]) -> None:
+    assert len(ports) == 3
+    assert 8787 not in ports
+
+
+def test_no_port_answers_whoever_shows_no_certificate(ports: list[int]) -> None:
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    for port in ports:
+        for wrap in (lambda s: s, context.wrap_socket):
+            answer = b""
+            with (
+                socket.create_connection(("127.0.0.1", port), timeout=10) as raw,
+                contextlib.suppress(OSError),  # the refusal comes at any of these
+                contextlib.closing(wrap(raw)) as opened,  # type: ignore[no-untyped-call]
+            ):
+                opened.sendall(b"GET /status HTTP/1.1\r\n\r\n")
+                answer = opened.recv(1000)
+            assert answer[:1] in (b"", ALERT)
+
+
+@pytest.mark.parametrize("scheme", ["tcp", "tls"])
+def test_a_foreign_client_is_refused(ports: list[int], scheme: str, tmp_path: Path) -> None:
+    import distributed
+
+    # certificates of the same kind, made by someone else
+    security = distributed.Security.temporary() if scheme == "tls" else None
+    for port in ports:
+        with (
+            pytest.raises((OSError, RuntimeError)),
+            distributed.Client(f"{scheme}://127.0.0.1:{port}", timeout=3, security=security) as it,
+        ):
+            it.submit(os.mkdir, str(tmp_path / "mine")).result(timeout=3)
+    assert not (tmp_path / "mine").exists()
+
+
+def test_a_scheduler_with_certificates_is_used() -> None:
+    import dask
+    import distributed
+
+    security = distributed.Security.temporary()
+    with distributed.LocalCluster(
+        1, processes=False, protocol="tls://", security=security, dashboard_address=":0"
+    ) as cluster:
+        address = cluster.scheduler_address
+        with (
+            pytest.raises(InputError, match="no Dask scheduler at tls://"),
+            dask_executor(address, 1),
+        ):
+            pass
+        texts = {
+            "distributed.comm.tls.ca-file": security.tls_ca_file,
+            "distributed.comm.tls.client.key": security.tls_client_key,
+            "distributed.comm.tls.client.cert": security.tls_client_cert,
+        }
+        with (
+            dask.config.set(texts),
+            dask_executor(address, 1) as executor,
+        ):
+            assert executor.attempts == 2
+
+
+def test_addresses_that_are_not_encrypted_are_warned_of() -> None:
+    assert dask_warning("local") is None
+    assert dask_warning("tls://host:8786") is None
+    for address in ("tcp://host:8786", "host:8786", "ws://host:8786"):
+        assert "run code as their users" in str(dask_warning(address))
