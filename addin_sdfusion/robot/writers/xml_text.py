@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
 
+def written(value: float) -> float:
+    """A value as it is written: 0 for those below 2.2e-308, which readers in C++ refuse."""
+    return 0.0 if 0.0 < abs(value) < sys.float_info.min else float(value)
+
+
 def numbers(values: Iterable[float]) -> str:
-    """Numbers as text, one space apart, such that reading them gives the same bits."""
-    return " ".join(repr(float(value)) for value in values)
+    """Numbers as text, one space apart, such that reading them gives the same bits of `written`."""
+    return " ".join(repr(written(value)) for value in values)
 
 
 def element(

@@ -35,8 +35,9 @@ from addin_sdfusion.robot.model.rotations import normalized
 from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
 from .wrapped import vector
+from .writable import writable
 
-numbers = st.floats(-10.0, 10.0)
+numbers = st.floats(-10.0, 10.0, allow_subnormal=False)
 vectors = st.tuples(numbers, numbers, numbers)
 angles = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 poses = st.builds(Pose, vectors, st.one_of(st.just((0.0, 0.0, 0.0)), angles))
@@ -210,7 +211,7 @@ def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
         )
     cables = draw(st.lists(names, max_size=3, unique=True))
     tasks = draw(st.lists(names, max_size=2, unique=True))
-    return Robot(
+    robot = Robot(
         "robot" if caspr else draw(names),
         tuple(links),
         tuple(joints),
@@ -220,6 +221,8 @@ def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
         draw(st.sampled_from(tasks or [""])),
         GRAVITY if caspr else draw(vectors),
     )
+    sound: Robot = writable(robot)
+    return sound
 
 
 FREE = CASPR_JOINTS["SPATIAL_EULER_XYZ"].motions

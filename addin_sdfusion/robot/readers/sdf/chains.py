@@ -21,6 +21,7 @@ class _Word:
 
     Attributes:
         torques: Bounds of its motor; those of the joint element when None.
+        initial: Its initial value; that of the joint element when None.
     """
 
     name: str
@@ -28,10 +29,12 @@ class _Word:
     motion: int
     actuated: bool
     torques: tuple[float, ...] | None
+    initial: float | None
 
     def applied(self, coordinate: Coordinate) -> Coordinate:
         """The coordinate of the joint element, as the plugin says it is."""
-        named = replace(coordinate, name=self.name, actuated=self.actuated)
+        initial = coordinate.initial if self.initial is None else self.initial
+        named = replace(coordinate, name=self.name, actuated=self.actuated, initial=initial)
         if self.torques is None:
             return named
         return replace(named, tau_min=self.torques[0], tau_max=self.torques[1])
@@ -67,7 +70,8 @@ def _words(node: Node) -> list[_Word]:
         torques = None
         if child.has("torques"):
             torques = child.numbers_attribute("torques", 2, infinite=True)
-        words.append(_Word(name, child.attribute("joint"), motion, actuated, torques))
+        initial = child.number_attribute("initial") if child.has("initial") else None
+        words.append(_Word(name, child.attribute("joint"), motion, actuated, torques, initial))
     return words
 
 

@@ -53,9 +53,10 @@ def is_chained(joint: Joint) -> bool:
 
 
 def needs_words(joint: Joint) -> bool:
-    """Whether the plugin says something about a joint: SDF's axes have no names nor motors."""
+    """Whether the plugin says something about a joint that SDF's axes have no word for."""
     return len(joint.motions) > 1 or any(
-        c.name != joint.name or c.actuated or not has_one_effort(c) for c in joint.coordinates
+        c.name != joint.name or c.actuated or c.initial or not has_one_effort(c)
+        for c in joint.coordinates
     )
 
 

@@ -51,6 +51,9 @@ def _names(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "sdf-name-clash", f"{problem}, {name!r} is taken")
         if "::" in name or (name.startswith("__") and name.endswith("__")) or name == WORLD:
             yield error(subject, "sdf-reserved-name", f"SDF reserves the name {name!r}; rename it")
+        if "  " in name and subject.kind != "robot":
+            problem = "libsdformat takes spaces in a row for one, and finds no link of the name"
+            yield warning(subject, "sdf-spaces", problem)
 
 
 def _mesh_texts(robot: Robot) -> Iterator[Finding]:
@@ -86,5 +89,5 @@ def _chains(robot: Robot) -> Iterator[Finding]:
 def _inertias(robot: Robot) -> Iterator[Finding]:
     for link in robot.links:
         if not positive_semidefinite(density_matrix(link.inertia.matrix)):
-            problem = "libsdformat refuses its inertia; no body has it"
+            problem = "no body has its inertia: libsdformat refuses it, Drake takes another"
             yield warning(Subject("link", link.name), "sdf-inertia-refused", problem)

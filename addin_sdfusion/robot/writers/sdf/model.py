@@ -99,7 +99,6 @@ def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:
         if effort < NO_LIMIT:
             element(limit, "effort", effort)
         _dynamics(axis, coordinate)
-        element(axis, "initial_position", coordinate.initial)
     if needs_frame(joint.T_child_joint):
         name = joint_frame_name(joint.name, joint.child)
         _pose(element(model, "frame", name=name, attached_to=joint.child), joint.T_child_joint)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...model.pose import Pose
 from ...model.robot import Link
 from ...model.rotations import inverse
+from ..xml_text import written
 
 MODEL_FRAME = "__model__"
 NO_LIMIT = 1e16
@@ -18,7 +19,10 @@ def joint_frame_name(joint: str, child: str) -> str:
 
 def needs_frame(T_child_joint: Pose) -> bool:
     """Whether the inverse of T_child_joint does not give it back bit by bit."""
-    return inverse(inverse(T_child_joint)) != T_child_joint
+    (x, y, z), (roll, pitch, yaw) = (
+        map(written, part) for part in (inverse(T_child_joint).position, inverse(T_child_joint).rpy)
+    )
+    return inverse(Pose((x, y, z), (roll, pitch, yaw))) != T_child_joint
 
 
 def mesh_names(link: Link) -> list[str]:

@@ -4,9 +4,10 @@ gravity: x y z, in [m/s²].
 link_end link: the far end of a link, in its frame, in [m].
 mesh_name link role as: the name of a mesh, in place of the one that it is written as.
 joint name: its coordinates in the order of q, as coordinate elements.
-coordinate name joint motion actuated torques: the joint element that moves it, its place among the
-    motions from the parent to the child, counted from 0, whether it has a motor, and the bounds of
-    its torque where they are not those of the joint's effort.
+coordinate name joint motion actuated torques initial: the joint element that moves it, its place
+    among the motions from the parent to the child, counted from 0, whether it has a motor, the
+    bounds of its torque where they are not those of the joint's effort, and its initial value
+    where that is not 0; SDF's <initial_position> is gone from its newest version.
 wrap_surface name link shape radius length: what muscles wrap over; its pose in the link's frame, in
     [m, rad].
 cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
@@ -72,6 +73,8 @@ def _joint(plugin: ElementTree.Element, joint: Joint, parts: Sequence[SdfJoint])
     for i, coordinate in enumerate(joint.coordinates):
         words = {"joint": movers[places[i]], "motion": str(places[i])}
         actuated = "true" if coordinate.actuated else "false"
+        if coordinate.initial:
+            words["initial"] = numbers([coordinate.initial])
         if not has_one_effort(coordinate):
             words["torques"] = numbers([coordinate.tau_min, coordinate.tau_max])
         element(node, "coordinate", name=coordinate.name, **words, actuated=actuated)

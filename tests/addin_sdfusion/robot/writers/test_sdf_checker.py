@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from lxml import etree
 from support.robots.every_joint import every_joint
+from support.robots.one_link import one_link
 from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Robot, read_robot, sdf_losses, write_sdf
 
 CHECKER = shutil.which("ign")
+DESCRIPTIONS = sorted(Path("/usr/share").glob("sdformat*/1.*"), key=lambda f: int(f.suffix[1:]))
 
 pytestmark = pytest.mark.skipif(
     CHECKER is None, reason="libsdformat's checker is not installed: .ci/run installs it"
@@ -31,6 +36,35 @@ def verdict(folder):
 def test_written_robots_are_valid(tmp_path, robot: Robot):
     write_sdf(robot, tmp_path)
     assert "Valid." in verdict(tmp_path), verdict(tmp_path)
+
+
+def undeclared(element, description):
+    """The elements that libsdformat's own description of SDF does not have, as paths."""
+    declared = {}
+    for child in description.iterchildren("element", "include"):
+        if child.tag == "include":
+            child = etree.parse(DESCRIPTIONS[-1] / child.get("filename")).getroot()
+        declared[child.get("name")] = child
+    for child in element.iterchildren():
+        if child.tag not in declared:
+            yield f"{element.tag}/{child.tag}"
+        elif child.tag != "plugin":
+            yield from undeclared(child, declared[child.tag])
+
+
+def test_nothing_is_written_that_the_newest_sdf_does_not_have(tmp_path):
+    """Readers pass from version to version, and Drake refuses what is unknown in the last one."""
+    write_sdf(every_joint(), tmp_path)
+    newest = etree.parse(DESCRIPTIONS[-1] / "root.sdf").getroot()
+    assert not list(undeclared(etree.parse(tmp_path / "model.sdf").getroot(), newest))
+
+
+def test_numbers_that_readers_in_cpp_refuse_are_written_as_zero(tmp_path):
+    robot = one_link(friction=5e-324, initial=0.5)
+    write_sdf(robot, tmp_path)
+    assert "5e-324" not in (tmp_path / "model.sdf").read_text()
+    assert "Valid." in verdict(tmp_path)
+    assert read_robot(tmp_path) == replace(robot, joints=one_link(initial=0.5).joints)
 
 
 @pytest.mark.parametrize("name", ["msj_platform", "musc-le", "test_robot"])

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import axes, names, poses, robots
+from support.robots.writable import writable
 
 from addin_sdfusion.robot import (
     WORLD,
@@ -77,7 +78,7 @@ def with_everything(draw):
     if robot.cable_set and surfaces:
         wrapped = [replace(m, wraps=draw(wraps(m, surfaces))) for m in robot.muscles]
         robot = robot.with_muscles(wrapped)
-    return robot
+    return writable(robot)
 
 
 @st.composite
