@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, UnknownNameError
 
 EVERY_OTHER = "*"
 """In a table by name: all names that it does not name."""
+
+T = TypeVar("T")
 
 _PART = re.compile(r'"(?P<quoted>[^"]*)"|(?P<bare>[^."]+)')
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
@@ -55,10 +58,47 @@ def indexed(part: str) -> tuple[str, int | None]:
     return (part, None) if match is None else (match["name"], int(match["index"]))
 
 
+def is_pattern(name: str) -> bool:
+    """Whether a name is for all that it fits, as `motor*` and `leg_?` are."""
+    return "*" in name or "?" in name
+
+
+def by_name(
+    tables: Mapping[str, T], kind: str, names: Collection[str], key: str
+) -> list[tuple[str, str, T]]:
+    """Tables for single names: first those of patterns such as `motor*`, then those of one name.
+
+    Args:
+        tables: By name or pattern.
+        kind: What is named, for messages.
+        names: All there are.
+        key: The full key of the tables.
+
+    Returns:
+        Full key, name and table, in the order in which they count.
+
+    Raises:
+        InputError: There is no such name, or none that fits a pattern.
+    """
+    found: list[tuple[str, str, T]] = []
+    for name in sorted(tables, key=lambda name: name in names):
+        own = [name] if name in names else []
+        at = f"{key}.{name}"
+        if not own and is_pattern(name):
+            own = [each for each in names if fnmatchcase(each, name)]
+            if not own:
+                raise InputError(f"no {kind} fits it (known: {', '.join(names)})", key=at)
+        if not own:
+            raise UnknownNameError(kind, name, names, key=at)
+        found += [(at, each, tables[name]) for each in own]
+    return found
+
+
 def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
     """Set a value by its full key, making tables on the way.
 
-    Below one number for all names, the number becomes that of every other name.
+    Below one number for all names, the number becomes that of every other name. A pattern such as
+    `muscles.motor*.f_max` holds for the tables that fit it, too.
 
     Args:
         data: The settings; changed.
@@ -69,20 +109,33 @@ def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
     Raises:
         PathError: The key leads through what is no table, or past the end of a list.
     """
-    *path, last = split_path(key)
-    for part in path:
-        inner = _row(data, part, key, file)
-        if inner is None:
-            inner = data.setdefault(part, {})
-        if isinstance(inner, int | float) and not isinstance(inner, bool):
-            inner = data[part] = {EVERY_OTHER: inner}
-        if not isinstance(inner, dict):
-            raise PathError(f"{part!r} is not a table", file=file, key=key)
-        data = inner
-    name, index = indexed(last)
+    _set(data, split_path(key), key, value, file)
+
+
+def _set(data: dict[str, Any], path: list[str], key: str, value: Any, file: Path) -> None:
+    part, *rest = path
+    if not rest:
+        _set_last(data, part, key, value, file)
+        return
+    if is_pattern(part):
+        for name, own in data.items():
+            if name != part and fnmatchcase(name, part) and isinstance(own, dict):
+                _set(own, rest, key, value, file)
+    inner = _row(data, part, key, file)
+    if inner is None:
+        inner = data.setdefault(part, {})
+    if isinstance(inner, int | float) and not isinstance(inner, bool):
+        inner = data[part] = {EVERY_OTHER: inner}
+    if not isinstance(inner, dict):
+        raise PathError(f"{part!r} is not a table", file=file, key=key)
+    _set(inner, rest, key, value, file)
+
+
+def _set_last(data: dict[str, Any], part: str, key: str, value: Any, file: Path) -> None:
+    name, index = indexed(part)
     there = data.get(name)
     if index is None or not isinstance(there, list):
-        data[last] = copy.deepcopy(value)
+        data[part] = copy.deepcopy(value)
         return
     if index >= len(there):
         raise PathError(f"{name!r} has {len(there)} elements", file=file, key=key)

@@ -6,6 +6,8 @@ The tables below [robot] are named as the parts of `Robot` are; `points` are via
     mass = 2.5
     [robot.muscles.cable_1]
     "points[0]" = { link = "world", position = [0.5, 0.0, 0.1] }
+    [robot.muscles."extensor_*"]
+    f_max = 300.0           # of all muscles whose names fit
     [robot.joints.elbow]
     motor = true            # one for each of its coordinates
     effort = 30.0           # its largest torque or force, or [least, largest]
@@ -27,7 +29,7 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Joint, Robot, TaskSet, UnknownNameError
 from addin_sdfusion.robot.model.joint import Coordinate
 from addin_sdfusion.robot.transforms.lock import lock
-from cardsflow_fmu.config.key_path import PathError, indexed
+from cardsflow_fmu.config.key_path import PathError, by_name, indexed
 from cardsflow_fmu.config.messages import joined
 from cardsflow_fmu.config.table import Text, Whole, checked, numbers
 
@@ -55,10 +57,7 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
     try:
         for kind, parts in overrides.items():
             items = {item.name: item for item in getattr(robot, kind)}
-            for name, fields in parts.items():
-                if name not in items:
-                    raise UnknownNameError(KINDS[kind], name, items, key=f"{kind}.{name}")
-                key_ = f"{kind}.{name}"
+            for key_, name, fields in by_name(parts, KINDS[kind], items, kind):
                 if kind in _MAY_BE_LOCKED and isinstance(fields, Mapping) and LOCKED in fields:
                     fields = dict(fields)
                     held |= _held(items[name], fields.pop(LOCKED), f"{key_}.{LOCKED}")

@@ -3,19 +3,74 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import Field, create_model
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidatorFunctionWrapHandler,
+    create_model,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
 from addin_sdfusion.robot.checks.check import require_valid
 from addin_sdfusion.robot.model.muscle import CableKind, CableModel
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS
 from addin_sdfusion.robot.model.tension_parameters import Parameter
+from cardsflow_fmu.config.key_path import by_name
 from cardsflow_fmu.config.messages import SettingError, joined
 from cardsflow_fmu.config.table import Context, FromZero, Short, Table, setting
+
+PATH, F_MAX = "path", "f_max"
+HILL_FROM_PATH = "hill_from_path"
+"""A muscle of Hill's type for any path: at the pose, its fibres are at their optimal length."""
+
+_HILL_FROM_PATH = {
+    "kind": "hill_degroote2016",
+    "max_isometric_force": F_MAX,
+    "optimal_fibre_length": f"0.6 {PATH}",
+    "tendon_slack_length": f"0.4 {PATH}",
+}
+
+
+class _Relative:
+    """Of a parameter: a number, or a text that stands for one.
+
+    Args:
+        form: The text's.
+        words: For messages.
+    """
+
+    def __init__(self, form: str, words: str) -> None:
+        self._form, self._words = form, words
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_wrap_validator_function(self._read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
+        inner = handler(schema["schema"])
+        return {"anyOf": [inner, {"type": "string", "pattern": f"^{self._form}$"}]}
+
+    def _read(self, value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+        if not isinstance(value, str):
+            return handler(value)
+        if not re.fullmatch(self._form, value):
+            raise SettingError(f"must be a number or {self._words}, not {value!r}")
+        return value
+
+
+_RELATIVE = {
+    "m": _Relative(rf"(\d+\.?\d* )?{PATH}", f'such as "0.6 {PATH}", of the path\'s length'),
+    "N": _Relative(F_MAX, f'"{F_MAX}"'),
+}
+"""By the unit of the parameter."""
 
 
 def _parameters() -> dict[str, Any]:
@@ -32,20 +87,26 @@ def _parameters() -> dict[str, Any]:
         low, *others = bounds[name]
         extra: Any = {} if low is None or others else {"minimum": low}
         meaning = own.meaning + ("" if own.unit == "1" else f", in {own.unit}")
-        settings[name] = (Annotated[float, Field(json_schema_extra=extra)], setting(meaning, None))
+        kind: Any = Annotated[float, Field(json_schema_extra=extra)]
+        if own.unit in _RELATIVE:
+            kind = Annotated[kind, _RELATIVE[own.unit]]
+        settings[name] = (kind, setting(meaning, None))
     return settings
+
+
+_MODELS = [*TENSION_LAWS, *PRESETS, HILL_FROM_PATH]
 
 
 def _written_out(model: Any) -> Any:
     """A law or a preset by its name alone."""
     if not isinstance(model, str) or not model:
         return model
-    if model not in TENSION_LAWS and model not in PRESETS:
-        raise SettingError(UnknownNameError("muscle model", model, [*TENSION_LAWS, *PRESETS]))
+    if model not in _MODELS:
+        raise SettingError(UnknownNameError("muscle model", model, _MODELS))
     return {"kind": model} if model in TENSION_LAWS else {"preset": model}
 
 
-_Preset: Any = Literal[tuple(PRESETS)]
+_Preset: Any = Literal[(*PRESETS, HILL_FROM_PATH)]
 _Kind: Any = Literal[tuple(TENSION_LAWS)]
 LawSettings: Any = create_model(
     "LawSettings",
@@ -65,8 +126,12 @@ class MuscleSettings(Table):
 
     f_min: FromZero = setting("smallest force, in N", None)
     f_max: float = setting("largest force, in N", None)
-    model: Annotated[LawSettings, Short(_written_out, {"enum": [*TENSION_LAWS, *PRESETS]})] = (
-        setting("how it pulls: a law or a preset by its name, or a table with parameters", None)
+    model: Annotated[LawSettings, Short(_written_out, {"enum": _MODELS})] = setting(
+        "how it pulls: a law or a preset by its name, or a table with parameters", None
+    )
+    pose: dict[str, float] = setting(
+        "where lengths relative to the path are taken; of coordinates, the initial one if left out",
+        None,
     )
 
 
@@ -75,16 +140,57 @@ def with_muscle_settings(
 ) -> Robot:
     """The robot with the force bounds and models that the experiment changes."""
     muscles = {muscle.name: muscle for muscle in robot.muscles}
-    for name, changes in settings.items():
-        context.require(f"muscles.{name}", "muscle", name, muscles)
+    try:
+        tables = by_name(settings, "muscle", muscles, "muscles")
+    except InputError as error:
+        error.file = context.file
+        raise
+    together: dict[str, MuscleSettings] = {}
+    keys: dict[str, str] = {}
+    for key, name, changes in tables:
+        own = {field: getattr(changes, field) for field in changes.model_fields_set}
+        together[name] = together.get(name, MuscleSettings()).replaced(**own)
+        keys[name] = key
+    lengths = _PathLengths(robot)
+    for name, changes in together.items():
         try:
-            muscles[name] = _changed(muscles[name], changes)
+            muscles[name] = _changed(muscles[name], changes, lengths)
         except InputError as error:
-            error.file, error.key = context.file, joined(f"muscles.{name}", error.key)
+            error.file, error.key = context.file, joined(keys[name], error.key)
             raise
     changed = robot.with_muscles(list(muscles.values()))
     require_valid(changed)
     return changed
+
+
+class _PathLengths:
+    """Lengths of the muscles' paths, computed for a pose when they are first asked for."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._names = [muscle.name for muscle in robot.muscles]
+        self._found: dict[tuple[float, ...], list[float]] = {}
+
+    def at(self, pose: Mapping[str, float], muscle: str) -> float:
+        """The length of a muscle, in [m].
+
+        Args:
+            pose: Positions of coordinates, by name; the others are at their initial ones.
+            muscle: Its name.
+
+        Raises:
+            UnknownNameError: The pose has a coordinate that does not exist.
+        """
+        known = [c.name for c in self._robot.coordinates]
+        for name in pose:
+            if name not in known:
+                raise UnknownNameError("coordinate", name, known, key=f"pose.{name}")
+        q = tuple(pose.get(c.name, c.initial) for c in self._robot.coordinates)
+        if q not in self._found:
+            from sim_dart import MusclePaths
+
+            self._found[q] = MusclePaths(self._robot).evaluate(q).lengths.tolist()
+        return self._found[q][self._names.index(muscle)]
 
 
 def muscle_data(muscle: Muscle) -> dict[str, Any]:
@@ -97,14 +203,35 @@ def muscle_data(muscle: Muscle) -> dict[str, Any]:
     return data
 
 
-def _changed(muscle: Muscle, changes: MuscleSettings) -> Muscle:
+def _changed(muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths) -> Muscle:
     f_min = muscle.f_min if changes.f_min is None else changes.f_min
     f_max = muscle.f_max if changes.f_max is None else changes.f_max
     if f_min > f_max:
         raise InputError(f"f_min {f_min!r} N is above f_max {f_max!r} N")
-    given = None if changes.model is None else changes.model.data()
-    model = muscle.model if given is None else _model(given, muscle.model)
+    model = muscle.model
+    if changes.model is not None:
+        given = _in_numbers(changes.model.data(), replace(muscle, f_max=f_max), changes, lengths)
+        model = _model(given, muscle.model)
     return replace(muscle, f_min=f_min, f_max=f_max, model=model)
+
+
+def _in_numbers(
+    given: dict[str, Any], muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths
+) -> dict[str, Any]:
+    """Parameters, with numbers for those that are relative to the path's length or to f_max."""
+    if given.get("preset") == HILL_FROM_PATH:
+        given = _HILL_FROM_PATH | {k: v for k, v in given.items() if k != "preset"}
+    for name, value in given.items():
+        if name in ("preset", "kind") or not isinstance(value, str):
+            continue
+        if value == F_MAX:
+            if not math.isfinite(muscle.f_max):
+                raise InputError("the muscle has no f_max; give one", key=f"model.{name}")
+            given[name] = muscle.f_max
+        else:
+            factor, _, _ = value.rpartition(PATH)
+            given[name] = float(factor or "1") * lengths.at(changes.pose or {}, muscle.name)
+    return given
 
 
 def _model(given: dict[str, Any], own: CableModel) -> CableModel:
