@@ -39,7 +39,7 @@ def test_import_contracts_hold() -> None:
         ("tqdm", "cardsflow_fmu/cli/progress.py"),
         ("shtab", "cardsflow_fmu/cli/init.py"),
         ("rerun", "cardsflow_fmu/viewer/rerun_file.py"),
-        ("viser", "cardsflow_fmu/viewer/live/live.py"),
+        ("viser", "cardsflow_fmu/viewer/live/guarded_server.py"),
         ("distributed", "cardsflow_fmu/studies/execution/dask_"),
         ("cmaes", "cardsflow_fmu/studies/execution/optimisers.py"),
     ],

@@ -25,9 +25,9 @@ from cardsflow_fmu.viewer.scene.motion import Motion, motion_of
 from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import MusclePaths, Scene
 
+from .guarded_server import HOST, guarded_server
 from .viser_scene import ViserScene
 
-HOST = "127.0.0.1"
 PORT = 8080
 _FRAME_RATE = 25.0  # in [1/s]
 _FIELD = 0.72  # of the camera, in [rad]
@@ -39,7 +39,7 @@ Ended = Callable[[], bool]
 
 @contextlib.contextmanager
 def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
-    """A viser server on loopback.
+    """A viser server on loopback, for pages of its own alone.
 
     Args:
         port: The port; a free one from 8080 on when None.
@@ -49,13 +49,12 @@ def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
         InputError: viser is missing, or the port is taken.
     """
     try:
-        import viser
+        with contextlib.redirect_stdout(io.StringIO()):  # its banner
+            opened = guarded_server(PORT if port is None else port)
     except ImportError:
         raise InputError(
             "the live view needs viser: pip install 'cardsflow[viewer]', or write a page by --html"
         ) from None
-    with contextlib.redirect_stdout(io.StringIO()):  # its banner
-        opened = viser.ViserServer(HOST, PORT if port is None else port, verbose=False)
     opened.gui.configure_theme(show_logo=False, show_share_button=False)
     try:
         if port and opened.get_port() != port:
@@ -121,7 +120,7 @@ def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
     stages = [act.stage for act in acts]
     scenes = _viser_scenes(opened, stages)
     for act in acts:
-        opened.gui.add_markdown("  \n".join((f"**{act.title}**", *act.notes)))
+        opened.gui.add_html(heading(act.title, *act.notes))
     end = max(float(stage.motion.time[-1]) for stage in stages)
     clock = _Clock(end)
     button = opened.gui.add_button("Play")
@@ -187,7 +186,7 @@ def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
     """Show a robot with a slider a joint, muscle lengths and moment arms, until `ended`."""
     paths = MusclePaths(robot)
     sliders = []
-    opened.gui.add_markdown(f"**{robot.name}**")
+    opened.gui.add_html(heading(robot.name))
     with opened.gui.add_folder("Joints"):
         for c in robot.coordinates:
             low = c.lower if np.isfinite(c.lower) else -_FREE[c.unit]
@@ -229,6 +228,12 @@ def muscle_table(robot: Robot, paths: MusclePaths, q: Sequence[float]) -> str:
     note = "moment arms r = -dl/dq in [m], pulling positive"
     style = "font-size:11px;padding:0 10px;overflow-x:auto"
     return f'<div style="{style}"><table>{"".join(lines)}</table>{note}</div>'
+
+
+def heading(title: str, *notes: str) -> str:
+    """A title and the lines below it, plain texts, as HTML."""
+    lines = "".join(f"<div>{escape(note)}</div>" for note in notes)
+    return f'<div style="font-size:13px;padding:4px 12px"><b>{escape(title)}</b>{lines}</div>'
 
 
 def _row(tag: str, cells: Sequence[str]) -> str:
