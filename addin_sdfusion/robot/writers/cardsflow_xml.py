@@ -28,7 +28,7 @@ from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.robot import Robot, TaskFrame
-from .common_losses import other_sets
+from .common_losses import names, other_sets
 from .file_names import write_document
 from .wrap_side import is_shorter_path
 from .xml_text import document, element, numbers
@@ -50,18 +50,41 @@ def cardsflow_losses(robot: Robot) -> list[Finding]:
     """What cardsflow.xml alone cannot hold."""
     problem = "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf"
     links = warning(Subject("robot", robot.name), "links-left-out", problem)
-    return [links, *other_sets(robot, "cardsflow.xml"), *wrap_losses(robot)]
+    return [
+        links,
+        *other_sets(robot, "cardsflow.xml"),
+        *names(robot, "cardsflow.xml"),
+        *wrap_losses(robot),
+        *_surfaces(robot),
+    ]
+
+
+def _surfaces(robot: Robot) -> Iterator[Finding]:
+    """Wrap surfaces that no muscle brings in, and what is lost of the others."""
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    held = {wrap.surface for muscle in robot.muscles for wrap in held_wraps(muscle, surfaces)}
+    for surface in robot.wrap_surfaces:
+        subject = Subject("wrap_surface", surface.name)
+        if surface.name not in held:
+            problem = "no muscle holds it in cardsflow.xml; left out"
+            yield warning(subject, "wrap-surfaces-left-out", problem)
+        elif any(surface.pose.rpy):  # a sphere: turned cylinders are not held
+            problem = (
+                "cardsflow.xml turns no spheres; a chosen side counts about its link's z axis there"
+            )
+            yield warning(subject, "sphere-turned-back", problem)
 
 
 def wrap_losses(robot: Robot) -> Iterator[Finding]:
     """The wraps that cardsflow.xml leaves out."""
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
-        left = len(muscle.wraps) - len(held_wraps(muscle, surfaces))
+        held = held_wraps(muscle, surfaces)
+        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
         if left:
             problem = (
                 "cardsflow.xml holds one wrap a segment, and cylinders along a link's z axis; "
-                f"{left} of its wraps are left out there"
+                f"{len(left)} of its wraps are left out there, over {', '.join(left)}"
             )
             yield warning(Subject("muscle", muscle.name), "wraps-left-out", problem)
 

@@ -7,7 +7,7 @@ from collections.abc import Container, Iterable, Iterator
 
 from ..errors import RobotError
 from ..finding import Finding, Subject
-from ..finding_builders import warning
+from ..finding_builders import listed, warning
 from ..model.joint import Joint
 from ..model.robot import Robot
 
@@ -39,6 +39,31 @@ def other_sets(robot: Robot, format_: str) -> Iterator[Finding]:
         yield warning(Subject("robot", robot.name), "task-sets-left-out", problem)
 
 
+def names(
+    robot: Robot, format_: str, joints: Iterable[Joint] = (), *, sets: bool = True
+) -> Iterator[Finding]:
+    """Names that are not written.
+
+    Args:
+        robot: The robot.
+        format_: What the format is called.
+        joints: Those that have the names of their coordinates there, or none.
+        sets: Whether the active sets have no names.
+    """
+    lost = {
+        "names no sets": [name for name in (robot.cable_set, robot.task_set) if name and sets],
+        "names joints as their coordinates": [
+            joint.name
+            for joint in joints
+            if joint.name not in [coordinate.name for coordinate in joint.coordinates]
+        ],
+    }
+    problems = [f"{why}: {listed(them, len(them))}" for why, them in lost.items() if them]
+    if problems:
+        problem = f"{format_} {'; it '.join(problems)} left out"
+        yield warning(Subject("robot", robot.name), "names-left-out", problem)
+
+
 def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Finding]:
     """What cables are beyond ideal ones between fixed points."""
     for muscle in robot.muscles:
@@ -46,6 +71,10 @@ def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Fi
         if muscle.model.kind != "ideal" and muscle.model.kind not in held:
             problem = f"{format_} has no cable {muscle.model.kind!r}; written as an ideal one"
             yield warning(subject, "cable-model-left-out", problem)
+        elif muscle.model.kind == "ideal" and muscle.model.parameters:
+            given = ", ".join(name for name, _ in muscle.model.parameters)
+            problem = f"{format_} has no {given} of a cable; left out"
+            yield warning(subject, "cable-parameters-left-out", problem)
         if muscle.pulley is not None:
             problem = f"{format_} has no swivelling pulley; its fixed location is a via point"
             yield warning(subject, "pulley-left-out", problem)
@@ -62,7 +91,10 @@ def motor_bounds(robot: Robot, format_: str) -> Iterator[Finding]:
 def task_axes(robot: Robot, format_: str) -> Iterator[Finding]:
     """Which axes of the task frames count."""
     if robot.task_frames:
-        problem = f"{format_} holds the points of the task frames, not which of their axes count"
+        problem = (
+            f"{format_} holds the points of the task frames, not their order nor which of their "
+            "axes count"
+        )
         yield warning(Subject("robot", robot.name), "task-axes-left-out", problem)
 
 

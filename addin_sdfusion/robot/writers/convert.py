@@ -52,8 +52,9 @@ def _merged_links(robot: Robot, prepared: Robot) -> Iterator[Finding]:
     gone = [link.name for link in robot.links if link.name not in left]
     if gone:
         problem = (
-            "the format has no fixed joints: links are merged into those they are fixed to, or "
-            f"into the world, which takes their points and not their mass: {', '.join(gone)}"
+            "the format has no fixed joints: links are merged into those they are fixed to, "
+            "without their far ends, or into the world, which takes their points and neither mass "
+            f"nor meshes: {', '.join(gone)}"
         )
         yield warning(Subject("robot", robot.name), "links-merged", problem)
 

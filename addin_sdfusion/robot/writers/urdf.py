@@ -20,7 +20,7 @@ from ..model.pose import IDENTITY, Pose
 from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot
 from ..model.rotations import apply, compose, inverse, normalized, rotate_inertia, rotation
 from ..transforms.joint_chains import SingleJoint, single_joints
-from .common_losses import chained_joints, link_ends, other_sets
+from .common_losses import chained_joints, link_ends, names, other_sets
 from .file_names import write_document
 from .xml_text import document, element, numbers
 
@@ -43,6 +43,7 @@ def urdf_losses(robot: Robot) -> list[Finding]:
         *_renamed_joints(robot),
         *link_ends(robot, "URDF"),
         *other_sets(robot, "URDF"),
+        *names(robot, "URDF", (j for j in robot.joints if j.motions), sets=False),
     ]
 
 

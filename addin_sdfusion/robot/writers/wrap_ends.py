@@ -19,7 +19,7 @@ from ..model.pose import Vector3
 from ..model.robot import WORLD, Robot, find
 from .wrap_side import ends_on, link_poses
 
-POSES = 100
+POSES = 40
 """How many are looked at beside the initial one."""
 LEAST = 1e-9
 """In [m]: less is no difference."""

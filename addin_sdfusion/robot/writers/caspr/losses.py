@@ -46,6 +46,10 @@ def _whole_robot(robot: Robot) -> Iterator[Finding]:
     subject = Subject("robot", robot.name)
     if robot.gravity != GRAVITY:
         yield error(subject, "caspr-gravity", f"CASPR's gravity is {GRAVITY}, not {robot.gravity}")
+    without = [link.name for link in robot.links if link.end is None]
+    if without:
+        problem = f"CASPR needs far ends of links, for drawing; 0 0 0 for {listed(without, 5)}"
+        yield warning(subject, "caspr-link-ends", problem)
     renamed = [
         name
         for i, joint in enumerate(robot.joints, start=1)
@@ -54,7 +58,8 @@ def _whole_robot(robot: Robot) -> Iterator[Finding]:
     ]
     if renamed:
         problem = (
-            f"CASPR names no joints nor coordinates; {listed(renamed, 5)} become joint_1, "
+            f"CASPR names no joints nor coordinates; {listed(list(dict.fromkeys(renamed)), 5)} "
+            "become joint_1, "
             "joint_2, ..."
         )
         yield warning(subject, "caspr-joint-names", problem)

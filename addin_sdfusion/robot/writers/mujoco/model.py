@@ -21,7 +21,7 @@ from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
-from ..common_losses import cables, link_ends, motor_bounds, other_sets, refuse, task_axes
+from ..common_losses import cables, link_ends, motor_bounds, names, other_sets, refuse, task_axes
 from ..file_names import write_document
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
@@ -72,6 +72,7 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         *task_axes(robot, "MJCF"),
         *link_ends(robot, "MJCF"),
         *other_sets(robot, "MJCF"),
+        *names(robot, "MJCF", robot.joints),
     ]
 
 

@@ -20,7 +20,15 @@ from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names, single_joints
-from ..common_losses import cables, chained_joints, link_ends, motor_bounds, other_sets, task_axes
+from ..common_losses import (
+    cables,
+    chained_joints,
+    link_ends,
+    motor_bounds,
+    names,
+    other_sets,
+    task_axes,
+)
 from ..file_names import write_document
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
@@ -62,12 +70,13 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *motor_bounds(robot, "OpenSim"),
         *_wraps(robot),
         *ends_inside(robot, "OpenSim"),
-        *_collisions(robot),
+        *_meshes(robot),
         *cables(robot, "OpenSim", CLASSES),
         *law_losses(robot),
         *task_axes(robot, "OpenSim"),
         *link_ends(robot, "OpenSim"),
         *other_sets(robot, "OpenSim"),
+        *names(robot, "OpenSim", (joint for joint in robot.joints if joint.motions)),
     ]
 
 
@@ -115,8 +124,11 @@ def _wraps(robot: Robot) -> Iterator[Finding]:
                 yield warning(subject, "side-by-place", problem)
 
 
-def _collisions(robot: Robot) -> Iterator[Finding]:
+def _meshes(robot: Robot) -> Iterator[Finding]:
     for link in robot.links:
+        if any(mesh.name for mesh in link.meshes):
+            problem = "OpenSim numbers its meshes; their names are left out"
+            yield warning(Subject("link", link.name), "mesh-names-left-out", problem)
         if any(mesh.role == "collision" for mesh in link.meshes):
             problem = "OpenSim gets the meshes to be seen only; those for collisions are left out"
             yield warning(Subject("link", link.name), "collisions-left-out", problem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from xml.etree import ElementTree
 
@@ -139,6 +140,9 @@ def law_losses(robot: Robot) -> Iterator[Finding]:
         kind, subject = muscle.model.kind, Subject("muscle", muscle.name)
         if kind not in CLASSES:
             continue
+        if muscle.f_min > 0.0 or muscle.f_max < math.inf:
+            problem = f"a {CLASSES[kind]} has no bounds of its force; f_min and f_max are left out"
+            yield warning(subject, "force-limits-left-out", problem)
         ours = law_parameters(muscle.model)
         theirs = _written(kind, ours)
         changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]

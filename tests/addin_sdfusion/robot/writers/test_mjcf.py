@@ -259,7 +259,8 @@ def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
     muscle = cable((-1.0, 0.1, 0.2), (1.0, 0.1, 0.2), f_max=1.0, wraps=wraps)
     robot = one_link(muscles=[muscle], surfaces=surfaces)
     codes = [finding.code for finding in mjcf_losses(robot)]
-    assert codes == ["cylinder-ends-left-out", "turns-left-out", "wrap-left-out"]
+    assert codes[:3] == ["cylinder-ends-left-out", "turns-left-out", "wrap-left-out"]
+    assert codes[3:] == ["names-left-out"]
     assert load(robot, tmp_path).geom("c").size[:2].tolist() == [0.1, 0.25]
 
 
@@ -311,7 +312,7 @@ def test_meshes_whose_files_are_known_are_shown_and_touch_nothing(tmp_path):
     model = load(robot, tmp_path, meshes=files)
     assert (model.ngeom, model.geom_contype.any(), model.body_mass[1]) == (2, False, 1.0)
     codes = [finding.code for finding in mjcf_losses(robot, files)]
-    assert codes == ["collisions-off", "mesh-left-out"]
+    assert codes == ["collisions-off", "mesh-left-out", "names-left-out"]
     assert load(robot, tmp_path).ngeom == 0
 
 
@@ -355,5 +356,6 @@ def test_what_is_left_out_is_said():
         "task-axes-left-out",
         "cable-sets-left-out",
         "link-ends-left-out",
+        "names-left-out",
         "soft-stops",
     }

@@ -266,4 +266,5 @@ def test_what_is_left_out_is_said():
         "task-axes-left-out",
         "cable-sets-left-out",
         "link-ends-left-out",
+        "names-left-out",
     }

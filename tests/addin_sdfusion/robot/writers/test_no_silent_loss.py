@@ -1,0 +1,152 @@
+"""Every field of a robot is in the file that a format writes, or a finding says that it is not."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from support.robots.every_field import Variant, robot_of_every_field, variants
+
+from addin_sdfusion.robot import CableSet, Finding, Robot, RobotError, TaskSet, check
+from addin_sdfusion.robot.writers.convert import FORMATS, convert
+
+WITHOUT_MEANING = {"Robot.links order", "Robot.wrap_surfaces order", "Robot.cable_sets order",
+                   "Robot.task_sets order", "Coordinate.unit"}  # fmt: skip
+"""Orders that count for nothing, and a unit that follows from the motion."""
+
+COVERED = {
+    "Link": {"links-left-out", "links-merged"},
+    "Joint": {"links-left-out"},
+    "Robot.name": {"links-left-out"},
+    "Robot.links": {"links-left-out"},
+    "Robot.joints": {"links-left-out"},
+    "Link.end": {"link-ends-left-out", "caspr-link-ends"},
+    "Mesh": {"mesh-left-out", "caspr-meshes", "collisions-left-out"},
+    "Link.meshes": {"mesh-left-out", "caspr-meshes", "collisions-left-out"},
+    "Mesh.name": {"mesh-names-left-out"},
+    "Joint.name": {"names-left-out", "caspr-joint-names"},
+    "Coordinate.name": {"caspr-joint-names"},
+    "CableSet.name": {"names-left-out"},
+    "TaskSet.name": {"names-left-out"},
+    "Coordinate.initial": {"initial-left-out"},
+    "Coordinate.damping": {"caspr-damping"},
+    "Coordinate.stiffness": {"spring-left-out", "caspr-spring"},
+    "Coordinate.rest": {"spring-left-out", "caspr-spring"},
+    "Coordinate.friction": {"friction-left-out", "caspr-spring"},
+    "Coordinate.actuated": {"motor-left-out"},
+    "Coordinate.tau_min": {"motor-bounds-left-out", "caspr-motor-bounds", "one-sided-effort"},
+    "Coordinate.tau_max": {"motor-bounds-left-out", "caspr-motor-bounds", "one-sided-effort"},
+    "TaskFrame.axes": {"task-axes-left-out"},
+    "TaskFrame": {"task-frames-left-out"},
+    "TaskSet": {"task-frames-left-out"},
+    "TaskSet.frames": {"task-axes-left-out"},
+    "Robot.task_set": {"task-frames-left-out"},
+    "Muscle": {"muscles-left-out"},
+    "CableSet": {"muscles-left-out"},
+    "Muscle.model": {"cable-model-left-out", "caspr-tension-law"},
+    "Muscle.f_min": {"force-limits-left-out"},
+    "Muscle.f_max": {"force-limits-left-out"},
+    "Muscle.pulley": {"pulley-left-out"},
+    "CableModel": {"cable-model-left-out", "tension-law-changed", "caspr-tension-law",
+                   "cable-parameters-left-out"},
+    "BasePulley": {"pulley-left-out"},
+    "Wrap": {"wrap-left-out", "caspr-wrap", "wraps-left-out", "turns-left-out"},
+    "Muscle.wraps": {"wrap-left-out", "caspr-wrap", "wraps-left-out"},
+    "WrapSurface": {"wrap-surfaces-left-out", "caspr-wrap", "sphere-turned-back"},
+    "Robot.wrap_surfaces": {"wrap-surfaces-left-out", "caspr-wrap"},
+    "Robot.gravity": {"gravity-left-out", "links-left-out"},
+}  # fmt: skip
+"""Findings that say of a field, or of all fields of a type, that a format does not hold it."""
+
+
+NAMED = {"links-merged", "names-left-out", "cable-sets-left-out", "task-sets-left-out"}
+"""Findings about the robot that must name what they are about."""
+
+
+class Written(NamedTuple):
+    """What a format makes of a robot; no files where it refuses it."""
+
+    files: dict[str, bytes]
+    findings: list[Finding]
+
+
+def _written(robot: Robot, format_: str) -> Written:
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            conversion = convert(robot, format_, folder)
+        except RobotError as error:
+            return Written({}, list(error.findings))
+        files = {file.name: file.read_bytes() for file in conversion.files}
+        return Written(files, conversion.findings)
+
+
+def _means_something(variant: Variant) -> bool:
+    part = variant.within[-1]
+    return variant.field not in WITHOUT_MEANING and not (
+        (variant.field == "Coordinate.rest" and part.stiffness == 0.0)
+        or (variant.field == "TaskFrame.position" and part.is_orientation)
+        or (variant.field == "WrapSurface.length" and part.shape == "sphere")
+    )
+
+
+def _said(variant: Variant, findings: list[Finding]) -> bool:
+    """Whether a finding says that what was changed is lost."""
+    robot, *parts = variant.within
+    field = variant.field.split()[0]
+    codes: set[str] = set()
+    for key in (field, *(type(part).__name__ for part in parts)):
+        codes |= COVERED.get(key, set())
+    if field == "Robot.cable_sets" or _is_other(parts, CableSet, robot.cable_set):
+        codes |= {"cable-sets-left-out", "muscles-left-out"}
+    if field == "Robot.task_sets" or _is_other(parts, TaskSet, robot.task_set):
+        codes |= {"task-sets-left-out", "task-frames-left-out"}
+    names = {getattr(part, "name", "") for part in parts}
+    names |= {
+        f"{part.name}/{name}" for part in parts[:1] for name in names if hasattr(part, "name")
+    }
+    return any(
+        finding.code in codes
+        and (finding.subject.name in names or finding.subject.kind == "robot")
+        and (finding.code not in NAMED or any(name in finding.message for name in names))
+        for finding in findings
+    )
+
+
+def _is_other(parts: list[Any], kind: type, active: str) -> bool:
+    """Whether it is in a set that is not the active one."""
+    return any(isinstance(part, kind) and part.name != active for part in parts)
+
+
+CASES = [
+    *(pytest.param(1, 1, format_) for format_ in FORMATS),
+    *(
+        pytest.param(seed, 4, format_, marks=pytest.mark.slow)
+        for seed in (0, 3, 4, 5)
+        for format_ in FORMATS
+    ),
+]
+
+
+@pytest.mark.parametrize(("seed", "each", "format_"), CASES)
+def test_nothing_is_lost_in_silence(seed: int, each: int, format_: str) -> None:
+    """So many changes of each field, of random parts of the robot."""
+    robot = robot_of_every_field(seed)
+    before, rng = _written(robot, format_), np.random.default_rng(seed)
+    assert before.files or (format_ == "caspr" and seed % 2 == 0)
+    every = [v for v in variants(robot) if _means_something(v)]
+    counts: Counter[str] = Counter()
+    silent = []
+    for k in rng.permutation(len(every)):
+        variant = every[k]
+        if counts[variant.field] == each or any(f.is_error for f in check(variant.robot)):
+            continue
+        counts[variant.field] += 1
+        after = _written(variant.robot, format_)
+        if after == before and not _said(variant, after.findings):
+            where = "/".join(getattr(part, "name", "") for part in variant.within[1:])
+            silent.append(f"{variant.field} of {where}")
+    assert silent == []
+    assert len(counts) > 70

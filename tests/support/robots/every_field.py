@@ -1,0 +1,278 @@
+"""Random robots that use every field of the description, and the same with one field changed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import (
+    WORLD,
+    BasePulley,
+    CableModel,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Mesh,
+    Motion,
+    Muscle,
+    Pose,
+    Robot,
+    TaskFrame,
+    TaskSet,
+    ViaPoint,
+    Wrap,
+    WrapSurface,
+)
+
+from .muscle_bench import SOUND
+from .random_robots import random_tree
+from .wrapped import vector
+
+
+def robot_of_every_field(seed: int) -> Robot:
+    """A random tree with meshes, limits, springs, motors, all laws, pulleys, wraps, several sets.
+
+    With an odd seed no joint turns a frame at q = 0, as CASPR has it.
+    """
+    rng = np.random.default_rng(seed)
+    tree = random_tree(seed)
+    names = [link.name for link in tree.links]
+    links = [_seen(rng, link) if k % 2 == 0 else link for k, link in enumerate(tree.links)]
+    joints = [
+        replace(joint, coordinates=tuple(_limited(rng, c, k) for c in joint.coordinates))
+        for k, joint in enumerate(tree.joints)
+    ]
+    if seed % 2:
+        joints = [_straight(joint) for joint in joints]
+    surfaces = (
+        WrapSurface("ball", names[0], "sphere", 0.1, _pose(rng)),
+        WrapSurface("rod", WORLD, "cylinder", 0.2, _pose(rng)),
+        WrapSurface("drum", names[-1], "cylinder", 0.1, _pose(rng), 0.4),
+    )
+    # fmt: off
+    cables = [Muscle(f"law {kind}", _way(rng, names), 1.0, 50.0,
+                     CableModel(kind, tuple(SOUND[kind].items())))  # type: ignore[arg-type]
+              for kind in SOUND]
+    # fmt: on
+    cables = [
+        replace(muscle, f_min=0.0, f_max=0.0) if muscle.model.kind == "passive_spring" else muscle
+        for muscle in cables
+    ]
+    wraps = (
+        Wrap("ball", 0, 1),
+        Wrap("rod", 1),
+        Wrap("drum", 1, -1, 1),
+        Wrap("rod", 2, inside=True),
+    )
+    cables.append(Muscle("wrapped", _way(rng, names), 0.0, 100.0, wraps=wraps))
+    cables.append(Muscle("thick", _way(rng, names), 0.0, 9.0, CableModel("ideal", _thick())))
+    cables.append(Muscle("sprung", _way(rng, names), 0.0, 9.0, CableModel("linear_spring", _k())))
+    cables.append(Muscle("led", _way(rng, names, WORLD), 0.0, 9.0, pulley=_pulley()))
+    elastic = SOUND["hill_degroote2016"] | {"elastic_tendon": 1.0, "fibre_damping": 0.1}
+    model = CableModel("hill_degroote2016", tuple(elastic.items()))
+    other = (replace(cables[0], name="other"), Muscle("tendon", _way(rng, names), model=model))
+    more = (TaskFrame("knee", names[0], vector(rng), ("z", "y")), TaskFrame("toe", names[-1]))
+    return replace(
+        tree,
+        links=tuple(links),
+        joints=tuple(joints),
+        cable_sets=(CableSet("all", tuple(cables)), CableSet("less", other)),
+        cable_set="all",
+        task_sets=(*tree.task_sets, TaskSet("more", more)),
+        wrap_surfaces=surfaces,
+    )
+
+
+def _seen(rng: np.random.Generator, link: Link) -> Link:
+    """With meshes and an end."""
+    visual = Mesh("visual", "a.stl", _pose(rng), (0.001, 0.002, 0.003), "shell")
+    collision = Mesh("collision", "b.stl", _pose(rng))
+    return replace(link, end=vector(rng), meshes=(visual, collision))
+
+
+def _straight(joint: Joint) -> Joint:
+    poses = (Pose(joint.T_parent_joint.position), Pose(joint.T_child_joint.position))
+    return replace(joint, T_parent_joint=poses[0], T_child_joint=poses[1])
+
+
+def _limited(rng: np.random.Generator, c: Coordinate, k: int) -> Coordinate:
+    damping, stiffness, rest, friction = (float(x) for x in rng.uniform(0.1, 1.0, 4))
+    return replace(
+        c,
+        lower=-1.5 if k % 3 else -math.inf,
+        upper=1.25,
+        initial=float(rng.uniform(-1.0, 1.0)),
+        damping=damping,
+        actuated=k % 2 == 0,
+        stiffness=stiffness,
+        rest=rest,
+        friction=friction,
+        tau_min=-3.0 if k % 4 == 0 else -math.inf,
+        tau_max=5.0 if k % 4 == 0 else math.inf,
+    )
+
+
+def _pose(rng: np.random.Generator) -> Pose:
+    return Pose(vector(rng), vector(rng))
+
+
+def _way(rng: np.random.Generator, names: list[str], *first: str) -> tuple[ViaPoint, ...]:
+    links = [*first, *rng.choice([WORLD, *names], 4).tolist()][:4]
+    return tuple(ViaPoint(link, vector(rng)) for link in links)
+
+
+def _thick() -> tuple[tuple[str, float], ...]:
+    return (("diameter", 0.002), ("force_error", -1.0))
+
+
+def _k() -> tuple[tuple[str, float], ...]:
+    return (("K", 100.0),)
+
+
+def _pulley() -> BasePulley:
+    numbers = (("pulley_radius", (0.05,)), ("cable_entry_vector", (0.0, 0.6, 0.8)))
+    return BasePulley("rotating", numbers)
+
+
+class Variant(NamedTuple):
+    """A robot with one field changed.
+
+    Attributes:
+        field: What is changed, such as `Coordinate.damping`.
+        within: What holds it, from the robot to the object whose field it is, as they were.
+        robot: The changed robot.
+    """
+
+    field: str
+    within: tuple[Any, ...]
+    robot: Robot
+
+
+def variants(robot: Robot) -> Iterator[Variant]:
+    """Every field of every part changed in some ways; the result may be no sound robot."""
+    for field, within, changed in _changes(robot, (robot,)):
+        if changed != robot:
+            yield Variant(field, within, changed)
+    for field, within, old, new in _renamings(robot):
+        yield Variant(field, within, _renamed(robot, field, old, new))
+
+
+def _changes(part: Any, within: tuple[Any, ...]) -> Iterator[tuple[str, tuple[Any, ...], Any]]:
+    robot = within[0]
+    for item in fields(part):
+        name, value = item.name, getattr(part, item.name)
+        label = f"{type(part).__name__}.{name}"
+        if is_dataclass(value):
+            for field, chain, new in _changes(value, (*within, value)):
+                yield field, chain, replace(part, **{name: new})
+        if isinstance(value, tuple) and value and is_dataclass(value[0]):
+            for k, member in enumerate(value):
+                for field, chain, new in _changes(member, (*within, member)):
+                    yield field, chain, replace(part, **{name: (*value[:k], new, *value[k + 1 :])})
+            yield f"{label} order", within, replace(part, **{name: value[::-1]})
+            yield f"{label} number", within, replace(part, **{name: value[:-1]})
+        for new in _others(robot, part, name, value):
+            yield label, within, replace(part, **{name: new})
+
+
+def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
+    """Other values of a field."""
+    links = [WORLD, *(link.name for link in robot.links)]
+    choices: dict[str, list[Any]] = {
+        "link": links,
+        "parent": links,
+        "surface": [surface.name for surface in robot.wrap_surfaces],
+        "cable_set": [group.name for group in robot.cable_sets],
+        "task_set": [group.name for group in robot.task_sets],
+        "shape": ["sphere", "cylinder"],
+        "role": ["visual", "collision"],
+        "side": [-1, 0, 1],
+        "segment": [0, 1, 2],
+        "turns": [0, 1, 2],
+        "end": [None, (0.0, 0.0, 0.0), (0.1, 0.2, 0.3)],
+        "uri": ["a.stl", "c.stl"],
+        "axes": [("x",), ("y", "x"), ("alpha",), ("gamma", "beta", "alpha")],
+        "model": [CableModel()],
+        "pulley": [None],
+    }
+    if name == "kind" and isinstance(part, BasePulley):
+        choices["kind"] = ["rotating", "screw"]
+    if name == "coordinate" and isinstance(part, Motion):
+        choices["coordinate"] = [0, 1, 2]
+    if name in choices:
+        yield from (other for other in choices[name] if other != value)
+    elif isinstance(value, bool):
+        yield not value
+    elif isinstance(value, float):
+        yield from _numbers(part, name, value)
+    elif name == "axis":
+        yield (value[1], value[2], value[0])
+    elif name == "parameters":
+        yield from _parameters(value)
+    elif isinstance(value, tuple) and value and isinstance(value[0], float):
+        for k in range(len(value)):
+            yield (*value[:k], value[k] + 0.0625, *value[k + 1 :])
+
+
+def _numbers(part: Any, name: str, value: float) -> Iterator[float]:
+    if isinstance(part, Inertia):
+        yield value * 1.001 + 1e-5 * (name != "mass")
+    elif math.isinf(value):
+        yield math.copysign(2.5, value)
+    else:
+        yield value + 0.0625
+        if name in ("damping", "stiffness", "friction"):
+            yield 0.0
+        if name in ("lower", "upper", "tau_min", "tau_max", "length"):
+            yield math.inf if name in ("upper", "tau_max", "length") else -math.inf
+
+
+def _parameters(value: tuple[tuple[str, Any], ...]) -> Iterator[tuple[tuple[str, Any], ...]]:
+    for k, (name, number) in enumerate(value):
+        new = number * 1.01 if isinstance(number, float) else (number[0] + 0.125, *number[1:])
+        yield (*value[:k], (name, new), *value[k + 1 :])
+        yield value[:k] + value[k + 1 :]
+
+
+def _renamings(robot: Robot) -> Iterator[tuple[str, tuple[Any, ...], str, str]]:
+    parts: list[tuple[Any, ...]] = [(robot, part) for part in (*robot.links, *robot.joints)]
+    parts += [(robot, joint, c) for joint in robot.joints for c in joint.coordinates]
+    parts += [(robot, group) for group in (*robot.cable_sets, *robot.task_sets)]
+    parts += [(robot, group, member) for group in robot.cable_sets for member in group.muscles]
+    parts += [(robot, group, member) for group in robot.task_sets for member in group.frames]
+    parts += [(robot, surface) for surface in robot.wrap_surfaces]
+    parts += [(robot, link, mesh) for link in robot.links for mesh in link.meshes]
+    for within in ((robot,), *parts):
+        name = within[-1].name
+        yield f"{type(within[-1]).__name__}.name", within, name, "new"
+
+
+_REFERENCES = {
+    "Link.name": ("parent", "child", "link"),
+    "WrapSurface.name": ("surface",),
+    "CableSet.name": ("cable_set",),
+    "TaskSet.name": ("task_set",),
+}
+
+
+def _renamed(part: Any, field: str, old: str, new: str) -> Any:
+    """The part with all objects of a type and a name renamed, and what refers to them."""
+    changes: dict[str, Any] = {}
+    for item in fields(part):
+        value = getattr(part, item.name)
+        if is_dataclass(value):
+            changes[item.name] = _renamed(value, field, old, new)
+        elif isinstance(value, tuple) and value and is_dataclass(value[0]):
+            changes[item.name] = tuple(_renamed(member, field, old, new) for member in value)
+    for name in _REFERENCES.get(field, ()):
+        if getattr(part, name, None) == old:
+            changes[name] = new
+    if f"{type(part).__name__}.name" == field and part.name == old:
+        changes["name"] = new
+    return replace(part, **changes)
