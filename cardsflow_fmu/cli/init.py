@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -53,9 +54,16 @@ def add_completion(commands: Commands) -> None:
 
 
 def _init(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.experiment.template import init
+    from cardsflow_fmu.simulation.starter import init
 
-    print_files([init(options.robot, options.output, options.cable_set)], options.json)
+    starter = init(options.robot, options.output, options.cable_set)
+    if not options.json:
+        for note in starter.notes:
+            print(f"cardsflow: warning: {note}", file=sys.stderr)
+    print_files([starter.file], options.json, notes=starter.notes)
+    if not options.json and starter.trial is not None and starter.trial.is_good:
+        error, peak = starter.trial.error, starter.trial.peak
+        print(f"a trial of it tracks: errors up to {error:.2g}, forces up to {peak:.4g} N")
     return GOOD
 
 

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
-from pathlib import Path
+from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Any
 
-from addin_sdfusion.exporting.experiment_text import can_run, gentle_motion, point_lines, toml_key
-from addin_sdfusion.robot import InputError, Robot
-from addin_sdfusion.robot.files import is_folder
+from addin_sdfusion.exporting.experiment_text import point_lines, toml_key
+from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.json_text import json_text
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.model.trajectory import Trajectory
 from cardsflow_fmu.config.schema import json_schema
-from cardsflow_fmu.signals.muscles import modelled_muscles
 
 from .settings.file import ExperimentTables
-
-EXPERIMENT_TOML = "experiment.toml"
-
-_GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 rad/s
-_SLOW_GAINS = (150.0, 25.0)  # for muscles that take their time
-_PERIOD, _STEP = 0.005, 0.001
 
 Form = Mapping[str, Any]
 
@@ -29,100 +21,77 @@ _BESIDE = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardwar
 """Tables that a first experiment does without."""
 
 
-def init(
-    robot: str | Path, output: str | Path = EXPERIMENT_TOML, cable_set: str | None = None
-) -> Path:
-    """Write an experiment.toml for a robot, which `cardsflow run` runs as it is.
+@dataclass(frozen=True)
+class Beginning:
+    """What a first experiment of a robot does.
 
-    Args:
-        robot: A model.sdf, a *_bodies.xml, or their folder.
-        output: The file, or a folder for experiment.toml.
-        cable_set: The cable set to use; the file's own when None.
-
-    Returns:
-        The file.
-
-    Raises:
-        InputError: The file is there already or cannot be written, or the robot cannot be moved.
-        RobotError: The robot cannot be used.
+    Attributes:
+        motion: The motion to follow, of the coordinates that are left.
+        locked: What coordinates are locked at, in [rad] or [m], and why, by name.
+        f_max: Force bounds that the robot's files lack, in [N], by the muscle's name.
+        f_max_reason: Where they come from.
+        kp, kd: Gains, in [1/s²] and [1/s].
+        period, step: Of the controller and of the simulation, in [s].
+        remarks: What else there is to know, a line each.
     """
-    file = Path(output)
-    if is_folder(file) or not file.suffix:
-        file /= EXPERIMENT_TOML
-    if file.suffix != ".toml":
-        raise InputError("an experiment is a .toml", file=file, key="-o")
-    found = read(robot, cable_set).require()
-    if not can_run(found):
-        lack = "no muscles" if found.coordinates else "no joints that move"
-        raise InputError(f"robot {found.name!r} has {lack}: there is nothing to run", file=robot)
-    text = experiment_text(found, _path_from(file.parent, Path(robot)), cable_set)
-    _write_new(file, text)
-    return file
+
+    motion: Trajectory
+    locked: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    f_max: Mapping[str, float] = field(default_factory=dict)
+    f_max_reason: str = ""
+    kp: float = field(kw_only=True)
+    kd: float = field(kw_only=True)
+    period: float = field(kw_only=True)
+    step: float = field(kw_only=True)
+    remarks: tuple[str, ...] = ()
 
 
-def _write_new(file: Path, text: str) -> None:
-    """Write a file that is not there, or nothing."""
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except (OSError, ValueError) as error:
-        if isinstance(error, FileExistsError) and os.path.lexists(file):
-            what = "is there already, and is not overwritten; choose another place by -o"
-            raise InputError(what, file=file) from None
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be written: {reason}", file=file) from None
-
-
-def _path_from(folder: Path, robot: Path) -> str:
-    """The way from the experiment's folder to the robot; the whole path on another drive."""
-    try:
-        return Path(os.path.relpath(robot.resolve(), folder.resolve())).as_posix()
-    except ValueError:
-        return robot.resolve().as_posix()
-
-
-def experiment_text(robot: Robot, path: str, cable_set: str | None = None) -> str:
+def experiment_text(
+    robot: Robot, path: str, beginning: Beginning, cable_set: str | None = None
+) -> str:
     """The text of an experiment.toml.
 
     Args:
         robot: The robot, with a muscle and a coordinate at least.
         path: Where its files are, from the experiment's folder.
+        beginning: What it does.
         cable_set: The cable set that is asked for; None for the file's own.
     """
     tables: Form = json_schema(ExperimentTables)["properties"]
     keys = ("robot", "reference", "controller", "plant", "run")
     own_robot, reference, controller, plant, run = (tables[key] for key in keys)
-    motion = gentle_motion(robot)
-    kp, kd = _SLOW_GAINS if modelled_muscles(robot) else _GAINS
+    motion = beginning.motion
+    left = [c for c in robot.coordinates if c.name not in beginning.locked]
     lines = [
         f"# {' '.join(robot.name.split())}: a gentle motion from the first pose to one nearby",
         "# and back, simulated by `cardsflow run` of it. Lines in `#` say what else there is;",
         "# `cardsflow schema` prints what editors need to complete and check it.",
+        *(f"# {line}" for remark in beginning.remarks for line in wrap(remark, 96)),
         "",
         "[robot]",
         *_line("path", path, own_robot),
         *_line("cable_set", cable_set or robot.cable_set, own_robot, used=bool(cable_set)),
         *_line("gravity", list(robot.gravity), own_robot, used=False),
-        *_muscles(robot, tables["muscles"]),
+        *_locked(robot, beginning.locked),
+        *_muscles(robot, beginning, tables["muscles"]),
         "",
         f"[reference]  # {_meaning(reference)}",
         *_line("spline", motion.spline, reference),
-        *point_lines(robot.coordinates, motion.points),
+        *point_lines(left, motion.points),
         "",
         "[controller]",
         *_line("type", "joint_space", controller),
-        *_line("kp", kp, controller),
-        *_line("kd", kd, controller),
-        *_line("period", _PERIOD, controller),
+        *_line("kp", beginning.kp, controller),
+        *_line("kd", beginning.kd, controller),
+        *_line("period", beginning.period, controller),
         *_defaults(controller, {"ki", "observer", "delay", "predict", "muscle_horizon", "engine"}),
         "",
         "[plant]",
-        *_line("step", _STEP, plant),
+        *_line("step", beginning.step, plant),
         *_defaults(plant, {"mass_scale", "integrator", "engine", "substeps", "energy"}),
         "",
         "[run]",
-        *_line("step", _STEP, run),
+        *_line("step", beginning.step, run),
         *_line("duration", motion.points[-1].time, run),
         *_line("output", "results", run),
         *_defaults(run, {"format", "coupling"}),
@@ -133,10 +102,27 @@ def experiment_text(robot: Robot, path: str, cable_set: str | None = None) -> st
     return "\n".join(lines) + "\n"
 
 
-def _muscles(robot: Robot, form: Form) -> Iterator[str]:
+def _locked(robot: Robot, locked: Mapping[str, tuple[float, str]]) -> Iterator[str]:
+    """What does not move, and why."""
+    if not locked:
+        return
+    yield ""
+    yield "# Held where they are; free are those whose line is left out, for muscles or a motor:"
+    units = {c.name: c.unit for c in robot.coordinates}
+    for name, (value, why) in locked.items():
+        yield f"coordinates.{toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
+
+
+def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:
     muscle, keys = robot.muscles[0], form["additionalProperties"]
     yield ""
     yield f"# {_meaning(form)}"
+    if beginning.f_max:
+        yield "[muscles]"
+        yield from (f"# {line}" for line in wrap(beginning.f_max_reason, 96))
+        for name, value in beginning.f_max.items():
+            yield f"{toml_key(name)}.f_max = {value!r}  # [N]"
+        return
     yield f"# [muscles.{toml_key(muscle.name)}]"
     f_max = muscle.f_max if muscle.f_max < float("inf") else max(100.0, muscle.f_min)
     yield from _line("f_min", muscle.f_min, keys, used=False)

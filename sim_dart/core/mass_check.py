@@ -9,6 +9,32 @@ from addin_sdfusion.robot import InputError, Robot
 from .arrays import FloatArray
 
 _SINGULAR = 1e-13
+_ROUNDING = 1e-15  # what is left of a zero beside the largest inertia of the same unit
+
+
+def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
+    """The coordinates that move no mass, or none that the others do not move: M is singular.
+
+    By Cholesky's decomposition with pivots, of M with ones on its diagonal: what is left of a
+    coordinate's inertia when all with more are held.
+
+    Args:
+        robot: The robot.
+        M: Its mass matrix at any position, shape (n, n), finite.
+    """
+    inertia, units = np.diag(M), np.array([c.unit for c in robot.coordinates])
+    largest = {unit: inertia[units == unit].max() for unit in set(units)}
+    zero = inertia <= [_ROUNDING * largest[unit] for unit in units]
+    left = [k for k in range(len(M)) if not zero[k]]
+    root = np.sqrt(np.where(zero, 1.0, inertia))
+    A = M / np.outer(root, root)
+    while left:
+        best = max(left, key=lambda k: float(A[k, k]))
+        if A[best, best] <= _SINGULAR:
+            break
+        left.remove(best)
+        A = A - np.outer(A[:, best], A[best]) / A[best, best]
+    return [c.name for k, c in enumerate(robot.coordinates) if zero[k] or k in left]
 
 
 def require_inertia(robot: Robot, M: FloatArray) -> None:
@@ -26,10 +52,9 @@ def require_inertia(robot: Robot, M: FloatArray) -> None:
             f"robot {robot.name!r}: its mass matrix is not finite; "
             "its masses or lengths are too large"
         )
-    scale = np.sqrt(np.abs(np.diag(M)))
-    scaled = M / np.outer(scale, scale) if scale.all() else np.zeros_like(M)
-    if M.size and np.linalg.eigvalsh(scaled)[0] <= _SINGULAR:
+    if found := massless_coordinates(robot, M):
         raise InputError(
             f"robot {robot.name!r}: its mass matrix is singular, as some motion of its joints "
-            "moves no mass; give the links between them masses and inertias"
+            f"moves no mass: {', '.join(found)}; give the links there masses and inertias, or lock "
+            f"it: [robot.coordinates.{found[0]}] locked = true"
         )

@@ -16,9 +16,13 @@ class CoreDynamics(RobotDynamics):
 
     M by composite bodies, C and G by Newton and Euler's equations, in world axes about the origin
     of each frame. For arguments, errors and attributes see `DartDynamics`.
+
+    Args:
+        robot: As there.
+        may_be_singular: Whether a robot is taken that some motion does not move any mass of.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, *, may_be_singular: bool = False) -> None:
         super().__init__(robot)
         core = self._paths.core
         n, k = self.n, len(robot.task_frames)
@@ -29,7 +33,8 @@ class CoreDynamics(RobotDynamics):
             core.array("gravity", n),
         )
         self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
-        require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))
+        if not may_be_singular:
+            require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, torques: ArrayLike) -> FloatArray:
         """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies.

@@ -1,0 +1,241 @@
+"""A first motion that a robot's muscles can make: where it starts, what moves, what is locked.
+
+The start is the initial pose where muscles can hold it, else one nearby; coordinates that muscles
+cannot drive there are locked. Each of the others then moves where the forces have more room, all
+at once, by as much as keeps the forces within their bounds all along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.transforms.lock import lock
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.drivable import (
+    ACCELERATION,
+    MARGIN,
+    Drivable,
+    Terms,
+    drivable,
+    force_margin,
+)
+from sim_dart import CoreDynamics
+from sim_dart.core.mass_check import massless_coordinates
+
+DURATION = 4.0
+"""In [s]: half of it there, half of it back."""
+REACH = {"rad": 0.1, "m": 0.01}
+"""How far a coordinate goes where limits and muscles leave room."""
+
+_OF_REACH = 0.02  # of the robot's size, the most that a sliding coordinate goes
+_FROM_LIMITS = 0.05  # of the range between its limits, the least distance of a start from them
+_UNLIMITED = 100.0  # times the robot's weight: what a muscle without a limit is counted on for
+_GRAVITY = 9.81  # where the robot has none, in [m/s²]
+_PATH = np.linspace(0.0, 1.0, 9)[1:]
+_HALVINGS = 4
+_SEARCHED = 2000  # poses that are tried, over the square of the number of coordinates
+
+NO_ROOM, NO_MASS = "its limits leave it no room", "it moves no mass"
+
+
+@dataclass(frozen=True)
+class FirstMotion:
+    """A motion there and back.
+
+    Attributes:
+        robot: The robot, with what is locked.
+        locked: What coordinates are locked at, in [rad] or [m], by name.
+        reasons: Why, by name, in words.
+        start, end: Positions of the coordinates that are left, in [rad] or [m].
+        moved: Whether the start is another pose than the robot's own.
+    """
+
+    robot: Robot
+    locked: Mapping[str, float]
+    reasons: Mapping[str, str]
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    moved: bool
+
+
+def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {}) -> FirstMotion:
+    """A motion that the muscles of a robot can make.
+
+    Args:
+        robot: The robot, with a muscle and a coordinate at least.
+        scale: Factor on how far coordinates go.
+        held: Coordinates that are locked in any case, and why.
+
+    Returns:
+        The motion; no coordinate is left where the robot cannot be held at all.
+    """
+    pose = _initial_pose(robot)
+    dynamics = CoreDynamics(robot, may_be_singular=True)
+    reasons = {c.name: NO_ROOM for c in robot.coordinates if not c.lower < c.upper}
+    reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
+    reasons |= held
+    found, q = _held_pose(robot, dynamics, pose, reasons)
+    names = [c.name for c in robot.coordinates]
+    reasons |= {names[k]: why for k, why in lacks(robot, dynamics, q, found).items()}
+    for name in massless_coordinates(robot, dynamics.mass_matrix(q)):
+        reasons.setdefault(name, NO_MASS)
+    locked = {n: float(x) for n, x in zip(names, q, strict=True) if n in reasons}
+    left = lock(robot, locked)
+    start = np.array([x for n, x in zip(names, q, strict=True) if n not in reasons])
+    end = start
+    if len(start):
+        end = _end(left, CoreDynamics(left, may_be_singular=True), start, scale)
+    return FirstMotion(
+        left,
+        locked,
+        reasons,
+        tuple(start.tolist()),
+        tuple(end.tolist()),
+        bool(np.abs(q - pose).max(initial=0.0) > 0.0),
+    )
+
+
+def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatArray) -> Terms:
+    """What the muscles of a robot have to hold at a pose, and what they have for it.
+
+    Args:
+        robot: The robot.
+        dynamics: Its dynamics.
+        q: The pose, shape (n,), in [rad] or [m].
+        qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
+    """
+    M = dynamics.mass_matrix(q)
+    return Terms(
+        M,
+        -dynamics.muscle_jacobian(q).T,
+        M @ qdd + dynamics.gravity(q),
+        dynamics.f_min,
+        np.minimum(dynamics.f_max, counted_force(robot)),
+        np.array([ACCELERATION[c.unit] for c in robot.coordinates]),
+    )
+
+
+def counted_force(robot: Robot) -> float:
+    """What a muscle without a limit is counted on for, in [N]."""
+    weight = sum(link.inertia.mass for link in robot.links) * _GRAVITY
+    return max(_UNLIMITED * weight, 10.0 * max(m.f_min for m in robot.muscles), 1e-9)
+
+
+def _initial_pose(robot: Robot) -> FloatArray:
+    """The initial pose, a little within the limits."""
+    pose = []
+    for c in robot.coordinates:
+        room = c.upper - c.lower
+        off = min(_FROM_LIMITS * room, REACH[c.unit]) if room > 0.0 else 0.0
+        low, high = c.lower + off, c.upper - off
+        q = min(max(c.initial, c.lower), c.upper)
+        pose.append(min(max(q, low), high))
+    return np.array(pose)
+
+
+def _held_pose(
+    robot: Robot, dynamics: CoreDynamics, pose: FloatArray, reasons: Mapping[str, str]
+) -> tuple[Drivable, FloatArray]:
+    """The pose where muscles drive most coordinates, the nearest of several."""
+    free = [k for k, c in enumerate(robot.coordinates) if c.name not in reasons]
+    best, at = _driven(robot, dynamics, pose, free), pose
+    rng = np.random.default_rng(0)
+    lower, upper = dynamics.q_min, dynamics.q_max
+    spread = np.array([1.0 if c.unit == "rad" else 20.0 * _slide(robot) for c in robot.coordinates])
+    spread = np.minimum(spread, np.where(np.isfinite(upper - lower), 0.4 * (upper - lower), np.inf))
+    count = min(200, _SEARCHED // max(1, len(free)) ** 2) if len(free) else 0
+    for k in range(count):
+        if len(best.coordinates) == len(free):
+            break
+        away = rng.uniform(-1.0, 1.0, len(pose)) * spread * (k + 1) / count
+        q = pose.copy()
+        q[free] = np.clip(pose + away, lower, upper)[free]
+        found = _driven(robot, dynamics, q, free)
+        if len(found.coordinates) > len(best.coordinates):
+            best, at = found, q
+    return best, at
+
+
+def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]) -> Drivable:
+    terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
+    massless = massless_coordinates(robot, terms.M)
+    return drivable(terms, [k for k in free if robot.coordinates[k].name not in massless])
+
+
+def _slide(robot: Robot) -> float:
+    """How far a sliding coordinate goes, in [m]: as becomes the robot's size."""
+    points = [p.position for m in robot.muscles for p in m.via_points]
+    size = float(np.ptp(np.array(points), axis=0).max()) if points else 1.0
+    offsets = [abs(x) for j in robot.joints for x in j.T_parent_joint.position]
+    return min(REACH["m"], _OF_REACH * max(size, *offsets, 1e-6))
+
+
+def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:
+    """Where the motion goes from its start: as far as forces stay within their bounds."""
+    rooms = [(q - c.lower, c.upper - q) for c, q in zip(robot.coordinates, start, strict=True)]
+    slide = _slide(robot)
+    step = np.empty(len(start))
+    for k, (c, (below, above)) in enumerate(zip(robot.coordinates, rooms, strict=True)):
+        most = scale * (REACH["rad"] if c.unit == "rad" else slide)
+        ways = [-min(most, 0.5 * below), min(most, 0.5 * above)]
+        margins = [_margin_along(robot, dynamics, start, _one(k, way, start)) for way in ways]
+        room = [max(t - MARGIN, 0.0) * abs(way) for t, way in zip(margins, ways, strict=True)]
+        step[k] = ways[int(np.argmax(room))] if max(room) > 0.0 else 0.0
+    for _ in range(_HALVINGS):
+        if _margin_along(robot, dynamics, start, step, _PATH) > MARGIN:
+            break
+        step *= 0.5
+    return start + step
+
+
+def _one(k: int, way: float, like: FloatArray) -> FloatArray:
+    step = np.zeros_like(like)
+    step[k] = way
+    return step
+
+
+def _margin_along(
+    robot: Robot,
+    dynamics: CoreDynamics,
+    start: FloatArray,
+    step: FloatArray,
+    path: FloatArray = np.ones(1),  # noqa: B008
+) -> float:
+    """The smallest margin of the forces along a quintic there, at some parts of its time."""
+    rows, T = range(len(start)), 0.5 * DURATION
+    margins = []
+    for s in path:
+        q = start + step * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)
+        qdd = step * (60.0 * s - 180.0 * s**2 + 120.0 * s**3) / T**2
+        margins.append(force_margin(pose_terms(robot, dynamics, q, qdd), rows)[0])
+    return min(margins)
+
+
+def lacks(robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable) -> dict[int, str]:
+    """In words, what every coordinate lacks that muscles cannot drive at a pose."""
+    if not found.missing:
+        return {}
+    terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
+    strong = replace(terms, high=np.maximum(terms.high, counted_force(robot)))
+    driven = drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
+    words = {}
+    for k, lack in found.missing.items():
+        name = robot.coordinates[k].name
+        if k in driven:
+            words[k] = "its muscles are too weak; `cardsflow size` says what they need"
+        elif lack == "any muscle":
+            words[k] = "no muscle moves it"
+        elif lack == "one of its own":
+            words[k] = "muscles do not move it apart from the others, or by far too little"
+        else:
+            others = " while the others are held" if found.coordinates else ""
+            words[k] = f"nothing pulls {name} {lack}{others}"
+    return words
+
+
+def _initial_mass(robot: Robot, dynamics: CoreDynamics) -> FloatArray:
+    return dynamics.mass_matrix([c.initial for c in robot.coordinates])

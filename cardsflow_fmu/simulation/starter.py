@@ -1,0 +1,305 @@
+"""A first experiment for a robot, tried before it is written."""
+
+from __future__ import annotations
+
+import math
+import os
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.exporting.experiment_text import can_run
+from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
+from addin_sdfusion.robot.files import is_folder
+from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
+from addin_sdfusion.robot.readers import read
+from cardsflow_fmu.analysis.first_motion import DURATION, FirstMotion, first_motion
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.reader import experiment_settings
+from cardsflow_fmu.experiment.template import Beginning, experiment_text
+from cardsflow_fmu.native.loop import NativeLoop
+from cardsflow_fmu.results.summary import Speed, summarize
+from cardsflow_fmu.signals.muscles import modelled_muscles
+from controllers.analysis.stiffness import stiffness
+from controllers.force_distribution.quadratic import least_squares
+from sim_dart import CoreDynamics
+
+EXPERIMENT_TOML = "experiment.toml"
+
+_GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 rad/s
+_SLOW_GAINS = (150.0, 25.0)  # for muscles that take their time
+_PERIODS = ((0.005, 0.001), (0.002, 0.001), (0.001, 0.001), (0.0005, 0.0005), (0.0002, 0.0002))
+"""Of the controller and of the simulation, in [s], the longest first."""
+_STABLE = 0.5  # most that a displacement may grow by within a period: the period times this rate
+_GOOD_ERROR = 5e-4  # in [rad] or [m]: a motion that is followed this well is good
+_SCALES = (1.0, 0.5, 0.2)
+_MOST_LOCKED = 6  # coordinates that are locked as trials have failed
+_STRONGER = 3.0  # f_max over the largest force of the motion
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a run of an experiment gave.
+
+    Attributes:
+        error: Largest error of a position, in [rad] or [m].
+        peak: Largest force, in [N].
+        infeasible: Ticks without forces that fit.
+        complete: Whether it reached its end.
+        worst: The coordinate that lacks most, or follows least.
+    """
+
+    error: float
+    peak: float
+    infeasible: int
+    complete: bool
+    worst: str
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the motion is followed, with forces that fit all along."""
+        return self.complete and not self.infeasible and self.error <= _GOOD_ERROR
+
+    @property
+    def rank(self) -> tuple[bool, int, float]:
+        """The better, the smaller."""
+        return not self.complete, self.infeasible, self.error
+
+
+@dataclass(frozen=True)
+class Starter:
+    """A first experiment.
+
+    Attributes:
+        file: Where it is.
+        notes: What was changed or left out so that the robot moves, a line each.
+        trial: What a run of it gave; None where it was not tried.
+    """
+
+    file: Path
+    notes: tuple[str, ...]
+    trial: Trial | None
+
+
+def init(
+    robot: str | Path, output: str | Path = EXPERIMENT_TOML, cable_set: str | None = None
+) -> Starter:
+    """Write an experiment.toml for a robot, which `cardsflow run` runs as it is.
+
+    Args:
+        robot: A model.sdf, a *_bodies.xml, or their folder.
+        output: The file, or a folder for experiment.toml.
+        cable_set: The cable set to use; the file's own when None.
+
+    Returns:
+        The file, and what there is to know of it.
+
+    Raises:
+        InputError: The file is there already or cannot be written, or the robot cannot be moved.
+        RobotError: The robot cannot be used.
+    """
+    file = Path(output)
+    if is_folder(file) or not file.suffix:
+        file /= EXPERIMENT_TOML
+    if file.suffix != ".toml":
+        raise InputError("an experiment is a .toml", file=file, key="-o")
+    _require_new(file)
+    found = read(robot, cable_set).require()
+    if not can_run(found):
+        lack = "no muscles" if found.coordinates else "no joints that move"
+        raise InputError(f"robot {found.name!r} has {lack}: there is nothing to run", file=robot)
+    path = _path_from(file.parent, Path(robot))
+    beginning, trial = _Search(found, Path(robot), cable_set).best()
+    _write_new(file, experiment_text(found, path, beginning, cable_set))
+    return Starter(file, beginning.remarks, trial)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The search for an experiment that tracks."""
+
+    robot: Robot
+    robot_path: Path
+    cable_set: str | None
+
+    def best(self) -> tuple[Beginning, Trial | None]:
+        """What an experiment is to do, and how a run of it goes."""
+        held: dict[str, str] = {}
+        tried: list[tuple[Beginning, Trial, FirstMotion]] = []
+        for _ in range(_MOST_LOCKED + 1):
+            first = len(tried)
+            for scale in _SCALES:
+                motion = first_motion(self.robot, scale, held)
+                for beginning in self._beginnings(motion):
+                    trial = self._trial(beginning)
+                    if trial is None:
+                        return self._described(beginning, motion, None), None
+                    tried.append((beginning, trial, motion))
+                    if trial.is_good:
+                        return self._bounded(beginning, trial, motion)
+            if len(tried) == first:  # nothing is left
+                break
+            worst = min(tried[first:], key=lambda one: one[1].rank)[1].worst
+            held[worst] = "it did not follow in a trial"
+        if not tried:
+            raise self._cannot_be_held(motion)
+        beginning, trial, motion = min(tried, key=lambda one: one[1].rank)
+        return self._described(beginning, motion, trial), trial
+
+    def _beginnings(self, motion: FirstMotion) -> Iterator[Beginning]:
+        """Experiments with ever shorter periods, from the longest that is stable."""
+        if not motion.start:
+            return
+        rest = (0.0,) * len(motion.start)
+        points = [
+            TrajectoryPoint(time, q, rest, rest)
+            for time, q in ((0.0, motion.start), (0.5 * DURATION, motion.end))
+        ]
+        points.append(replace(points[0], time=DURATION))
+        locked = {name: (q, motion.reasons[name]) for name, q in motion.locked.items()}
+        kp, kd = _SLOW_GAINS if modelled_muscles(self.robot) else _GAINS
+        rate = _growth(motion)
+        for period, step in _PERIODS:
+            if rate * period > _STABLE and period > _PERIODS[-1][0]:
+                continue
+            reference = Trajectory("reference", "quintic", tuple(points), step)
+            yield Beginning(reference, locked, kp=kp, kd=kd, period=period, step=step)
+
+    def _bounded(
+        self, beginning: Beginning, trial: Trial, motion: FirstMotion
+    ) -> tuple[Beginning, Trial]:
+        """With force bounds where the robot has none, as far as it follows as well with them."""
+        modelled = modelled_muscles(self.robot)
+        unlimited = [
+            muscle.name
+            for k, muscle in enumerate(self.robot.muscles)
+            if not math.isfinite(muscle.f_max) and k not in modelled
+        ]
+        for stronger in (_STRONGER, 3.0 * _STRONGER) if unlimited else ():
+            f_max = _round_up(max(stronger * trial.peak, *(m.f_min for m in self.robot.muscles)))
+            reason = (
+                f"The robot's files have no f_max; this is some {stronger:g} times the "
+                f"{trial.peak:.3g} N that the motion needs:"
+            )
+            with_bounds = replace(
+                beginning, f_max=dict.fromkeys(unlimited, f_max), f_max_reason=reason
+            )
+            again = self._trial(with_bounds)
+            if again is not None and again.is_good:
+                return self._described(with_bounds, motion, again), again
+        return self._described(beginning, motion, trial), trial
+
+    def _described(
+        self, beginning: Beginning, motion: FirstMotion, trial: Trial | None
+    ) -> Beginning:
+        remarks = [
+            f"{name} is locked at {q:.4g}: {motion.reasons[name]}"
+            for name, q in motion.locked.items()
+        ]
+        if motion.moved:
+            remarks.append("the start is not the robot's initial pose, which muscles cannot hold")
+        still = [
+            c.name
+            for c, a, b in zip(motion.robot.coordinates, motion.start, motion.end, strict=True)
+            if a == b
+        ]
+        if still:
+            remarks.append(f"muscles hold {', '.join(still)}, with no room for a motion")
+        if beginning.f_max:
+            value = next(iter(beginning.f_max.values()))
+            remarks.append(f"the robot's files have no f_max; it is set to {value:g} N")
+        if trial is None:
+            remarks.append("not tried: it has something that the native models lack")
+        elif not trial.is_good:
+            remarks.append(
+                f"in a trial it does not track: errors up to {trial.error:.3g}, "
+                f"{trial.infeasible} infeasible ticks, {trial.worst} worst"
+            )
+        return replace(beginning, remarks=tuple(remarks))
+
+    def _trial(self, beginning: Beginning) -> Trial | None:
+        """A run in C; None where the native models lack something."""
+        path = self.robot_path.resolve()
+        text = experiment_text(self.robot, str(path), beginning, self.cable_set)
+        file = path.parent / EXPERIMENT_TOML  # which is not written, nor read
+        experiment = Experiment(**experiment_settings(tomllib.loads(text), file))
+        try:
+            loop = NativeLoop(experiment)
+        except InputError:
+            return None
+        except SimulationError:
+            return Trial(math.inf, math.inf, 0, False, experiment.robot.coordinates[-1].name)
+        with loop:
+            recording = loop.run()
+        summary = summarize(experiment, recording, Speed(0.0, 0.0), "native")
+        return _judged(experiment.robot, summary)
+
+    def _cannot_be_held(self, motion: FirstMotion) -> InputError:
+        words = "; ".join(f"{name}: {why}" for name, why in list(motion.reasons.items())[:8])
+        return InputError(
+            f"robot {self.robot.name!r} cannot be held by its muscles in any pose: {words}",
+            file=self.robot_path,
+        )
+
+
+def _judged(robot: Robot, summary: Mapping[str, Any]) -> Trial:
+    infeasible = summary["infeasible_ticks"]
+    rows = summary["slack" if infeasible else "tracking"]["per_signal"].values()
+    sizes = [float(row["max"]) for row in rows]
+    error, peak = summary["tracking"]["max"], summary["forces"]["max"]
+    return Trial(
+        math.inf if error is None else error,
+        math.inf if peak is None else peak,
+        infeasible,
+        summary["status"] == "complete",
+        robot.coordinates[int(np.argmax(sizes)) if sizes else -1].name,
+    )
+
+
+def _growth(motion: FirstMotion) -> float:
+    """The fastest that a displacement grows, or swings, at held forces, in [1/s]."""
+    dynamics, q = CoreDynamics(motion.robot), np.array(motion.start)
+    L, G = dynamics.muscle_jacobian(q), dynamics.gravity(q)
+    try:
+        forces = least_squares(L, G, dynamics.f_min, dynamics.f_max).forces
+        rates = stiffness(dynamics, q, forces).rates(dynamics.mass_matrix(q))
+    except CardsflowError:
+        return 0.0
+    return float(np.sqrt(np.abs(rates).max()))
+
+
+def _round_up(value: float) -> float:
+    """The next of 1, 2, 3, 5 or 8 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value)) if value > 0.0 else 1.0
+    return float(f"{next(x * power for x in (1, 2, 3, 5, 8, 10) if x * power >= value):.3g}")
+
+
+def _path_from(folder: Path, robot: Path) -> str:
+    """The way from the experiment's folder to the robot; the whole path on another drive."""
+    try:
+        return Path(os.path.relpath(robot.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return robot.resolve().as_posix()
+
+
+def _require_new(file: Path) -> None:
+    if os.path.lexists(file):
+        what = "is there already, and is not overwritten; choose another place by -o"
+        raise InputError(what, file=file)
+
+
+def _write_new(file: Path, text: str) -> None:
+    """Write a file that is not there, or nothing."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileExistsError):
+            _require_new(file)
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be written: {reason}", file=file) from None

@@ -1,0 +1,195 @@
+"""`cardsflow init`, then `run`, on robots that nobody tuned: a motion that their muscles make."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.one_link import cable, one_link
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Muscle,
+    Robot,
+    ViaPoint,
+    revolute,
+    write_sdf,
+)
+from cardsflow_fmu import Experiment
+from sim_dart import CoreDynamics
+
+Y = (0.0, 1.0, 0.0)
+ABOVE, BELOW = (-0.1, 0.0, 0.5), (-0.1, 0.0, -0.5)
+LIGHT = Inertia(1.0, (0.2, 0.0, 0.0), 0.01, 0.01, 0.01)
+
+
+def strands(*roots: tuple[float, float, float], f_max: float = np.inf) -> list[Muscle]:
+    return [
+        replace(cable(root, (0.3, 0.0, 0.0), f_max=f_max), name=f"strand {k}")
+        for k, root in enumerate(roots)
+    ]
+
+
+def arm(*muscles: Muscle) -> Robot:
+    """A horizontal link of 1 kg on a hinge."""
+    return one_link(LIGHT, muscles, motions=revolute(Y), lower=-1.0, upper=1.0)
+
+
+def two_links(*muscles: Muscle) -> Robot:
+    """Another link at the end of the arm, with a hinge of its own."""
+    robot = arm(*muscles)
+    wrist = Joint("wrist", "a", "hand", revolute(Y), (Coordinate("wrist"),))
+    return replace(robot, links=(*robot.links, Link("hand", LIGHT)), joints=(*robot.joints, wrist))
+
+
+def started(robot: Robot, folder: Path, cardsflow: CommandLine) -> tuple[dict, str]:
+    """The summary of a run after `init`, and what `init` has said."""
+    write_sdf(robot, folder / "robot")
+    code, out, err = cardsflow("init", folder / "robot", "-o", folder)
+    assert code == 0, err
+    assert out.startswith(str(folder / "experiment.toml"))
+    code, _, problem = cardsflow("run", folder, "--direct", "-o", folder / "out", "--strict")
+    assert code == 0, problem
+    return json.loads((folder / "out/summary.json").read_text()), err
+
+
+def assert_tracks(summary: dict) -> None:
+    assert summary["infeasible_ticks"] == 0
+    assert summary["tracking"]["max"] < 1e-3
+
+
+@pytest.mark.native
+def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: CommandLine) -> None:
+    summary, err = started(arm(*strands(ABOVE)), tmp_path, cardsflow)
+    assert_tracks(summary)
+    data = tomllib.loads((tmp_path / "experiment.toml").read_text())
+    f_max = data["muscles"]["strand 0"]["f_max"]
+    assert summary["forces"]["max"] < f_max < 10.0 * summary["forces"]["max"]
+    assert f"it is set to {f_max:g} N" in err
+
+
+@pytest.mark.native
+def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    """Down along gravity, one strand pulls to one side: the start must be on that side."""
+    robot = arm(*strands((-0.5, 0.0, -0.1)))
+    hanging = replace(robot.joints[0].coordinates[0], lower=0.0, upper=3.0, initial=1.9)
+    robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(hanging,)),))
+    summary, _ = started(robot, tmp_path, cardsflow)
+    assert_tracks(summary)
+    experiment = Experiment.load(tmp_path)
+    dynamics = CoreDynamics(experiment.robot)
+    q = np.array(experiment.start.q)
+    assert float(dynamics.gravity(q)[0] * -dynamics.muscle_jacobian(q)[0, 0]) > 0.0
+
+
+@pytest.mark.native
+def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
+    summary, err = started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
+    assert_tracks(summary)
+    assert "wrist is locked at 0: no muscle moves it" in err
+    text = (tmp_path / "experiment.toml").read_text()
+    assert tomllib.loads(text)["robot"]["coordinates"] == {"wrist": {"locked": 0.0}}
+    assert "no muscle moves it" in text
+    assert list(summary["tracking"]["per_signal"]) == ["q.q"]
+
+
+@pytest.mark.native
+def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = arm(*strands(ABOVE, BELOW, f_max=60.0))
+    near = replace(robot.joints[0].coordinates[0], lower=0.0, upper=0.05)
+    robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(near,)),))
+    summary, _ = started(robot, tmp_path, cardsflow)
+    assert_tracks(summary)
+    assert summary["forces"]["max"] < 60.0
+    reference = Experiment.load(tmp_path).reference.curve
+    positions = [point.q[0] for point in reference.points]
+    assert min(positions) > 0.0
+    assert max(positions) < 0.05
+    assert np.ptp(positions) > 0.01
+
+
+@pytest.mark.parametrize(
+    ("roots", "f_max", "words"),
+    [
+        ((BELOW,), np.inf, "nothing pulls q down"),  # q turns the link down: the strand as well
+        ((ABOVE,), 1.0, "too weak; `cardsflow size` says what they need"),
+    ],
+)
+def test_a_robot_that_nothing_holds_is_refused_in_words(
+    roots: tuple, f_max: float, words: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    robot = arm(*strands(*roots, f_max=f_max))
+    narrow = replace(robot.joints[0].coordinates[0], lower=-0.3, upper=0.3)
+    robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(narrow,)),))
+    write_sdf(robot, tmp_path / "robot")
+    message = cardsflow.refused("init", tmp_path / "robot", "-o", tmp_path)
+    assert "cannot be held by its muscles in any pose" in message
+    assert words in message
+    assert not (tmp_path / "experiment.toml").exists()
+
+
+@pytest.mark.native
+@pytest.mark.parametrize(
+    ("length", "mass"), [(1e-3, 1e-3), (1e-2, 1.0), (10.0, 1e3)], ids=["mm", "cm", "10 m"]
+)
+def test_any_size(length: float, mass: float, tmp_path: Path, cardsflow: CommandLine) -> None:
+    def scaled(point: tuple[float, float, float]) -> tuple[float, float, float]:
+        return tuple(length * x for x in point)  # type: ignore[return-value]
+
+    inertia = Inertia(mass, scaled((0.2, 0.0, 0.0)), *[0.01 * mass * length**2] * 3)
+    muscles = [
+        replace(m, via_points=tuple(ViaPoint(p.link, scaled(p.position)) for p in m.via_points))
+        for m in strands(ABOVE, BELOW)
+    ]
+    robot = arm(*muscles)
+    robot = replace(robot, links=(replace(robot.links[0], inertia=inertia),))
+    summary, _ = started(robot, tmp_path, cardsflow)
+    assert_tracks(summary)
+
+
+def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """A ball joint in line with a rod that has no inertia about itself."""
+    rod = Inertia(1.0, (0.2, 0.0, 0.0), 0.0, 0.01, 0.01)
+    x, y = (1.0, 0.0, 0.0), Y
+    motions = (*revolute(y), replace(revolute(x)[0], coordinate=1))
+    joint = Joint("j", WORLD, "a", motions, (Coordinate("swing"), Coordinate("twist")))
+    points = [(0.3, 0.0, 0.05), (0.3, 0.0, -0.05)]
+    muscles = tuple(
+        Muscle(f"m{k}", (ViaPoint(WORLD, root), ViaPoint("a", point)), 0.0, 100.0)
+        for k, (root, point) in enumerate(
+            (root, point) for root in (ABOVE, BELOW) for point in points
+        )
+    )
+    tip = Link("tip", Inertia(0.1, (0.0, 0.0, 0.0), 0.0, 1e-3, 1e-3))
+    end = Joint("end", "a", "tip", revolute(y), (Coordinate("end", lower=0.0, upper=0.0),))
+    robot = Robot("rod", (Link("a", rod), tip), (joint, end), (CableSet("all", muscles),), "all")
+    write_sdf(robot, tmp_path / "robot")
+    code, _, err = cardsflow("init", tmp_path / "robot", "-o", tmp_path)
+    assert code == 0, err
+    assert "it moves no mass" in err
+
+
+@pytest.mark.native
+@pytest.mark.parametrize(
+    "name", ["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"]
+)
+def test_published_robots_track(
+    name: str, shared: Path, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    code, _, err = cardsflow("init", shared / "robots" / name, "-o", tmp_path)
+    assert code == 0, err
+    code, out, _ = cardsflow("run", tmp_path, "--direct", "--json", "--strict")
+    assert code == 0
+    assert_tracks(json.loads(out))

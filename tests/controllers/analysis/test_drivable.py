@@ -1,0 +1,77 @@
+"""What muscles can drive, against the facets of the torques that they can make."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from controllers.analysis.drivable import MARGIN, Terms, drivable, force_margin
+from controllers.analysis.wrench_set import capacity_margin
+
+NONE = np.full(6, 1e-9)  # accelerations that any force gives
+
+
+def terms(L: object, torque: object, low: float = 0.0, high: float = 10.0) -> Terms:
+    A = -np.asarray(L, dtype=float).T
+    n, m = A.shape
+    return Terms(
+        np.eye(n), A, np.asarray(torque, float), np.full(m, low), np.full(m, high), NONE[:n]
+    )
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_all_are_driven_exactly_where_the_torque_is_inside(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    m = n + int(rng.integers(0, 4))
+    L, torque = rng.normal(size=(m, n)), 5.0 * rng.normal(size=n)
+    inside = float(capacity_margin(L, torque, 1.0, 10.0))
+    assert abs(inside) > 1e-3  # no case is on the edge
+    found = drivable(terms(L, torque, 1.0, 10.0), range(n))
+    t, _, forces = force_margin(terms(L, torque, 1.0, 10.0), range(n))
+    assert (t > 0.0) == (inside > 0.0)
+    np.testing.assert_allclose(-L.T @ forces, torque, atol=1e-6)
+    assert (len(found.coordinates) == n) == (t > MARGIN)
+    if found.coordinates:
+        rows = list(found.coordinates)
+        assert float(capacity_margin(L[:, rows], torque[rows], 1.0, 10.0)) > 0.0
+    for k in found.missing:  # no coordinate is left out for nothing
+        rows = sorted([*found.coordinates, k])
+        assert not float(capacity_margin(L[:, rows], torque[rows], 1.0, 10.0)) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("moment_arm", "torque", "lack"),
+    [
+        (-0.1, 0.5, None),  # pulls up, and the weight down
+        (0.1, 0.5, "up"),
+        (-0.1, -0.5, "down"),
+        (-0.1, 0.0, "down"),  # at the edge: it could not brake
+        (0.0, 0.0, "any muscle"),
+        (-0.1, 1.1, "up"),  # too weak
+    ],
+)
+def test_one_joint_of_one_muscle(moment_arm: float, torque: float, lack: str | None) -> None:
+    found = drivable(terms([[moment_arm]], [torque]), [0])
+    assert found.coordinates == ((0,) if lack is None else ())
+    assert found.missing == ({} if lack is None else {0: lack})
+
+
+def test_of_two_joints_that_muscles_move_alike_one_is_left() -> None:
+    found = drivable(terms([[0.1, 0.1], [-0.1, -0.1], [0.2, 0.2]], [0.0, 0.0]), [0, 1])
+    assert len(found.coordinates) == 1
+    assert list(found.missing.values()) == ["one of its own"]
+
+
+def test_what_is_not_asked_for_is_left_out() -> None:
+    found = drivable(terms([[0.1, 0.0], [-0.1, 0.0]], [0.0, 0.0]), [0])
+    assert found.coordinates == (0,)
+    assert found.missing == {}
+
+
+def test_muscles_that_hold_but_hardly_move_do_not_drive() -> None:
+    one = terms([[0.1], [-0.1]], [0.0])
+    slow = Terms(one.M, one.A, one.torque, one.low, one.high, np.array([0.9]))
+    fast = Terms(one.M, one.A, one.torque, one.low, one.high, np.array([1.1]))
+    assert drivable(slow, [0]).coordinates == (0,)
+    assert drivable(fast, [0]).missing == {0: "one of its own"}  # 10 N on 0.1 m make 1 N·m
