@@ -1,4 +1,8 @@
-"""Dynamics of a robot as controllers know it: the terms of M(q) qdd + C + G = -L(q)'f."""
+"""Dynamics of a robot as controllers know it: the terms of M(q) qdd + C + G = -L(q)'f.
+
+Motors of joints stand behind the muscles: a motor's torque is a force in f that may push as well,
+and its row of L is the coordinate's, with the sign of -1.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +11,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from addin_sdfusion.robot import InputError
+
 from .arrays import FloatArray
 
 
 class Dynamics(Protocol):
-    """Dynamics of a robot with n coordinates and m muscles.
+    """Dynamics of a robot with n coordinates and a actuators: m muscles, and motors of joints.
 
     Attributes:
         coordinate_names: n names, in the order of q.
         muscle_names: m names, in the order of f.
-        f_min, f_max: Force bounds, shape (m,), in [N].
+        motor_names: Names of the coordinates that have motors, in the order of q.
+        f_min, f_max: Bounds of forces and, behind them, of the motors' torques, shape (a,), in [N]
+            and [N·m].
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
     """
 
@@ -24,6 +32,8 @@ class Dynamics(Protocol):
     def coordinate_names(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def muscle_names(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def motor_names(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def f_min(self) -> FloatArray: ...  # noqa: D102
     @property
@@ -42,6 +52,9 @@ class Dynamics(Protocol):
 
     def muscle_jacobian(self, q: FloatArray) -> FloatArray:
         """L(q) = dl/dq, shape (m, n)."""
+
+    def actuator_jacobian(self, q: FloatArray) -> FloatArray:
+        """L(q) with a row for each motor behind it, shape (a, n): f makes the torque -L'f."""
 
 
 class LimitedDynamics(Dynamics, Protocol):
@@ -87,6 +100,22 @@ class TaskDynamics(LimitedDynamics, Protocol):
         """J'(q, qd) qd, shape (k,)."""
 
 
+def actuator_names(dynamics: Dynamics) -> tuple[str, ...]:
+    """Names in the order of f: of the muscles, and of the coordinates that have motors."""
+    return (*dynamics.muscle_names, *dynamics.motor_names)
+
+
+def require_no_motors(dynamics: Dynamics, what: str) -> None:
+    """Refuse robots with motors at joints with an InputError.
+
+    Args:
+        dynamics: The robot.
+        what: What does not drive them.
+    """
+    if dynamics.motor_names:
+        raise InputError(f"{what} drive no motors at joints: {', '.join(dynamics.motor_names)}")
+
+
 def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:
     """C(q, qd) + G(q) + D qd: all terms of the motion equation but inertia and muscles.
 
@@ -115,10 +144,10 @@ def acceleration(
         dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        forces: f, shape (m,), in [N].
+        forces: f, shape (a,), in [N] and [N·m].
         w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
     """
-    torque = dynamics.muscle_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
+    torque = dynamics.actuator_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
     if w_e is not None:
         torque = torque + w_e
     return -np.asarray(np.linalg.solve(dynamics.mass_matrix(q), torque), dtype=np.float64)

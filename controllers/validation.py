@@ -72,6 +72,43 @@ def named_vector(
     return vector
 
 
+def force_bounds(
+    names: Sequence[str], f_min: ArrayLike, f_max: ArrayLike, motors: int = 0
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds of muscles, which only pull, and of motors behind them, which push as well.
+
+    Args:
+        names: Of the a actuators.
+        f_min: Lower bounds, a number or shape (a,), in [N] and [N·m]; -inf for a motor without one.
+        f_max: Upper bounds, likewise; may be infinite.
+        motors: How many of them are motors.
+
+    Raises:
+        InputError: A bound is wrong; the message names the actuator.
+    """
+    n, bounds = len(names), []
+    for what, values in (("f_min", f_min), ("f_max", f_max)):
+        given = float_array(what, values)
+        if given.shape not in ((), (n,)):
+            raise InputError(f"{what} must be a number or {n} numbers, not {values!r}")
+        bounds.append(np.array(np.broadcast_to(given, (n,))))
+    low, high = bounds
+    for k, (name, least, most) in enumerate(zip(names, low, high, strict=True)):
+        is_motor = k >= len(names) - motors
+        what = f"motor {name!r}: tau" if is_motor else f"muscle {name!r}: f"
+        if not is_motor and not (np.isfinite(least) and least >= 0):
+            raise InputError(f"{what}_min {least} must be finite and not negative")
+        if not (least <= most and least < np.inf and most > -np.inf):
+            raise InputError(f"{what}_min {least} is above {what.split()[-1]}_max {most}")
+    return low, high
+
+
+def resting(f_min: FloatArray, f_max: FloatArray) -> FloatArray:
+    """The smallest forces: f_min of muscles, and no torque of motors, where bounds allow it."""
+    smallest: FloatArray = np.clip(0.0, f_min, f_max)
+    return smallest
+
+
 def require_positive(**values: float) -> None:
     """Refuse numbers that are not positive and finite with an InputError."""
     for name, value in values.items():

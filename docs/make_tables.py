@@ -82,7 +82,7 @@ def _option(action: argparse.Action) -> tuple[str, str]:
 
 
 EXAMPLES = {
-    "planar_2r": {},
+    "planar_2r": {"robot.joints.joint_2.motor": True},
     "roboy_left_arm": {},
     "hill_arm": {},
     "pneumatic_elbow": {"plant.energy": True},
@@ -110,6 +110,8 @@ def ports_page() -> str:
         _ports("plant.fmu", experiments, PlantModel.table),
         "`u.<muscle>` stands in the place of `f.<muscle>` where a muscle has a [law](laws.md); "
         "its states, such as `activation`, are those of its law.",
+        "`tau.<joint>` is there where a joint has a [motor](robots.md#motors-of-joints), here and "
+        "in the other tables.",
         _ports("controller.fmu", experiments, ControllerModel.table),
         _ports("reference.fmu", experiments, ReferenceModel.table),
         _ports("hardware.fmu", experiments[:2], _hardware),

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from addin_sdfusion.robot import InputError, Muscle, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
+from cardsflow_fmu.signals.ports import force_unit
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.inverse_dynamics import (
     Motion,
@@ -24,6 +25,7 @@ from controllers.analysis.inverse_dynamics import (
 from controllers.analysis.kinematics import inverse_kinematics
 from controllers.analysis.wrench_set import too_many_facets
 from controllers.force_distribution.linear import minimum_infinity_norm
+from controllers.force_distribution.one_way import one_way
 from sim_dart import DartDynamics, MuscleDrive
 from sim_dart.muscles.paths import MusclePaths
 
@@ -138,8 +140,8 @@ def size_robot(
         InputError: The robot has no muscles, the motion has another number of coordinates, or the
             margin is wrong.
     """
-    if not robot.muscles:
-        raise InputError(f"the robot {robot.name!r} has no muscles to size")
+    if not robot.muscles and not robot.motors:
+        raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
     robot, motion = _without_passive(robot, motion)
     terms = motion_terms(DartDynamics(robot), motion)
     sizes = size_muscles(terms, margin=margin, method=method)
@@ -153,12 +155,13 @@ def size_robot(
         "infeasible_points": int(np.sum(~sizes.forces.solved)),
         "impossible_points": len(sizes.impossible),
         "muscles": _muscle_rows(robot, sizes),
+        "motors": _motor_rows(robot, sizes),
         "least_peak": None
         if critical is None
         else {"force": float(sizes.least_peaks[critical]), "time": float(motion.times[critical])},
         "bottlenecks": [] if critical is None else bottlenecks(robot, terms, critical),
         "coordinates": _coordinate_rows(sizes),
-        "units": {"force": "N", "time": "s", "power": "W", "gain": "N/mm"},
+        "units": {"force": "N", "torque": "N.m", "time": "s", "power": "W", "gain": "N/mm"},
     }
 
 
@@ -194,12 +197,17 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
         point: Index of the point.
     """
     q, tau = terms.motion.q[point], terms.tau[point]
-    f_min = terms.f_min
+    muscles, motor_rows = len(robot.muscles), terms.L[point][len(robot.muscles) :]
+    open_ways = np.full(terms.motors, -np.inf)
+    low = np.concatenate([terms.f_min[:muscles], open_ways])
+    counts = (np.arange(len(low) + terms.motors) < muscles).astype(float)
 
     def least_peak(moved: Robot) -> float:
         paths = MusclePaths(moved)  # it owns the memory of what it evaluates
-        L = paths.evaluate(q).jacobian.copy()
-        return float(minimum_infinity_norm(L, tau, f_min, np.inf).forces.max())
+        rows = np.concatenate([paths.evaluate(q).jacobian, motor_rows])
+        L, f_min, f_max = one_way(rows, low, np.full(len(low), np.inf), terms.motors)
+        least = minimum_infinity_norm(L, tau, f_min, f_max, counts=counts)
+        return float(least.forces[:muscles].max(initial=0.0))
 
     found = []
     for k, muscle in enumerate(robot.muscles):
@@ -236,19 +244,7 @@ def _moved(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robo
 
 def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
     """Forces of each muscle within its bounds, and its required bound."""
-    forces = sizes.forces
-    at_min, at_max = forces.shares_at_bounds()
-    power = np.where(np.isnan(forces.power), 0.0, forces.power)
-    columns = {
-        "peak": forces.peaks(),
-        "peak_time": forces.peak_times(),
-        "rms": forces.rms(),
-        "needed_f_max": sizes.needed,
-        "share_at_f_min": at_min,
-        "share_at_f_max": at_max,
-        "peak_power": np.maximum(power.max(axis=0), 0.0),
-        "peak_braking_power": np.maximum(-power.min(axis=0), 0.0),
-    }
+    columns = _columns(sizes, "needed_f_max", "f_min", "f_max")
     return [
         {
             "name": muscle.name,
@@ -260,13 +256,45 @@ def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
     ]
 
 
+def _motor_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
+    """Torques of each motor within its bounds, and the effort that it needs."""
+    columns = _columns(sizes, "needed_effort", "tau_min", "tau_max")
+    return [
+        {
+            "name": motor.name,
+            "unit": force_unit(motor),
+            "tau_min": _finite(motor.tau_min),
+            "tau_max": _finite(motor.tau_max),
+            **{name: _finite(column[k]) for name, column in columns.items()},
+        }
+        for k, motor in enumerate(robot.motors, start=len(robot.muscles))
+    ]
+
+
+def _columns(sizes: MuscleSizes, needed: str, low: str, high: str) -> dict[str, FloatArray]:
+    """What the motion asks of every muscle and motor, by the names of the columns."""
+    forces = sizes.forces
+    at_min, at_max = forces.shares_at_bounds()
+    power = np.where(np.isnan(forces.power), 0.0, forces.power)
+    return {
+        "peak": forces.peaks(),
+        "peak_time": forces.peak_times(),
+        "rms": forces.rms(),
+        needed: sizes.needed,
+        f"share_at_{low}": at_min,
+        f"share_at_{high}": at_max,
+        "peak_power": np.maximum(power.max(axis=0), 0.0),
+        "peak_braking_power": np.maximum(-power.min(axis=0), 0.0),
+    }
+
+
 def _coordinate_rows(sizes: MuscleSizes) -> list[dict[str, Any]]:
     """The least torque margins of every coordinate along the motion; None where there are none."""
     names = sizes.forces.terms.coordinate_names
     rows: list[dict[str, Any]] = [
         {"name": name, "torque_down": None, "torque_up": None} for name in names
     ]
-    if too_many_facets(len(sizes.needed), len(names)):
+    if too_many_facets(len(sizes.needed) + sizes.forces.terms.motors, len(names)):
         return rows
     for key, margins in zip(("torque_down", "torque_up"), sizes.forces.torque_margins, strict=True):
         for j, row in enumerate(rows):

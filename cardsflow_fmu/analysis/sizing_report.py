@@ -26,8 +26,10 @@ def describe_sizes(sizes: dict[str, Any]) -> str:
         "at f_max",
         "power [W]",
     ]
-    rows = [_muscle_cells(row) for row in sizes["muscles"]]
-    parts.append(table(heads, rows))
+    rows = [_cells(row, "f_max", "f_min", "f_max") for row in sizes["muscles"]]
+    if rows:
+        parts.append(table(heads, rows))
+    parts += list(_motor_tables(sizes["motors"]))
     if any(row["torque_down"] is not None for row in sizes["coordinates"]):
         rows = [
             [row["name"], _number(row["torque_down"]), _number(row["torque_up"])]
@@ -52,17 +54,27 @@ def _warnings(sizes: dict[str, Any]) -> Iterator[str]:
         )
 
 
-def _muscle_cells(row: dict[str, Any]) -> list[str]:
+def _motor_tables(motors: list[dict[str, Any]]) -> Iterator[str]:
+    """A table a unit of torques or forces."""
+    for unit in dict.fromkeys(row["unit"] for row in motors):
+        per = f"[{unit.replace('.', '·')}]"
+        heads = ["motor", f"peak {per}", "at [s]", f"rms {per}", f"needed effort {per}"]
+        heads += [f"tau_max {per}", "at tau_min", "at tau_max", "power [W]"]
+        rows = [row for row in motors if row["unit"] == unit]
+        yield table(heads, [_cells(row, "effort", "tau_min", "tau_max") for row in rows])
+
+
+def _cells(row: dict[str, Any], needed: str, low: str, high: str) -> list[str]:
     power = f"{_number(row['peak_power'])} / -{_number(row['peak_braking_power'])}"
     return [
         row["name"],
         _number(row["peak"]),
         _number(row["peak_time"]),
         _number(row["rms"]),
-        _number(row["needed_f_max"]),
-        "unlimited" if row["f_max"] is None else _number(row["f_max"]),
-        f"{100 * row['share_at_f_min']:.0f} %",
-        f"{100 * row['share_at_f_max']:.0f} %",
+        _number(row[f"needed_{needed}"]),
+        "unlimited" if row[high] is None else _number(row[high]),
+        f"{100 * row[f'share_at_{low}']:.0f} %",
+        f"{100 * row[f'share_at_{high}']:.0f} %",
         power,
     ]
 

@@ -24,6 +24,7 @@ from controllers import (
     OperationalSpaceSolution,
     Posture,
 )
+from controllers.validation import resting
 from sim_dart import CoreDynamics, DartDynamics
 
 from .experiment_model import ExperimentModel
@@ -85,6 +86,7 @@ class ControllerModel(ExperimentModel):
         )
         self.steady_outputs = self.indices("report")
         self._applied = np.empty(0)
+        self._m = len(robot.muscles)
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
@@ -115,14 +117,15 @@ class ControllerModel(ExperimentModel):
     def initialize(self, t: float = 0.0) -> None:
         """Take over gains and bounds.
 
-        Until the first tick, every ideal cable holds its f_min; muscles with laws hold the robot.
+        Until the first tick, every ideal cable holds its f_min, and motors give no torque; muscles
+        with laws hold the robot.
         """
         self._apply_parameters()
         self._loop.set_period(float(self._period[0]))
         self._law.reset()
-        forces = self._f_min
+        forces = resting(self._f_min, self._f_max)
         if self._muscles is not None:
-            forces = self._begin.forces
+            forces[: self._m] = self._begin.forces
             self._muscles.reset(self._begin.commands)
             self._commands[:] = self._muscles.commands
         self._loop.reset(forces)
@@ -148,15 +151,19 @@ class ControllerModel(ExperimentModel):
         q, qd, muscles = self._q, self._qd, self._muscles
         if muscles is None:
             return self._loop.tick(q, qd, self._reference, load)
+        m, period = self._m, self._loop.period
         applied = muscles.observe(q, qd, self._states)
-        period = self._loop.period
-        f_min, f_max, pushed = muscles.bounds(self._f_min, self._f_max, period)
+        if applied is not None:
+            applied = np.concatenate([applied, self._loop.acting[m:]])
+        f_min, f_max, pushed = muscles.bounds(self._f_min[:m], self._f_max[:m], period)
         if pushed.any():
             known = self._dynamics.muscle_jacobian(q).T @ pushed
             load = known if load is None else load + known
-        self._law.set_bounds(f_min, f_max)
+        self._law.set_bounds(
+            np.concatenate([f_min, self._f_min[m:]]), np.concatenate([f_max, self._f_max[m:]])
+        )
         solution = self._loop.tick(q, qd, self._reference, load, applied=applied)
-        muscles.update(self._loop.acting, period)
+        muscles.update(self._loop.acting[:m], period)
         self._commands[:] = muscles.commands
         return solution
 
@@ -198,7 +205,11 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
     made: Law
     if tasks is None:
         made = law(
-            dynamics, settings.kp, settings.kd, weights=settings.weights, solver=settings.solver
+            dynamics,
+            settings.kp,
+            settings.kd,
+            weights=settings.actuator_weights,
+            solver=settings.solver,
         )
         return made
     posture = tasks.posture
@@ -210,9 +221,9 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
         task_weights=tasks.task_weights,
         priorities=tasks.priorities,
         acceleration_weights=tasks.acceleration_weights,
-        force_weights=settings.weights,
-        force_rate_weights=tasks.force_rate_weights,
-        pretension=tasks.pretension,
+        force_weights=settings.actuator_weights,
+        force_rate_weights=settings.with_motors(tasks.force_rate_weights),
+        pretension=settings.with_motors(tasks.pretension),
         limit_bandwidth=tasks.limit_bandwidth,
         solver=settings.solver,
     )
@@ -220,7 +231,7 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
 
 
 def _report(solution: ForceSolution, seconds: float) -> tuple[float, ...]:
-    """Number of muscles at a bound, time, infeasible; whether joint limits had to be dropped."""
+    """Number of actuators at a bound, time, infeasible; whether joint limits had to be dropped."""
     report = solution.count_at_bounds, seconds, solution.status == "soft"
     if isinstance(solution, OperationalSpaceSolution):
         return *report, solution.limits_dropped

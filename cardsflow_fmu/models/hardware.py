@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import weakref
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.protocol.signals import require_forces
@@ -50,7 +52,8 @@ class HardwareModel(ExperimentModel):
         views = self.views
         self._experiment = experiment
         self._paths = MusclePaths(robot)
-        self._forces, self._q_start = views["commands"], views["q_start"]
+        self._forces, self._torques = views["commands"], views["torques"]
+        self._q_start = views["q_start"]
         self._q, self._qd, self._lengths, self._tasks = (
             views[name] for name in ("q", "qd", "lengths", "tasks")
         )
@@ -100,7 +103,8 @@ class HardwareModel(ExperimentModel):
         count = whole_steps(h, session.step, what, most=MOST_STEPS)
         try:
             for k in range(count):
-                session.exchange(t + k * session.step, self._forces)
+                commands = np.concatenate([self._forces, self._torques])
+                session.exchange(t + k * session.step, commands)
         finally:
             self._write_outputs()
 
@@ -147,7 +151,7 @@ class HardwareModel(ExperimentModel):
         self._q[:] = session.q
         self._qd[:] = session.qd
         self._lengths[:] = session.lengths
-        self._tensions[:] = session.tensions
+        self._tensions[:] = np.concatenate([session.tensions, session.torques])
         self._report[:] = (
             session.age,
             session.missed,

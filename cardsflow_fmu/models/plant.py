@@ -33,8 +33,8 @@ class PlantModel(ExperimentModel):
         self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
         self._commanded = commanded_muscles(robot)
         self._all_commands = np.zeros(len(robot.muscles))
-        self._commands, self._loads, self._wrenches = (
-            views[name] for name in ("commands", "loads", "wrenches")
+        self._commands, self._torques, self._loads, self._wrenches = (
+            views[name] for name in ("commands", "torques", "loads", "wrenches")
         )
         self._q, self._qd, self._lengths, self._tasks = (
             views[name] for name in ("q", "qd", "lengths", "tasks")
@@ -83,10 +83,10 @@ class PlantModel(ExperimentModel):
         plant = self._plant
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
-        commands = self._every_command()
+        commands, torques = self._every_command(), self._torques if self._torques.size else None
         steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MOST_STEPS)
         for _ in range(steps):
-            plant.step(commands, loads=loads, wrenches=wrenches)
+            plant.step(commands, torques, loads, wrenches)
         self._write_outputs()
 
     def get_state(self) -> bytes:

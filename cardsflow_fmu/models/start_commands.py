@@ -45,5 +45,8 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
     at_rest = drive.resting_reach(q)
     low = np.maximum(np.clip(f_min, at_rest.low, at_rest.high), 0.0)
     high = np.maximum(np.clip(f_max, at_rest.low, at_rest.high), 0.0)
-    held = gravity_compensation(dynamics, np.array(q), low, high)
+    motors = [(motor.tau_min, motor.tau_max) for motor in robot.motors]
+    weakest, strongest = np.array(motors).reshape(-1, 2).T
+    bounds = np.concatenate([low, weakest]), np.concatenate([high, strongest])
+    held = gravity_compensation(dynamics, np.array(q), *bounds)[: len(robot.muscles)]
     return Start(tuple(drive.resting_commands(q, held).tolist()), held)

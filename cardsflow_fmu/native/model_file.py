@@ -121,6 +121,7 @@ def plant_fields(
         "load_rows": point_rows(robot),
         "task_rows": task_rows(robot),
         "commanded": commanded_muscles(robot),
+        "motors": motors(robot),
         "modelled": modelled_muscles(robot),
         "state_order": state_order(robot),
         "external_frame": frames,
@@ -138,6 +139,7 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     begin = start(robot, experiment.start.q) if muscles else None
     fields: Fields = {
         "load_rows": point_rows(robot),
+        "motors": motors(robot),
         "state_order": state_order(robot),
         "commanded": driven_muscles(robot),
         "muscle_horizon": controller.muscle_horizon,
@@ -148,23 +150,29 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "ki": controller.ki,
         "delay": controller.delay,
         "predict": controller.predict,
-        "H_f": controller.weights,
+        "H_f": controller.actuator_weights,
     }
     rows = [] if controller.tasks is None else task_rows(robot)
-    counts = {"tasks": len(rows), "modelled": muscles}
-    return counts, fields | {"task_rows": rows} | _task_fields(robot, controller.tasks)
+    counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}
+    return counts, fields | {"task_rows": rows} | _task_fields(robot, controller)
 
 
-def _task_fields(robot: Robot, tasks: ControllerSettings | None) -> Fields:
+def motors(robot: Robot) -> list[int]:
+    """The coordinate of each motor."""
+    return [j for j, coordinate in enumerate(robot.coordinates) if coordinate.actuated]
+
+
+def _task_fields(robot: Robot, controller: ControllerSettings) -> Fields:
     """What the law in operational space knows; nothing of it for that in joint space."""
-    rest, none = np.zeros(len(robot.coordinates)), np.zeros(len(robot.muscles))
+    tasks = controller.tasks
+    rest, none = np.zeros(len(robot.coordinates)), (0.0,) * len(robot.muscles)
     posture = None if tasks is None else tasks.posture
     is_angle = [frame.is_orientation for frame in robot.task_frames for _ in frame.axes]
     return {
         "is_angle": [] if tasks is None else is_angle,
         "H_q": rest if tasks is None else tasks.acceleration_weights,
-        "H_r": none if tasks is None else tasks.force_rate_weights,
-        "f_p": none if tasks is None else tasks.pretension,
+        "H_r": controller.with_motors(none if tasks is None else tasks.force_rate_weights),
+        "f_p": controller.with_motors(none if tasks is None else tasks.pretension),
         "W": [] if tasks is None else tasks.task_weights,
         "posture_kp": rest if posture is None else posture.kp,
         "posture_kd": rest if posture is None else posture.kd,

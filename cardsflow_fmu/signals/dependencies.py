@@ -58,7 +58,7 @@ class Dependencies:
 def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
     """Of a plant: tensions without a state between follow their command, contacts every input."""
     names = _names(groups)
-    inputs = frozenset(names["commands"] + names["loads"] + names["wrenches"])
+    inputs = frozenset(names["commands"] + names["torques"] + names["loads"] + names["wrenches"])
     forces = [name for name in names["world"] if name.startswith("contact.")]
     at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
     # what is not touched feels no force, and may be touched at the end of the next step
@@ -114,9 +114,12 @@ def controller_dependencies(
         at_once[LIMITS_DROPPED] = tick - untied
     if delayed:
         at_once.update(_inverted(robot, names))
+    m = len(robot.muscles)
+    bounds = list(zip(names["forces"], names["f_min"], names["f_max"], strict=True))
     if not modelled_muscles(robot):
-        pairs = zip(names["forces"], names["f_min"], strict=True)
-        at_start.update({force: frozenset([low]) for force, low in pairs})
+        at_start.update({force: frozenset([low]) for force, low, _ in bounds[:m]})
+    # the torque nearest to none
+    at_start.update({torque: frozenset([low, high]) for torque, low, high in bounds[m:]})
     return Dependencies(at_once, at_start)
 
 
@@ -130,7 +133,8 @@ def hardware_dependencies(groups: Groups) -> Dependencies:
     names = _names(groups)
     at_once = _no_dependencies(groups)
     if names["measured_tensions"]:
-        pairs = zip(names["measured_tensions"], names["commands"], strict=True)
+        commands = [*names["commands"], *names["torques"]]
+        pairs = zip(names["measured_tensions"], commands, strict=True)
         at_once.update({tension: frozenset([force]) for tension, force in pairs})
     return Dependencies(at_once, _no_dependencies(groups))
 

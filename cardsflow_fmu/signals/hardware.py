@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from addin_sdfusion.robot import Robot
 
 from .groups import Groups
-from .ports import Port, muscle_signals, plant_groups
+from .ports import Port, force_unit, motor_signals, muscle_signals, plant_groups
+
+MEASURED_TORQUE = "torque"
+"""What a motor at a joint makes, beside the `tau` that it is to make."""
 
 MODES = {0: "starting", 1: "running", 2: "holding", 3: "stopped"}
 """What the hardware's output `mode` says."""
@@ -28,11 +31,18 @@ def hardware_groups(
         q: Positions that it is to start at, in [rad] or [m].
         qd: Velocities there, in [rad/s] or [m/s].
         step: Internal step of a plant, in [s].
-        has_tensions: Whether tensions are measured.
+        has_tensions: Whether tensions, and torques of motors, are measured.
     """
     tensions = [
         Port(name, "N", "output", "continuous", f"Measured tension of muscle {muscle.name}")
         for name, muscle in zip(muscle_signals("tension", robot), robot.muscles, strict=True)
+        if has_tensions
+    ]
+    tensions += [
+        Port(
+            name, force_unit(c), "output", "continuous", f"Measured torque of the motor of {c.name}"
+        )
+        for name, c in zip(motor_signals(MEASURED_TORQUE, robot), robot.motors, strict=True)
         if has_tensions
     ]
     modes = ", ".join(f"{number} {name}" for number, name in MODES.items())

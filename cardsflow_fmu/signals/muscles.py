@@ -15,7 +15,7 @@ ENERGIES = {
     "energy.kinetic": ("J", "Kinetic energy of the robot"),
     "energy.potential": ("J", "Energy of its weight and of its joints' springs"),
     "work.muscles": ("J", "Work of the muscles since the start"),
-    "work.outside": ("J", "Work of loads from outside since the start"),
+    "work.outside": ("J", "Work of motors, and of loads from outside, since the start"),
     "work.damping": ("J", "Work of the joints' damping since the start"),
     **{f"momentum.{axis}": ("N.s", f"Momentum of the robot along {axis}") for axis in "xyz"},
     **{

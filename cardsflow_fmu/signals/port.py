@@ -66,6 +66,11 @@ def coordinate_signals(prefix: str, robot: Robot) -> list[str]:
     return signal_names(prefix, [c.name for c in robot.coordinates])
 
 
+def motor_signals(prefix: str, robot: Robot) -> list[str]:
+    """`prefix.<coordinate>` for every motor, in the order of q."""
+    return signal_names(prefix, [motor.name for motor in robot.motors])
+
+
 def muscle_signals(prefix: str, robot: Robot) -> list[str]:
     """`prefix.<muscle>` for every muscle, in the order of f."""
     return signal_names(prefix, [muscle.name for muscle in robot.muscles])

@@ -21,6 +21,7 @@ from .port import (
     Variability,
     coordinate_signals,
     identifier,
+    motor_signals,
     muscle_signals,
     signal_names,
 )
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = [
     "LIMITS_DROPPED",
     "SOLVE_TIME",
+    "TORQUE",
     "WORKER_TIMEOUT",
     "Causality",
     "Port",
@@ -41,6 +43,7 @@ __all__ = [
     "force_unit",
     "identifier",
     "load_signals",
+    "motor_signals",
     "muscle_signals",
     "outer_signals",
     "plant_groups",
@@ -53,6 +56,9 @@ __all__ = [
 ]
 
 LIMITS_DROPPED = "limits_dropped"
+TORQUE = "tau"
+"""The command of a motor at a joint."""
+
 SOLVE_TIME = "solve_time"
 """The one output whose values no two runs share: it stands in no table of results."""
 
@@ -137,6 +143,19 @@ def _force_ports(robot: Robot, causality: Causality, variability: Variability) -
     ]
 
 
+def _torque_ports(robot: Robot, causality: Causality, variability: Variability) -> list[Port]:
+    """`tau.<coordinate>` of every motor."""
+    rows = zip(motor_signals(TORQUE, robot), robot.motors, strict=True)
+    return [
+        Port(name, force_unit(c), causality, variability, f"{_effort(c)} of the motor of {c.name}")
+        for name, c in rows
+    ]
+
+
+def _effort(coordinate: Coordinate) -> str:
+    return "Torque" if coordinate.unit == "rad" else "Force"
+
+
 def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
     """A port a task coordinate; its unit is the coordinate's, followed by `per`."""
     return [
@@ -166,7 +185,7 @@ def plant_groups(
     """Variables of the plant: commands and loads in; positions, lengths, task points and more out.
 
     The command of an ideal cable is its force; muscles with a law have commands of their own, and
-    give their tensions and states.
+    give their tensions and states. Motors of joints take their torques.
 
     Args:
         robot: The robot.
@@ -182,6 +201,7 @@ def plant_groups(
     driven = command_ports(robot, "input", "continuous", commands)
     return {
         "commands": [*(forces[k] for k in ideal_muscles(robot)), *driven],
+        "torques": _torque_ports(robot, "input", "continuous"),
         "loads": _load_ports(robot, "input"),
         "wrenches": wrench_ports(wrenches, "input"),
         "q": _coordinate_ports("q", "", "Position", robot, "output", "continuous"),
@@ -247,7 +267,8 @@ def controller_groups(
     """Variables of a controller: state, reference and known loads in; forces and diagnostics out.
 
     Of muscles with a law, their states come in as well; the forces are what they are to come to,
-    and their commands are beside them.
+    and their commands are beside them. Torques of motors, and their bounds, stand behind the forces
+    and theirs.
 
     Args:
         robot: The robot.
@@ -264,11 +285,14 @@ def controller_groups(
         "reference": _followed_ports(robot, space, "input"),
         "loads": _load_ports(robot, "input"),
         "states": state_ports(robot, "input"),
-        "forces": _force_ports(robot, "output", "discrete"),
+        "forces": [
+            *_force_ports(robot, "output", "discrete"),
+            *_torque_ports(robot, "output", "discrete"),
+        ],
         "commands": command_ports(robot, "output", "discrete"),
         "slack": _slack_ports(robot, space),
         "report": [
-            Port("at_bound", "", "output", "discrete", "Number of muscles at a bound"),
+            Port("at_bound", "", "output", "discrete", "Number of muscles and motors at a bound"),
             Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
             Port("infeasible", "", "output", "discrete", infeasible, boolean=True),
             *_limit_ports(space),
@@ -330,10 +354,27 @@ def _gain_ports(
 
 def _bound_ports(robot: Robot) -> Groups:
     return {
-        prefix: [
-            Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
-            for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
-            for value in [min(getattr(muscle, prefix), sys.float_info.max)]
+        f"f_{side}": [
+            *_muscle_bounds(robot, f"f_{side}", what),
+            *_motor_bounds(robot, f"tau_{side}", what),
         ]
-        for prefix, what in (("f_min", "Smallest"), ("f_max", "Largest"))
+        for side, what in (("min", "Smallest"), ("max", "Largest"))
     }
+
+
+def _muscle_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
+    return [
+        Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
+        for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
+        for value in [min(getattr(muscle, prefix), sys.float_info.max)]
+    ]
+
+
+def _motor_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
+    most = sys.float_info.max
+    return [
+        Port(name, force_unit(c), "parameter", "tunable", words, value)
+        for name, c in zip(motor_signals(prefix, robot), robot.motors, strict=True)
+        for words in [f"{what} {_effort(c).lower()} of the motor of {c.name}"]
+        for value in [min(max(getattr(c, prefix), -most), most)]
+    ]

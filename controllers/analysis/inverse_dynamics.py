@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import BoolArray, FloatArray
-from controllers.dynamics import Dynamics, bias_torque
+from controllers.dynamics import Dynamics, actuator_names, bias_torque
 from controllers.force_distribution.linear import minimum_infinity_norm
 from controllers.force_distribution.methods import distribute
+from controllers.force_distribution.one_way import both_ways, one_way
 from controllers.force_distribution.poses import DistributedForces
 from controllers.validation import is_finite
 
@@ -76,8 +77,9 @@ class MotionTerms:
         tau: Torque that the muscles must make, shape (T, n), in [N·m] or [N].
         L: Muscle Jacobians, shape (T, m, n), in [m/rad] or [m/m].
         f_min, f_max: Bounds, shape (m,), in [N].
-        muscle_names: m names.
+        muscle_names: m names; of the coordinates that have motors behind those of the muscles.
         coordinate_names: n names.
+        motors: How many of the m are motors, whose torques may be negative.
     """
 
     motion: Motion
@@ -87,6 +89,7 @@ class MotionTerms:
     f_max: FloatArray
     muscle_names: tuple[str, ...]
     coordinate_names: tuple[str, ...]
+    motors: int = 0
 
     def distribute(self, method: str = "least_squares", **options: Any) -> MotionForces:
         """Forces along the motion.
@@ -99,8 +102,9 @@ class MotionTerms:
             InputError: The method does not fit the robot, or an option is wrong.
             UnknownNameError: There is no such method or option.
         """
-        forces = distribute(self.L, self.tau, self.f_min, self.f_max, method, **options)
-        return MotionForces(self, forces)
+        L, f_min, f_max = one_way(self.L, self.f_min, self.f_max, self.motors)
+        found = distribute(L, self.tau, f_min, f_max, method, **options)
+        return MotionForces(self, replace(found, forces=both_ways(found.forces, self.motors)))
 
     def with_bounds(self, f_min: ArrayLike | None, f_max: ArrayLike | None) -> MotionTerms:
         """The same with other bounds; None keeps a bound.
@@ -160,11 +164,12 @@ class MotionForces:
             InputError: The robot has too many muscles; see `controllers.analysis.wrench_set`.
         """
         terms = self.terms
-        return torque_margins(terms.L, terms.tau, terms.f_min, terms.f_max)
+        L, f_min, f_max = one_way(terms.L, terms.f_min, terms.f_max, terms.motors)
+        return torque_margins(L, terms.tau, f_min, f_max)
 
     def peaks(self) -> FloatArray:
-        """Largest force of every muscle, shape (m,), in [N]; NaN if no point is solved."""
-        return self._over_time(np.max)
+        """Largest |f| of every muscle, shape (m,), in [N]; NaN if no point is solved."""
+        return self._over_time(lambda f, axis: np.abs(f).max(axis=axis))
 
     def rms(self) -> FloatArray:
         """Root mean square of every force over the points, shape (m,), in [N]."""
@@ -174,7 +179,7 @@ class MotionForces:
         """When every force is largest, shape (m,), in [s]."""
         if not self.solved.any():
             return np.full(self.forces.shape[1], np.nan)
-        return np.asarray(self.terms.motion.times[np.nanargmax(self.forces, axis=0)])
+        return np.asarray(self.terms.motion.times[np.nanargmax(np.abs(self.forces), axis=0)])
 
     def shares_at_bounds(self) -> tuple[FloatArray, FloatArray]:
         """Part of the solved points with a force at f_min, and at f_max; both of shape (m,)."""
@@ -210,7 +215,7 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
     tau, L = [], []
     for q, qd, qdd in zip(motion.q, motion.qd, motion.qdd, strict=True):
         tau.append(dynamics.mass_matrix(q) @ qdd + bias_torque(dynamics, q, qd))
-        L.append(dynamics.muscle_jacobian(q))
+        L.append(dynamics.actuator_jacobian(q))
     load = 0.0 if motion.w_e is None else motion.w_e
     return MotionTerms(
         motion,
@@ -218,8 +223,9 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
         np.array(L),
         dynamics.f_min,
         dynamics.f_max,
-        dynamics.muscle_names,
+        actuator_names(dynamics),
         names,
+        len(dynamics.motor_names),
     )
 
 
@@ -230,8 +236,8 @@ class MuscleSizes:
     Attributes:
         forces: Forces within the bounds.
         unlimited: Forces without upper bounds.
-        needed: f_max that each muscle needs, shape (m,), in [N]: its peak without upper bounds and
-            the margin. With these bounds every point has these forces.
+        needed: f_max that each muscle needs, shape (m,), in [N], and the effort of each motor, in
+            [N·m]: its peak without bounds and the margin. With these every point has these forces.
         least_peaks: Smallest possible force of the strongest muscle, shape (T,), in [N]; NaN where
             not even unlimited muscles will do. No distribution gets along with less.
         margin: Added to the peak, as a part of it.
@@ -270,13 +276,17 @@ def size_muscles(
     """
     if not (is_finite(margin) and margin >= 0):
         raise InputError(f"margin must be finite and not negative: {margin}")
-    lifted = terms.with_bounds(None, np.inf)
+    muscles = len(terms.f_min) - terms.motors
+    open_ways = np.full(terms.motors, -np.inf)
+    lifted = terms.with_bounds(np.concatenate([terms.f_min[:muscles], open_ways]), np.inf)
     unlimited = lifted.distribute(method, **options)
-    least = minimum_infinity_norm(lifted.L, lifted.tau, lifted.f_min, np.inf)
+    L, f_min, f_max = one_way(lifted.L, lifted.f_min, lifted.f_max, terms.motors)
+    counts = (np.arange(len(f_min)) < muscles).astype(float)
+    least = minimum_infinity_norm(L, lifted.tau, f_min, f_max, counts=counts)
     return MuscleSizes(
         terms.distribute(method, **options),
         unlimited,
         np.maximum((1.0 + margin) * unlimited.peaks(), terms.f_min),
-        least.forces.max(axis=1),
+        least.forces[:, :muscles].max(axis=1, initial=0.0),
         margin,
     )

@@ -20,7 +20,7 @@ from scipy.linalg import expm
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, acceleration
+from controllers.dynamics import Dynamics, acceleration, actuator_names
 from controllers.validation import finite_vector, require_delay, require_period
 
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
@@ -119,7 +119,7 @@ def linearise_robot(
         InputError: A size is wrong, or a number not finite.
     """
     x, n = _state(q, qd, len(dynamics.coordinate_names))
-    m = len(dynamics.muscle_names)
+    m = len(actuator_names(dynamics))
     f = finite_vector("forces", forces, m)
 
     def rate(x: FloatArray) -> FloatArray:
@@ -129,7 +129,7 @@ def linearise_robot(
     A[:n, n:] = np.eye(n)
     A[n:] = jacobian(rate, x, difference)
     B = np.zeros((2 * n, m))
-    B[n:] = -np.linalg.solve(dynamics.mass_matrix(x[:n]), dynamics.muscle_jacobian(x[:n]).T)
+    B[n:] = -np.linalg.solve(dynamics.mass_matrix(x[:n]), dynamics.actuator_jacobian(x[:n]).T)
     return LinearRobot(A, B)
 
 

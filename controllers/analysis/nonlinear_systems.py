@@ -19,7 +19,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, acceleration
+from controllers.dynamics import Dynamics, acceleration, actuator_names
 from controllers.laws.control_loop import ControlLaw
 from controllers.validation import require_delay, require_period
 
@@ -63,7 +63,7 @@ def to_nlsys(
 
     robot = controller.dynamics if dynamics is None else dynamics
     _check(controller.dynamics, robot, period, delay, substeps)
-    n, m = len(robot.coordinate_names), len(robot.muscle_names)
+    n, m = len(robot.coordinate_names), len(actuator_names(robot))
     state, forces = [*_signals("q", n), *_signals("qd", n)], _signals("f", m)
     reference = [*_signals("q_d", n), *_signals("qd_d", n), *_signals("qdd_d", n)]
 
@@ -132,10 +132,10 @@ def integrate(
 
 
 def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps: int) -> None:
-    sizes = [(len(d.coordinate_names), len(d.muscle_names)) for d in (known, robot)]
+    sizes = [(len(d.coordinate_names), len(actuator_names(d))) for d in (known, robot)]
     if sizes[0] != sizes[1]:
         raise InputError(
-            f"the controller knows {sizes[0][0]} coordinates and {sizes[0][1]} muscles,"
+            f"the controller knows {sizes[0][0]} coordinates and {sizes[0][1]} muscles and motors,"
             f" the robot has {sizes[1][0]} and {sizes[1][1]}"
         )
     require_period(period)

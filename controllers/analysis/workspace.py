@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, UnknownNameError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics
+from controllers.force_distribution.one_way import one_way
 from controllers.force_distribution.quadratic import least_squares
 
 from .workspace_metrics import condition_number, tension_factor, unilateral_dexterity
@@ -177,9 +178,10 @@ def workspace(
     if poses.ndim < 1 or poses.shape[-1] != n or not np.isfinite(poses).all():
         raise InputError(f"q must be finite with shape (..., {n}), not {poses.shape}")
     flat = poses.reshape(-1, n)
-    L = np.array([dynamics.muscle_jacobian(p) for p in flat]).reshape(len(flat), -1, n)
+    L = np.array([dynamics.actuator_jacobian(p) for p in flat]).reshape(len(flat), -1, n)
     G = np.array([dynamics.gravity(p) for p in flat]).reshape(-1, n)
-    bounds = dynamics.f_min, dynamics.f_max
+    motors = len(dynamics.motor_names)
+    L, *bounds = one_way(L, dynamics.f_min, dynamics.f_max, motors)
     box = None if loads is None else np.diag(_half_widths("loads", loads, n))
 
     def holds(condition: str) -> BoolArray:

@@ -2,6 +2,8 @@
 
     min 1/2 f'Hf   s.t.   -L'f = tau,   f_min <= f <= f_max
 
+Motors of joints are among the forces, behind the muscles: their torques may be negative.
+
 When no force fits, the soft problem is solved instead: the smallest error within the bounds,
     min 1/2 |W (L'f + tau)|^2 + eps/2 f'Hf   s.t.   f_min <= f <= f_max,
 with W = 1 for the torque's error, or M^-1 for that of the acceleration.
@@ -17,10 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
-from controllers.arrays import FloatArray
+from controllers.arrays import BoolArray, FloatArray
 from controllers.qp import dual_newton
 from controllers.qp import solver as qp
-from controllers.validation import float_array, is_finite
+from controllers.validation import float_array, force_bounds, is_finite
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -41,7 +43,7 @@ class ForceSolution:
         slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
         f_min, f_max: The bounds, shape (m,), in [N].
         coordinate_names: n names.
-        muscle_names: m names.
+        muscle_names: m names; of the coordinates that have motors behind those of the muscles.
     """
 
     forces: FloatArray
@@ -65,21 +67,30 @@ class ForceSolution:
 
     @property
     def at_min(self) -> tuple[str, ...]:
-        """Names of the muscles at their lower bound."""
-        near = self.forces - self.f_min <= _AT_BOUND * np.maximum(1.0, self.f_min)
-        return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
+        """Names of the muscles and motors at their lower bound."""
+        return self._named(self._near_min)
 
     @property
     def at_max(self) -> tuple[str, ...]:
-        """Names of the muscles at their upper bound."""
-        finite = np.where(np.isfinite(self.f_max), self.f_max, np.finfo(float).max)
-        near = finite - self.forces <= _AT_BOUND * np.maximum(1.0, finite)
-        return tuple(name for name, at in zip(self.muscle_names, near, strict=True) if at)
+        """Names of the muscles and motors at their upper bound."""
+        return self._named(self._near_max)
 
     @property
     def count_at_bounds(self) -> int:
-        """Number of muscles at a bound."""
-        return len(set(self.at_min) | set(self.at_max))
+        """Number of muscles and motors at a bound."""
+        return int(np.count_nonzero(self._near_min | self._near_max))
+
+    @property
+    def _near_min(self) -> BoolArray:
+        return self.forces - self.f_min <= _AT_BOUND * np.maximum(1.0, self.f_min)
+
+    @property
+    def _near_max(self) -> BoolArray:
+        finite = np.where(np.isfinite(self.f_max), self.f_max, np.finfo(float).max)
+        return finite - self.forces <= _AT_BOUND * np.maximum(1.0, finite)
+
+    def _named(self, chosen: BoolArray) -> tuple[str, ...]:
+        return tuple(name for name, at in zip(self.muscle_names, chosen, strict=True) if at)
 
     def describe(self) -> str:
         """One line: the slack by coordinate, and the muscles at their bounds."""
@@ -116,6 +127,7 @@ class ForceDistribution:
         tolerance: Largest torque error of a solved problem, relative to 1 + max |tau|.
         coordinate_names: n names for reports; numbered when None.
         muscle_names: m names for reports; numbered when None.
+        motors: How many of the last of the forces are torques of motors, which may be negative.
 
     Raises:
         InputError: A bound, weight or tolerance is wrong; the message names it.
@@ -132,8 +144,10 @@ class ForceDistribution:
         tolerance: float = 1e-6,
         coordinate_names: Sequence[str] | None = None,
         muscle_names: Sequence[str] | None = None,
+        motors: int = 0,
     ) -> None:
         m = np.size(f_min)
+        self._motors = motors
         self.weights: FloatArray = float_array(
             "weights", np.ones(m) if weights is None else weights
         )
@@ -163,26 +177,17 @@ class ForceDistribution:
         Raises:
             InputError: A bound is wrong; the message names the muscle.
         """
-        low, high = float_array("f_min", f_min), float_array("f_max", f_max)
-        self._check_bounds(low, high)
+        sizes = {np.shape(f_min), np.shape(f_max), self.weights.shape, (len(self.muscle_names),)}
+        if len(sizes) != 1 or not self.weights.size:
+            raise InputError("f_min, f_max, weights and names must be equally long vectors")
+        low, high = force_bounds(self.muscle_names, f_min, f_max, self._motors)
+        for name, weight in zip(self.muscle_names, self.weights, strict=True):
+            if not (np.isfinite(weight) and weight > 0):
+                raise InputError(f"muscle {name!r}: weight {weight} must be finite and positive")
         self.f_min: FloatArray = low
         self.f_max: FloatArray = high
         for newton in self._newtons:
             newton.lb[:], newton.ub[:] = low, high
-
-    def _check_bounds(self, f_min: FloatArray, f_max: FloatArray) -> None:
-        shapes = {f_min.shape, f_max.shape, self.weights.shape, (len(self.muscle_names),)}
-        if len(shapes) != 1 or f_min.ndim != 1 or f_min.size == 0:
-            raise InputError("f_min, f_max, weights and names must be equally long vectors")
-        for name, low, high, weight in zip(
-            self.muscle_names, f_min, f_max, self.weights, strict=True
-        ):
-            if not (np.isfinite(low) and low >= 0):
-                raise InputError(f"muscle {name!r}: f_min {low} must be finite and not negative")
-            if not low <= high:
-                raise InputError(f"muscle {name!r}: f_min {low} is above f_max {high}")
-            if not (np.isfinite(weight) and weight > 0):
-                raise InputError(f"muscle {name!r}: weight {weight} must be finite and positive")
 
     def build_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
         """The QP, apart from its solution.

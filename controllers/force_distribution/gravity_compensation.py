@@ -1,11 +1,11 @@
-"""Muscle forces that hold a robot at rest."""
+"""Forces of muscles, and torques of motors, that hold a robot at rest."""
 
 from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics
+from controllers.dynamics import Dynamics, actuator_names
 
 from .bounded import ForceDistribution
 
@@ -23,17 +23,18 @@ def gravity_compensation(
     Args:
         dynamics: Dynamics of the robot.
         q: Its positions, shape (n,), in [rad] or [m].
-        f_min: Lower bounds, shape (m,), in [N]; those of the dynamics when None.
-        f_max: Upper bounds, shape (m,), in [N]; those of the dynamics when None.
+        f_min: Lower bounds, shape (a,), in [N] and [N·m]; those of the dynamics when None.
+        f_max: Upper bounds, shape (a,); those of the dynamics when None.
 
     Returns:
-        f, shape (m,), in [N].
+        f, shape (a,), in [N] and, of motors, [N·m].
     """
     distribution = ForceDistribution(
         dynamics.f_min if f_min is None else f_min,
         dynamics.f_max if f_max is None else f_max,
         coordinate_names=dynamics.coordinate_names,
-        muscle_names=dynamics.muscle_names,
+        muscle_names=actuator_names(dynamics),
+        motors=len(dynamics.motor_names),
     )
-    L = dynamics.muscle_jacobian(q)
+    L = dynamics.actuator_jacobian(q)
     return distribution.solve(L, dynamics.gravity(q), dynamics.mass_matrix(q)).forces

@@ -37,14 +37,23 @@ def linear_programme(poses: Poses, *, costs: ArrayLike = 1.0) -> FloatArray:
 
 
 @distribution()
-def minimum_infinity_norm(poses: Poses) -> FloatArray:
+def minimum_infinity_norm(poses: Poses, *, counts: ArrayLike = 1.0) -> FloatArray:
     """Least largest force: the strongest muscle is as weak as can be; CASPR's `IDSolverMinInfNorm`.
 
     The largest force is unique, the others often are not: of all answers it is the one of least
     squares.
+
+    Args:
+        poses: Of any number of muscles.
+        counts: How much each force counts, a number or shape (m,), not negative: 0 for none.
+
+    Raises:
+        InputError: One is negative or not finite.
     """
-    first = _each(poses, _smallest_largest)
-    cap = (1.0 + _WIDER) * first.max(axis=1, keepdims=True)
+    c = named_vector("counts", counts, [f"muscle {k + 1}" for k in range(poses.m)])
+    first = _each(poses, partial(_smallest_largest, counts=c))
+    largest = (c * first).max(axis=1, keepdims=True)
+    cap = (1.0 + _WIDER) * np.where(c > 0, largest / np.where(c > 0, c, 1.0), np.inf)
     return _refined(poses, first, poses.f_min, np.minimum(poses.f_max, cap), 0.0 * first)
 
 
@@ -76,9 +85,9 @@ def optimally_safe(poses: Poses, *, alpha: float = 1.0) -> FloatArray:
 
 
 def _smallest_largest(
-    A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray
+    A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, counts: FloatArray
 ) -> FloatArray | None:
-    """The f of min t s.t. A f = b, low <= f <= min(high, t)."""
+    """The f of min t s.t. A f = b, low <= f <= high, counts f <= t."""
     n, m = A.shape
     x = solve_linear(
         np.append(np.zeros(m), 1.0),
@@ -86,7 +95,7 @@ def _smallest_largest(
         b,
         np.append(low, 0.0),
         np.append(high, np.inf),
-        np.c_[np.eye(m), -np.ones(m)],
+        np.c_[np.diag(counts), -np.ones(m)],
         np.zeros(m),
     )
     return None if x is None else x[:m]

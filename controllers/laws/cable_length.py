@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import PathDynamics, bias_torque
+from controllers.dynamics import PathDynamics, bias_torque, require_no_motors
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
@@ -67,6 +67,7 @@ class CableLengthController:
         names = dynamics.muscle_names
         if motors.muscle_names != names:
             raise InputError(f"motors of {motors.muscle_names}, but the muscles are {names}")
+        require_no_motors(dynamics, "set points of cables")
         self.dynamics = dynamics
         self.motors = motors
         self.distribution = ForceDistribution(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import SimulationError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics
+from controllers.dynamics import Dynamics, require_no_motors
 from controllers.validation import check_sizes, named_vector
 
 
@@ -59,6 +59,7 @@ class CableVelocityController:
         *,
         feedforward: bool = True,
     ) -> None:
+        require_no_motors(dynamics, "rates of set points of cables")
         self.dynamics = dynamics
         self.kp = named_vector("kp", kp, dynamics.coordinate_names)
         self.kd = named_vector("kd", kd, dynamics.coordinate_names)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, acceleration, bias_torque
+from controllers.dynamics import Dynamics, acceleration, actuator_names, bias_torque
 from controllers.force_distribution.bounded import ForceSolution
 from controllers.validation import (
     check_sizes,
@@ -24,6 +24,7 @@ from controllers.validation import (
     named_vector,
     require_delay,
     require_period,
+    resting,
 )
 
 
@@ -76,7 +77,8 @@ class ControlLoop:
 
     Attributes:
         law: The law.
-        acting: The forces that act from this tick to the next, shape (m,), in [N].
+        acting: The forces that act from this tick to the next, and behind them the torques of
+            motors, shape (a,), in [N] and [N·m].
         disturbance: The observer's generalised load, on the left of the motion equation, shape
             (n,), in [N·m] or [N].
     """
@@ -99,9 +101,9 @@ class ControlLoop:
         self._observer, self._delay, self._predict = observer, delay, predict and delay == 1
         self._ki = named_vector("ki", ki, names)
         self.set_period(period)
-        n, m = len(law.dynamics.coordinate_names), len(law.dynamics.muscle_names)
+        n, m = len(law.dynamics.coordinate_names), len(actuator_names(law.dynamics))
         self._n, self._m, self._r = n, m, len(names)
-        self.reset(law.dynamics.f_min)
+        self.reset(resting(law.dynamics.f_min, law.dynamics.f_max))
 
     def set_period(self, period: float) -> None:
         """Change the period.
@@ -125,7 +127,7 @@ class ControlLoop:
         """Forget everything.
 
         Args:
-            forces: What acts until the first forces take effect, shape (m,), in [N].
+            forces: What acts until the first forces take effect, shape (a,), in [N] and [N·m].
         """
         self.acting = np.array(forces, dtype=np.float64)
         self.disturbance = np.zeros(self._n)
@@ -149,8 +151,8 @@ class ControlLoop:
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
             reference: Position, velocity and acceleration, shape (3, r), at this moment.
             w_e: Known generalised external load, shape (n,), in [N·m] or [N]; none when None.
-            applied: Mean tensions of the muscles since the last tick,
-                shape (m,), in [N]; the commanded forces when None.
+            applied: Mean tensions of the muscles, and torques of the motors, since the last tick,
+                shape (a,), in [N] and [N·m]; what was commanded when None.
 
         Returns:
             The solution computed at this tick; it takes effect `delay` ticks later.
@@ -223,7 +225,7 @@ class ControlLoop:
         forces = last.forces if applied is None else applied
         qdd = (qd - last.qd) / self._period
         measured = (
-            -robot.muscle_jacobian(last.q).T @ forces
+            -robot.actuator_jacobian(last.q).T @ forces
             - bias_torque(robot, last.q, last.qd)
             - robot.mass_matrix(last.q) @ qdd
             - last.w_e

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, bias_torque
+from controllers.dynamics import Dynamics, actuator_names, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
@@ -46,7 +46,7 @@ class JointSpaceController:
         dynamics: The robot as the controller knows it.
         kp: Position gain Kp, a number or shape (n,), in [1/s²].
         kd: Velocity gain Kd, a number or shape (n,), in [1/s].
-        weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
+        weights: Diagonal of H, shape (a,), in [1/N²], or [1/(N·m)²] of motors; ones when None.
         solver: Name of a qpsolvers back end.
 
     Raises:
@@ -75,7 +75,8 @@ class JointSpaceController:
             weights=weights,
             solver=solver,
             coordinate_names=dynamics.coordinate_names,
-            muscle_names=dynamics.muscle_names,
+            muscle_names=actuator_names(dynamics),
+            motors=len(dynamics.motor_names),
         )
 
     def set_gains(self, kp: ArrayLike, kd: ArrayLike) -> None:
@@ -158,7 +159,7 @@ class JointSpaceController:
     ) -> qpsolvers.Problem:
         """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
         tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e)
-        return self.distribution.build_problem(self.dynamics.muscle_jacobian(q), tau)
+        return self.distribution.build_problem(self.dynamics.actuator_jacobian(q), tau)
 
     def solve(
         self,
@@ -182,4 +183,4 @@ class JointSpaceController:
         check_sizes(names, w_e=w_e, correction=correction)
         tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
         M = self.dynamics.mass_matrix(q)
-        return self.distribution.solve(self.dynamics.muscle_jacobian(q), tau, M)
+        return self.distribution.solve(self.dynamics.actuator_jacobian(q), tau, M)

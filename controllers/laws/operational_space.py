@@ -21,15 +21,17 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
-from controllers.dynamics import TaskDynamics, bias_torque
+from controllers.dynamics import TaskDynamics, actuator_names, bias_torque
 from controllers.qp.problem import BoxProblem, row_softness
 from controllers.qp.solver import DEFAULT_SOLVER
 from controllers.validation import (
     check_sizes,
     finite_vector,
     float_array,
+    force_bounds,
     named_vector,
     positive_or_none,
+    resting,
 )
 
 from . import least_error
@@ -68,9 +70,9 @@ class OperationalSpaceController:
             is to be met exactly.
         priorities: Rank of every task coordinate, shape (k,), 1 first; all equal when None.
         acceleration_weights: Diagonal of H_q, a number or shape (n,).
-        force_weights: Diagonal of H_f, a number or shape (m,), in [1/N²].
-        force_rate_weights: Diagonal of H_r, a number or shape (m,), in [1/N²].
-        pretension: f_p, a number or shape (m,), in [N]; 0 when None.
+        force_weights: Diagonal of H_f, a number or shape (a,), in [1/N²], of motors [1/(N·m)²].
+        force_rate_weights: Diagonal of H_r, a number or shape (a,), likewise.
+        pretension: f_p, a number or shape (a,), in [N] and [N·m]; 0 when None.
         limit_bandwidth: w, in [rad/s]; None to leave joint limits to the robot.
         solver: Name of a QP back end.
 
@@ -80,7 +82,7 @@ class OperationalSpaceController:
 
     Attributes:
         kp, kd: The gains, shape (k,).
-        f_min, f_max: Force bounds, shape (m,), in [N].
+        f_min, f_max: Bounds of forces and of motors' torques, shape (a,), in [N] and [N·m].
     """
 
     def __init__(
@@ -100,11 +102,12 @@ class OperationalSpaceController:
         solver: str = DEFAULT_SOLVER,
     ) -> None:
         self.dynamics = dynamics
-        self._n, self._m = len(dynamics.coordinate_names), len(dynamics.muscle_names)
+        actuators = actuator_names(dynamics)
+        self._n, self._m = len(dynamics.coordinate_names), len(actuators)
         self._k = len(dynamics.task_names)
         if not self._k:
             raise InputError("the robot has no operational space to control; give it task frames")
-        joints, muscles = dynamics.coordinate_names, dynamics.muscle_names
+        joints = dynamics.coordinate_names
         self.set_gains(kp, kd)
         self.set_bounds(dynamics.f_min, dynamics.f_max)
         self._set_posture(posture)
@@ -112,9 +115,9 @@ class OperationalSpaceController:
             "task_weights", task_weights, dynamics.task_names, above=0.0, infinite=True
         )
         self._H_q = named_vector("acceleration_weights", acceleration_weights, joints, above=0.0)
-        self._H_f = named_vector("force_weights", force_weights, muscles, above=0.0)
-        self._H_r = named_vector("force_rate_weights", force_rate_weights, muscles)
-        self._f_p = named_vector("pretension", 0.0 if pretension is None else pretension, muscles)
+        self._H_f = named_vector("force_weights", force_weights, actuators, above=0.0)
+        self._H_r = named_vector("force_rate_weights", force_rate_weights, actuators)
+        self._f_p = named_vector("pretension", 0.0 if pretension is None else pretension, actuators)
         self._w = positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s")
         self._make_levels(priorities, solver)
         self.reset()
@@ -136,22 +139,18 @@ class OperationalSpaceController:
         """Change the force bounds.
 
         Args:
-            f_min: Lower bounds, shape (m,), in [N].
-            f_max: Upper bounds, shape (m,), in [N]; may be infinite.
+            f_min: Lower bounds, shape (a,), in [N] and, of motors, [N·m].
+            f_max: Upper bounds, shape (a,); may be infinite.
 
         Raises:
-            InputError: A bound is wrong; the message names the muscle.
+            InputError: A bound is wrong; the message names the muscle or motor.
         """
-        names = self.dynamics.muscle_names
-        self.f_min = named_vector("f_min", f_min, names)
-        self.f_max = named_vector("f_max", f_max, names, infinite=True)
-        for name, low, high in zip(names, self.f_min, self.f_max, strict=True):
-            if low > high:
-                raise InputError(f"muscle {name!r}: f_min {low} is above f_max {high}")
+        names, motors = actuator_names(self.dynamics), len(self.dynamics.motor_names)
+        self.f_min, self.f_max = force_bounds(names, f_min, f_max, motors)
 
     def reset(self) -> None:
         """Forget the last forces and the solvers' warm starts."""
-        self._f_last = self.f_min.copy()
+        self._f_last = resting(self.f_min, self.f_max)
         for level in self._levels:
             level.solver.reset()
 
@@ -258,7 +257,7 @@ class OperationalSpaceController:
         if not (np.isfinite(desired).all() and np.isfinite(h).all()):
             raise SimulationError("the state or the reference of the controller is not finite")
         qdd_p: FloatArray = self._posture_kp * (self._q0 - q) - self._posture_kd * qd
-        M, L = robot.mass_matrix(q), robot.muscle_jacobian(q)
+        M, L = robot.mass_matrix(q), robot.actuator_jacobian(q)
         return _Terms(M, h, L, J, desired, qdd_p, self._limits(q, qd))
 
     def _limits(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray] | None:
@@ -350,7 +349,7 @@ class OperationalSpaceController:
             self.f_min.copy(),
             self.f_max.copy(),
             self.dynamics.task_names,
-            self.dynamics.muscle_names,
+            actuator_names(self.dynamics),
             qdd,
             dropped,
         )

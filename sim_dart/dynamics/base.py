@@ -32,7 +32,9 @@ class RobotDynamics(ABC):
         robot: The robot.
         n: Number of coordinates.
         m: Number of muscles.
-        f_min, f_max: Force bounds, shape (m,), in [N].
+        motor_names: Names of the coordinates that have motors, in the order of q.
+        f_min, f_max: Bounds of the muscles' forces, in [N], and behind them of the motors' torques,
+            in [N·m] or [N], shape (m + motors,).
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
         q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite where there is none.
         actuation: A, which gives motors of the joints their coordinates, shape (n, actuated).
@@ -47,8 +49,13 @@ class RobotDynamics(ABC):
         self.muscle_names = tuple(muscle.name for muscle in robot.muscles)
         self.n = len(self.coordinate_names)
         self.m = len(self.muscle_names)
-        self.f_min = np.array([muscle.f_min for muscle in robot.muscles])
-        self.f_max = np.array([muscle.f_max for muscle in robot.muscles])
+        self.motor_names = tuple(motor.name for motor in robot.motors)
+        self.f_min = np.array(
+            [*(muscle.f_min for muscle in robot.muscles), *(c.tau_min for c in robot.motors)]
+        )
+        self.f_max = np.array(
+            [*(muscle.f_max for muscle in robot.muscles), *(c.tau_max for c in robot.motors)]
+        )
         self.damping = np.array([c.damping for c in robot.coordinates])
         self.actuation = np.eye(self.n)[:, [c.actuated for c in robot.coordinates]]
         self.q_min = np.array([c.lower for c in robot.coordinates])
@@ -97,6 +104,14 @@ class RobotDynamics(ABC):
     def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
         """L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m]."""
         return self._paths.evaluate(q).jacobian.copy()
+
+    def actuator_jacobian(self, q: ArrayLike) -> FloatArray:
+        """L(q), and behind it a row for each motor, shape (m + motors, n).
+
+        Forces of the muscles and torques of the motors, f, make the generalised force -L'f.
+        """
+        L = self._paths.evaluate(q).jacobian
+        return np.concatenate([L, -self.actuation.T]) if self.motor_names else L.copy()
 
     def task_position(self, q: ArrayLike) -> FloatArray:
         """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order."""

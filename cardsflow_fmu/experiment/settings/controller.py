@@ -95,6 +95,9 @@ class ControllerSettings(Table):
         "what solves the QP: dual_newton, or a back end of qpsolvers", DEFAULT_SOLVER
     )
     weights: tuple[Positive, ...] = each("muscle", "of squared forces, in 1/N²", None)
+    motor_weights: tuple[Positive, ...] = each(
+        "motor", "of squared torques, in 1/(N·m)² or 1/N²", None
+    )
     observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
     delay: Annotated[int, Field(ge=0, le=1), AS_WHOLE] = setting(
         "ticks until forces take effect", 0
@@ -139,6 +142,15 @@ class ControllerSettings(Table):
         """Posture, weights and priorities of a controller in operational space; else None."""
         return None if self.space == "joint" else self
 
+    @property
+    def actuator_weights(self) -> tuple[float, ...]:
+        """Weights of the muscles' forces and, behind them, of the motors' torques."""
+        return (*self.weights, *self.motor_weights)
+
+    def with_motors(self, of_muscles: tuple[float, ...]) -> tuple[float, ...]:
+        """Numbers of muscles, and 0 of each motor behind them."""
+        return (*of_muscles, *(0.0 for _ in self.motor_weights))
+
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """As of any table; without what only counts in operational space where it does not."""
         if self.space == "joint":
@@ -171,7 +183,8 @@ def read_controller(
         raise context.error("controller.type", what)
     law = TYPES[name]
     exact = math.inf if law.task_weight is None else law.task_weight
-    defaults = {"weights": law.force_weight, "task_weights": exact, "q0": start.q}
+    weights = dict.fromkeys(("weights", "motor_weights"), law.force_weight)
+    defaults = weights | {"task_weights": exact, "q0": start.q}
     settings = ControllerSettings.read(
         {"type": name, "period": run.step, **data},
         replace(context, defaults=defaults),

@@ -145,7 +145,7 @@ class LinkSettings(Table):
     timeout: Positive = setting("longest wait for an answer in lockstep, in s", 1.0)
     scale: Positive = setting("values travel divided by it", 1.0)
     has_lengths: bool = setting("whether muscle lengths are measured", True)
-    has_tensions: bool = setting("whether tensions are measured", True)
+    has_tensions: bool = setting("whether tensions, and torques of motors, are measured", True)
     approach: Positive = setting("to where the reference begins, in s", None)
 
 
@@ -158,6 +158,9 @@ class SafetySettings(Table):
     )
     force_rate: tuple[Positive, ...] = each(
         "muscle", "largest change of a force, in N/s", None, others=math.inf
+    )
+    torque_rate: tuple[Positive, ...] = each(
+        "motor", "largest change of a torque, in N·m/s or N/s", None, others=math.inf
     )
     tension_max: tuple[Positive, ...] = each(
         "muscle", "tension that ends a run, in N", None, others=math.inf
@@ -196,9 +199,10 @@ class HardwareSettings(SafetySettings, LinkSettings):
         """Whether runs with the hardware take as long as they are."""
         return self.is_paced and not self.is_emulated
 
-    def states(self, coordinates: int, muscles: int) -> int:
-        """Number of values of a state: q, qd, and what is measured of l and tension."""
-        return 2 * coordinates + (self.has_lengths + self.has_tensions) * muscles
+    def states(self, coordinates: int, muscles: int, motors: int = 0) -> int:
+        """Number of values of a state: q, qd, and what is measured of l, tension and torque."""
+        values = 2 * coordinates + (self.has_lengths + self.has_tensions) * muscles
+        return values + self.has_tensions * motors
 
 
 def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> HardwareSettings:
@@ -229,9 +233,10 @@ def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
     for key in ("link", "bind"):
         if not data[key]:
             del data[key]
-    for key in ("force_rate", "tension_max"):
-        limits = zip(robot.muscles, getattr(settings, key), strict=False)
+    muscles, motors = ([part.name for part in parts] for parts in (robot.muscles, robot.motors))
+    for key, names in (("force_rate", muscles), ("torque_rate", motors), ("tension_max", muscles)):
+        limits = zip(names, getattr(settings, key), strict=False)
         # no number is infinity in JSON
-        data[key] = {muscle.name: limit for muscle, limit in limits if math.isfinite(limit)}
+        data[key] = {name: limit for name, limit in limits if math.isfinite(limit)}
     is_perfect = settings.emulator == EmulatorSettings()
     return data if is_perfect else data | {"emulator": settings.emulator.data()}

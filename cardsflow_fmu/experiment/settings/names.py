@@ -19,6 +19,7 @@ def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
         "task coordinate": tasks,
         "followed": coordinates if space == "joint" else tasks,
         "muscle": Names("muscle", [muscle.name for muscle in robot.muscles]),
+        "motor": Names("motor", [motor.name for motor in robot.motors]),
         "link": Names("link", [link.name for link in robot.links]),
         "point": Names("task frame that is a point", points),
     }

@@ -164,6 +164,14 @@ def force_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
     )
 
 
+def torque_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """tau_min and tau_max of a robot's motors at joints, shape (motors,) each, in [N·m] or [N]."""
+    return (
+        np.array([motor.tau_min for motor in robot.motors]),
+        np.array([motor.tau_max for motor in robot.motors]),
+    )
+
+
 class Lag:
     """A first-order lag.
 

@@ -40,6 +40,6 @@ def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | Non
         scale=settings.scale,
         key=key,
         watchdog=settings.watchdog,
-        f_min=robot.drive.lower,
-        f_max=robot.drive.upper,
+        f_min=robot.bounds[0],
+        f_max=robot.bounds[1],
     )

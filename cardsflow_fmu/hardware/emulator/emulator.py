@@ -12,10 +12,10 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SensorSettings
 from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.validation import named_vector
+from controllers.validation import named_vector, resting
 from sim_dart import Plant
 
-from .drives import Drive, Lag, force_bounds, make_drive
+from .drives import Drive, Lag, force_bounds, make_drive, torque_bounds
 from .sensors import Sensors
 
 _ROUNDING = 1e-6
@@ -39,6 +39,7 @@ class EmulatedRobot:
         has_lengths: Whether path lengths are measured.
         has_tensions: Whether tensions are measured.
         safe_forces: Tensions of the safe state, a number or shape (m,), in [N]; f_min when None.
+            Motors at joints make no torque there.
 
     Raises:
         InputError: A value is out of range.
@@ -46,8 +47,9 @@ class EmulatedRobot:
     Attributes:
         plant: The simulated plant.
         drive: The motors.
-        commands: Number of commands, m.
-        states: Number of state values: q, qd, and l and tension where they are measured.
+        commands: Number of commands: of the muscles, and of motors at joints behind them.
+        bounds: Least and largest commands, shape (commands,).
+        states: Number of state values: q, qd, and l, tension and torque where they are measured.
     """
 
     def __init__(
@@ -66,14 +68,21 @@ class EmulatedRobot:
         safe_forces: ArrayLike | None = None,
     ) -> None:
         self.plant = Plant(robot, step)
-        n, m = len(robot.coordinates), len(robot.muscles)
-        self.commands, self.states = m, 2 * n + (has_lengths + has_tensions) * m
+        n, m, motors_ = len(robot.coordinates), len(robot.muscles), len(robot.motors)
+        self._m, self.commands = m, m + motors_
+        self.states = 2 * n + (has_lengths + has_tensions) * m + has_tensions * motors_
         self._measured = (has_lengths, has_tensions)
         self._start = (q, qd)
         self._disturbance = disturbance
         if motors is None or isinstance(motors, MotorSettings):
             motors = make_drive(motors or MotorSettings(), robot)
         self.drive: Drive = motors
+        torques = torque_bounds(robot)
+        self.bounds = (
+            np.concatenate([self.drive.lower, torques[0]]),
+            np.concatenate([self.drive.upper, torques[1]]),
+        )
+        self._torque_bounds, self._no_torque = torques, resting(*torques)
         self._lag = Lag(motor_lag)
         self._sensors = Sensors(sensors or SensorSettings(), n, m)
         names = [muscle.name for muscle in robot.muscles]
@@ -120,13 +129,13 @@ class EmulatedRobot:
         plant = self.plant
         plant.reset(*self._start)
         self._advances, self._remainder, self._failed = 0, 0.0, False
-        self._tension = self._safe_forces
+        self._tension, self._torque = self._safe_forces, self._no_torque
         self._command: FloatArray | None = None
         self._sensors.reset(plant.q, plant.qd, plant.lengths_view)
         self.drive.calibrate(plant.muscle_lengths, self._rates(), self._tension)
 
     def apply(self, command: FloatArray) -> None:
-        """Take the newest commands, shape (m,)."""
+        """Take the newest commands, shape (commands,)."""
         if self._command is None:
             plant = self.plant
             self.drive.resume(plant.muscle_lengths, self._rates(), self._tension)
@@ -158,15 +167,17 @@ class EmulatedRobot:
         self._remainder -= steps * step
         for _ in range(steps):
             self._tension = self._lag.filter(self._tension, self._desired_tensions(), step)
-            plant.step(self._tension, loads=loads)
+            self._torque = self._lag.filter(self._torque, self._desired_torques(), step)
+            plant.step(self._tension, self._torque if self._torque.size else None, loads)
         self._advances += 1
         if steps:
             self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
 
     def state(self) -> FloatArray:
-        """q, qd, and l and tension where they are measured, as last read, shape (states,)."""
-        read = self._sensors
-        optional = zip(self._measured, (read.lengths, self._tension), strict=True)
+        """q, qd, and l, tension and torque where they are measured, as last read, (states,)."""
+        read, (has_lengths, has_tensions) = self._sensors, self._measured
+        measured = (has_lengths, has_tensions, has_tensions)
+        optional = zip(measured, (read.lengths, self._tension, self._torque), strict=True)
         return np.concatenate(
             [read.q, read.qd, *(row for is_measured, row in optional if is_measured)]
         )
@@ -177,8 +188,15 @@ class EmulatedRobot:
             return self._safe_forces
         plant = self.plant
         return self.drive.tensions(
-            self._command, plant.lengths_view, self._rates(), plant.step_size
+            self._command[: self._m], plant.lengths_view, self._rates(), plant.step_size
         )
+
+    def _desired_torques(self) -> FloatArray:
+        """The input of the lag of motors at joints."""
+        if self._command is None:
+            return self._no_torque
+        within: FloatArray = np.clip(self._command[self._m :], *self._torque_bounds)
+        return within
 
     def _rates(self) -> FloatArray:
         rates: FloatArray = self.plant.muscle_jacobian @ self.plant.qd

@@ -7,8 +7,15 @@ from typing import NamedTuple
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, MotorSettings
+from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
 from cardsflow_fmu.signals.muscles import modelled_muscles
-from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
+from cardsflow_fmu.signals.ports import (
+    TORQUE,
+    coordinate_signals,
+    force_unit,
+    motor_signals,
+    muscle_signals,
+)
 
 from .signature import port_signature
 
@@ -28,7 +35,7 @@ class HardwareSignals(NamedTuple):
 
 
 def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignals:
-    """The signals of a robot.
+    """The signals of a robot: those of motors at joints behind those of the muscles.
 
     Raises:
         InputError: A muscle takes something else than its force.
@@ -46,7 +53,12 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
         (settings.has_tensions, "tension", "N"),
     ):
         states += [(name, its_unit) for name in muscle_signals(letter, robot) if measured]
-    return HardwareSignals([(name, unit) for name in muscle_signals(prefix, robot)], states)
+    torques = [force_unit(motor) for motor in robot.motors]
+    commands = [(name, unit) for name in muscle_signals(prefix, robot)]
+    commands += zip(motor_signals(TORQUE, robot), torques, strict=True)
+    if settings.has_tensions:
+        states += zip(motor_signals(MEASURED_TORQUE, robot), torques, strict=True)
+    return HardwareSignals(commands, states)
 
 
 def require_forces(robot: Robot, file: Path | None = None) -> None:

@@ -100,14 +100,14 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     settings = with_link(experiment.hardware, experiment.file, connection.link)
     robot = experiment.robot
     require_forces(robot, experiment.file)
-    n, m = len(robot.coordinates), len(robot.muscles)
+    n, m, motors = len(robot.coordinates), len(robot.muscles), len(robot.motors)
     handshake = Handshake(
         signature=hardware_signature(robot, settings),
         step=experiment.run.step,
         scale=settings.scale,
         watchdog=settings.watchdog,
-        commands=m,
-        states=settings.states(n, m),
+        commands=m + motors,
+        states=settings.states(n, m, motors),
         lockstep=not settings.is_paced,
     )
     key_file = settings.key_file or connection.key_file or os.environ.get(KEY_FILE)

@@ -50,6 +50,7 @@ class HardwareSession:
         q, qd: Shape (n,), in [rad] or [m], and per [s].
         lengths: l, shape (m,), in [m]; computed where they are not measured.
         tensions: Shape (m,), in [N]; shape (0,) where they are not measured.
+        torques: Of motors at joints, in [N·m] or [N], likewise.
         age: Time since the newest state was received, in [s].
         missed: Number of exchanges that brought no new state.
         round_trip: Of the newest answer, in [s]; 0 before the first.
@@ -78,13 +79,17 @@ class HardwareSession:
         self._pacer = Pacer(handshake.step, clock=clock.monotonic, sleep=clock.sleep)
         self._priority = ExitStack()
         self.state: FloatArray = np.zeros(handshake.states)
-        lengths = m if settings.has_lengths else 0
-        self.q, self.qd, measured, self.tensions = np.split(self.state, [n, 2 * n, 2 * n + lengths])
+        self._m = m
+        lengths, tensions = (
+            m if measured else 0 for measured in (settings.has_lengths, settings.has_tensions)
+        )
+        ends = np.cumsum([n, n, lengths, tensions])
+        self.q, self.qd, measured, self.tensions, self.torques = np.split(self.state, ends)
         self.lengths: FloatArray = measured if settings.has_lengths else np.zeros(m)
         self.age = self.lateness = self.round_trip = 0.0
         self.missed = self._missed_in_a_row = 0
         self.mode = STARTING
-        self._rest = self._guard.f_min
+        self._rest = self._guard.least
         self._time = self._opened = 0.0
         self._ended = False
 
@@ -117,7 +122,7 @@ class HardwareSession:
 
         Args:
             t: In [s].
-            desired: Shape (m,), in [N].
+            desired: Shape (a,), in [N] and, of motors behind the muscles, [N·m].
 
         Raises:
             HardwareError: The run cannot go on; the hardware has been stopped.
@@ -162,7 +167,7 @@ class HardwareSession:
 
     def _start(self, t: float) -> None:
         self._guard.start(t, self._rest)
-        self._motors.calibrate(self.lengths, self._rates(), self._guard.forces)
+        self._motors.calibrate(self.lengths, self._rates(), self._guard.forces[: self._m])
         if self._settings.goes_by_clock:
             self._priority.enter_context(real_time_priority())
         self.mode = RUNNING
@@ -175,9 +180,11 @@ class HardwareSession:
     def _send(self, t: float, forces: FloatArray, deadline: float) -> Exchange:
         command = forces
         if self._settings.motors.command != "force":
-            command = self._motors.commands(
-                forces, self.lengths, self._rates(), self.tensions, self.step
+            m = self._m
+            of_muscles = self._motors.commands(
+                forces[:m], self.lengths, self._rates(), self.tensions, self.step
             )
+            command = np.concatenate([of_muscles, forces[m:]])
         exchange = self._link.exchange(t, command, deadline)
         if self._recorder is not None:
             self._recorder.write(t, command, exchange)
@@ -216,7 +223,7 @@ class HardwareSession:
             )
 
     def _ramp_down(self) -> None:
-        """Send forces that fall to f_min, as long as exchanges succeed as in a run."""
+        """Send forces that fall to the least, as long as exchanges succeed as in a run."""
         allowed = self._settings.max_missed if self._settings.is_paced else 0
         end = self._clock.monotonic() + self._settings.safety.ramp_down + _SPARE
         t, lost = self._time, 0

@@ -19,7 +19,8 @@ enum computed_torque_status {
 };
 
 /* Bytes of working memory for a robot of n coordinates and m muscles, with k task coordinates or, for the
-   law in joint space, none; 0 if a number is too small or too large.                                  */
+   law in joint space, none; motors of joints count as muscles that may push, with rows of L of their own and
+   negative f_min; 0 if a number is too small or too large.                                  */
 DUAL_NEWTON_API size_t computed_torque_size(int coordinates, int muscles, int tasks);
 
 /* Make a handle in `memory`, 8-byte aligned and of computed_torque_size bytes, zeroed by this call. NULL if
@@ -54,7 +55,7 @@ DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscl
      memory                                                                                             */
 DUAL_NEWTON_API real *computed_torque_array(computed_torque *s, const char *name, size_t *length);
 
-/* Forget the calls before: warm starts, and last forces, which become f_min. */
+/* Forget the calls before: warm starts, and last forces, which become the smallest within their bounds. */
 DUAL_NEWTON_API void computed_torque_reset(computed_torque *s);
 
 /* The forces; an enum computed_torque_status. */

@@ -94,8 +94,8 @@ void control_loop_reset(control_loop *s)
     size_t length;
     computed_torque_reset(s->law);
     memset(control_loop_array(s, "remembered", &length), 0, (3 * s->law->m + s->law->r + 4 * s->law->n + 1) * sizeof(real));
-    memcpy(s->acting, s->law->f_min, s->law->m * sizeof(real));
-    memcpy(s->coming, s->law->f_min, s->law->m * sizeof(real));
+    memcpy(s->acting, s->law->forces, s->law->m * sizeof(real));
+    memcpy(s->coming, s->law->forces, s->law->m * sizeof(real));
 }
 
 static void terms_at(control_loop *s, const real *q, const real *qd)

@@ -61,11 +61,16 @@ real *computed_torque_array(computed_torque *s, const char *name, size_t *length
     return NULL;
 }
 
+/* Nothing, where the bounds allow it: motors of joints may push as well. */
+static real smallest(real low, real high)
+{
+    return low >= 0 ? low : high < 0 ? high : 0;
+}
+
 void computed_torque_reset(computed_torque *s)
 {
     memset(s->memory, 0, (s->m + 2 * s->rows) * sizeof(real));
-    memcpy(s->memory, s->f_min, s->m * sizeof(real));
-    memcpy(s->forces, s->f_min, s->m * sizeof(real));
+    for (size_t i = 0; i < s->m; i++) s->memory[i] = s->forces[i] = smallest(s->f_min[i], s->f_max[i]);
 }
 
 int computed_torque_solve(computed_torque *s)

@@ -56,7 +56,8 @@ static const double SMALL = 0x1p-332, PER_SMALL = 0x1p332;
 
 struct core_tangent {
     core *core;
-    real *external_wrench;
+    real *external_wrench, *torques;
+    int has_torques;
 };
 
 /* Numbers of the working memory behind a handle. */
@@ -85,7 +86,8 @@ static size_t blob_length(const blob_view *view)
 size_t core_tangent_size(const core *plain)
 {
     const size_t numbers = working_length(&plain->blob) + blob_length(&plain->blob);
-    return sizeof(core_tangent) + sizeof(core) + (numbers + 9 * (size_t)plain->externals) * sizeof(real);
+    return sizeof(core_tangent) + sizeof(core) + 
+           (numbers + 9 * (size_t)plain->externals + (size_t)plain->blob.counts.dofs) * sizeof(real);
 }
 
 static real *widen(real *to, const void *plain, size_t count)
@@ -119,7 +121,9 @@ core_tangent *core_tangent_open(const core *plain, void *memory)
     const size_t externals = (size_t)plain->externals;
     real *point = (real *)(void *)(t + 1);
     t->external_wrench = widen(point, plain->external_point, 3 * externals);
-    t->core = copy(plain, widen(t->external_wrench, plain->external_wrench, 6 * externals));
+    t->torques = widen(t->external_wrench, plain->external_wrench, 6 * externals);
+    t->has_torques = 0;
+    t->core = copy(plain, t->torques + plain->blob.counts.dofs);
     core_external_wrenches(t->core, plain->externals, plain->external_frame, point, t->external_wrench);
     return t;
 }
@@ -138,6 +142,7 @@ static real *array(const core_tangent *t, enum tangent_array which, size_t *leng
         [TANGENT_QD] = {c->qd, dofs},
         [TANGENT_STATES] = {c->law_states, law_states},
         [TANGENT_COMMANDS] = {c->commands, muscles},
+        [TANGENT_TORQUES] = {t->torques, dofs},
         [TANGENT_WRENCHES] = {t->external_wrench, 6 * (size_t)c->externals},
         [TANGENT_LENGTHS] = {c->lengths, muscles},
         [TANGENT_TASKS] = {c->task_values, 3 * tasks},
@@ -154,6 +159,7 @@ void core_tangent_set(core_tangent *t, enum tangent_array which, const double *v
 {
     size_t length;
     real *numbers = array(t, which, &length);
+    t->has_torques |= which == TANGENT_TORQUES;
     for (size_t k = 0; k < length; k++) numbers[k] = with_tangent(values[k], SMALL * changes[k]);
 }
 
@@ -184,14 +190,19 @@ void core_tangent_energies(core_tangent *t)
     core_energies(t->core, t->core->qd);
 }
 
+static const real *torques(const core_tangent *t)
+{
+    return t->has_torques ? t->torques : NULL;
+}
+
 int core_tangent_step(core_tangent *t, double h, int32_t steps)
 {
-    return core_step(t->core, t->core->commands, NULL, h, steps);
+    return core_step(t->core, t->core->commands, torques(t), h, steps);
 }
 
 int core_tangent_runge_kutta(core_tangent *t, double h, int32_t steps)
 {
-    return core_runge_kutta(t->core, t->core->commands, NULL, h, steps);
+    return core_runge_kutta(t->core, t->core->commands, torques(t), h, steps);
 }
 
 #if defined(__clang__)

@@ -24,13 +24,14 @@ size_t core_tangent_size(const core *plain);
    the frames of external wrenches must outlive it, the plain handle need not.                               */
 core_tangent *core_tangent_open(const core *plain, void *memory);
 
-/* What a step begins with; the muscles' commands and the external wrenches during it; what else there
-   is at its end.                                                                                       */
+/* What a step begins with; the muscles' commands, further generalised forces, none unless they are set, and
+   the external wrenches during it; what else there is at its end.                                      */
 enum tangent_array {
     TANGENT_Q,
     TANGENT_QD,
     TANGENT_STATES,
     TANGENT_COMMANDS,
+    TANGENT_TORQUES,
     TANGENT_WRENCHES,
     TANGENT_LENGTHS,
     TANGENT_TASKS,
@@ -58,7 +59,7 @@ int core_tangent_drive(core_tangent *a);
 /* As core_energies, at q and qd. */
 void core_tangent_energies(core_tangent *a);
 
-/* As core_step and core_runge_kutta, with the commands and external wrenches. */
+/* As core_step and core_runge_kutta, with the commands, torques and external wrenches. */
 int core_tangent_step(core_tangent *a, double h, int32_t steps);
 int core_tangent_runge_kutta(core_tangent *a, double h, int32_t steps);
 

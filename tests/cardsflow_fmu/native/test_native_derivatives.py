@@ -65,6 +65,11 @@ def test_random_robots(seed: int, tmp_path: Path) -> None:
     check(random_robot(seed), tmp_path, seed)
 
 
+def test_motors(tmp_path: Path) -> None:
+    """By torques too: the largest entries are those of M^-1 h."""
+    check(with_coordinates(random_robot(6), actuated=True), tmp_path, 6)
+
+
 @pytest.mark.native
 def test_every_joint(tmp_path: Path) -> None:
     check(every_joint(), tmp_path, 4)

@@ -10,6 +10,7 @@ class TwoLinkArm:
 
     coordinate_names = ("shoulder", "elbow")
     muscle_names = ("a", "b", "c", "d")
+    motor_names = ()
     f_min = np.full(4, 5.0)
     f_max = np.full(4, 5000.0)
     damping = np.array([0.3, 0.2])
@@ -34,6 +35,9 @@ class TwoLinkArm:
     def muscle_jacobian(self, q):
         return np.array([[-0.2, 0.0], [0.2, 0.0], [-0.1, -0.1], [0.1, 0.1]])
 
+    def actuator_jacobian(self, q):
+        return self.muscle_jacobian(q)
+
     def task_position(self, q):
         a, b = q[0], q[0] + q[1]
         return np.array([np.cos(a) + np.cos(b), np.sin(a) + np.sin(b)])
@@ -54,6 +58,7 @@ class PointMass:
 
     coordinate_names = ("x", "y", "z")
     muscle_names = ("-x", "+x", "-y", "+y", "-z", "+z")
+    motor_names = ()
     f_min = np.full(6, 1.0)
     f_max = np.full(6, 1000.0)
     damping = np.zeros(3)
@@ -74,6 +79,9 @@ class PointMass:
 
     def muscle_jacobian(self, q):
         return np.kron(np.eye(3), np.array([[1.0], [-1.0]]))
+
+    def actuator_jacobian(self, q):
+        return self.muscle_jacobian(q)
 
     def task_position(self, q):
         return q[:2].copy()

@@ -15,11 +15,13 @@
 
 enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KINDS };
 
-/* GROUP(name, how many variables: for n coordinates, m muscles, r rows of the reference, k tasks; or ANY)
+/* GROUP(name, how many variables: for n coordinates, m muscles, a actuators, which are the muscles and behind
+ *       them the motors of joints, r rows of the reference, k tasks; or ANY)
  * FIELD(element type, name, elements an item, group or count that says how many items)
  *     load_rows         row of each load among all three of every task
  *     task_rows         the same of each task coordinate
  *     commanded         muscle of each command
+ *     motors            coordinate of each torque
  *     modelled          muscle of each tension
  *     state_order       which of all muscles' states each state is
  *     external_frame    frame of each point of external wrenches, those of loads first; -1 for the world
@@ -29,6 +31,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
  *     fixed_energy      potential energy of what does not move, in [J] */
 #define PLANT_GROUPS(GROUP)                                                                                   \
     GROUP(commands, ANY)                                                                                      \
+    GROUP(torques, ANY)                                                                                       \
     GROUP(loads, ANY)                                                                                         \
     GROUP(wrenches, ANY)                                                                                      \
     GROUP(q, n)                                                                                               \
@@ -47,6 +50,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
     FIELD(uint32_t, commanded, 1, commands)                                                                   \
+    FIELD(uint32_t, motors, 1, torques)                                                                       \
     FIELD(uint32_t, modelled, 1, tensions)                                                                    \
     FIELD(uint32_t, state_order, 1, states)                                                                   \
     FIELD(int32_t, external_frame, 1, external_points)                                                        \
@@ -55,7 +59,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     FIELD(uint32_t, integrator, 1, models)                                                                    \
     FIELD(double, fixed_energy, 1, models)
 
-/* The report: number of muscles at a bound, time that the tick took, infeasible, limits dropped.
+/* The report: number of actuators at a bound, time that the tick took, infeasible, limits dropped.
  *     is_angle          whether each task coordinate is one
  *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
  *     start_forces      tensions before the first tick, where muscles have laws; start_commands their commands
@@ -67,16 +71,16 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     GROUP(reference, 3 * r)                                                                                   \
     GROUP(loads, ANY)                                                                                         \
     GROUP(states, ANY)                                                                                        \
-    GROUP(forces, m)                                                                                          \
+    GROUP(forces, a)                                                                                          \
     GROUP(commands, ANY)                                                                                      \
     GROUP(slack, r)                                                                                           \
     GROUP(report, k ? 4 : 3)                                                                                  \
     GROUP(kp, r)                                                                                              \
     GROUP(kd, r)                                                                                              \
-    GROUP(f_min, m)                                                                                           \
-    GROUP(f_max, m)                                                                                           \
+    GROUP(f_min, a)                                                                                           \
+    GROUP(f_max, a)                                                                                           \
     GROUP(period, 1)
-#define CONTROLLER_COUNTS(COUNT) COUNT(tasks) COUNT(modelled) COUNT(models)
+#define CONTROLLER_COUNTS(COUNT) COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(models)
 #define CONTROLLER_LOOP_FIELDS(FIELD)                                                                         \
     FIELD(double, ki, 1, slack)                                                                               \
     FIELD(double, delay, 1, models)                                                                           \
@@ -94,6 +98,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
 #define CONTROLLER_FIELDS(FIELD)                                                                              \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
+    FIELD(uint32_t, motors, 1, motors)                                                                        \
     FIELD(uint32_t, is_angle, 1, tasks)                                                                       \
     FIELD(uint32_t, state_order, 1, states)                                                                   \
     FIELD(uint32_t, commanded, 1, commands)                                                                   \

@@ -14,14 +14,26 @@ static const double AT_BOUND = 1e-9;
 
 /* --------------------------------------------------------------- what the loop asks of the robot */
 
+static const struct controller *controller_of(const void *robot)
+{
+    const struct native_model *native =
+        (const struct native_model *)((const char *)robot - offsetof(struct native_model, robot));
+    return native->own;
+}
+
+/* L has the rows of the muscles, and those of motors behind them. */
 static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
 {
     struct native_robot *robot = self;
+    const struct controller_settings *s = &controller_of(self)->settings;
     core_move(robot->core, q);
     core_mass_matrix(robot->core);
     core_bias(robot->core, qd);
     memcpy(M, robot->mass_matrix, robot->n * robot->n * sizeof(double));
     memcpy(L, robot->jacobian, robot->m * robot->n * sizeof(double));
+    memset(L + robot->m * robot->n, 0, s->of.motors.count * robot->n * sizeof(double));
+    for (size_t i = 0; i < s->of.motors.count; i++)
+        L[(robot->m + i) * robot->n + s->motors[i]] = -1;
     for (size_t j = 0; j < robot->n; j++)
         h[j] = robot->bias[j] + robot->damping[j] * qd[j];
 }
@@ -37,9 +49,7 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
                   double *J, double *bias)
 {
     struct native_robot *robot = self;
-    const struct native_model *native =
-        (const struct native_model *)((const char *)self - offsetof(struct native_model, robot));
-    const struct controller *c = native->own;
+    const struct controller *c = controller_of(self);
     core_move(robot->core, q);
     core_task_jacobian(robot->core);
     core_task_bias(robot->core, qd);
@@ -57,23 +67,26 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
 static void apply_parameters(struct native_model *native)
 {
     const struct controller *c = native->own;
-    const size_t r = c->r, m = native->robot.m;
+    const size_t r = c->r, a = c->a;
     memcpy(law_array(c, "kp"), c->kp, r * sizeof(double));
     memcpy(law_array(c, "kd"), c->kd, r * sizeof(double));
-    memcpy(law_array(c, "f_min"), c->f_min, m * sizeof(double));
-    memcpy(law_array(c, "f_max"), c->f_max, m * sizeof(double));
+    memcpy(law_array(c, "f_min"), c->f_min, a * sizeof(double));
+    memcpy(law_array(c, "f_max"), c->f_max, a * sizeof(double));
 }
 
 static int check_parameters(struct model *model)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    for (size_t i = 0; i < native->robot.m; i++)
-        if (!(c->f_min[i] >= 0 && c->f_min[i] <= c->f_max[i] && isfinite(c->f_min[i]))) {
-            text_set(&model->error, "%s %.17g is negative or above f_max %.17g",
-                     native->ports->ports[c->f_min - native->values + i].name, c->f_min[i], c->f_max[i]);
+    for (size_t i = 0; i < c->a; i++) {
+        const int pulls = i < native->robot.m;
+        if (!((c->f_min[i] >= 0 || !pulls) && c->f_min[i] <= c->f_max[i] && isfinite(c->f_min[i]))) {
+            text_set(&model->error, "%s %.17g is %sabove the upper bound %.17g",
+                     native->ports->ports[c->f_min - native->values + i].name, c->f_min[i],
+                     pulls ? "negative or " : "", c->f_max[i]);
             return 1;
         }
+    }
     for (size_t i = 0; i < c->r; i++)
         if (!(c->kp[i] > 0 && isfinite(c->kp[i]) && c->kd[i] >= 0 && isfinite(c->kd[i]))) {
             text_set(&model->error, "%s %.17g must be above 0, and its kd not negative",
@@ -114,7 +127,8 @@ static int initialize(struct model *model)
         return 1;
     apply_parameters(native);
     control_loop_reset(c->loop);
-    memmove(c->forces, c->f_min, native->robot.m * sizeof(double)); /* in a damaged file they may overlap */
+    size_t length;
+    memcpy(c->forces, loop_array(c, "acting", &length), c->a * sizeof(double));
     if (c->muscles.are_modelled)
         hold(native);
     memset(c->slack, 0, c->r * sizeof(double));
@@ -122,12 +136,12 @@ static int initialize(struct model *model)
     return 0;
 }
 
-static size_t count_at_bounds(const struct controller *c, size_t m)
+static size_t count_at_bounds(const struct controller *c, size_t count_of_all)
 {
     const double *forces = law_array(c, "forces");
     const double *f_min = law_array(c, "f_min"), *f_max = law_array(c, "f_max");
     size_t count = 0;
-    for (size_t i = 0; i < m; i++) {
+    for (size_t i = 0; i < count_of_all; i++) {
         const double low = f_min[i], high = isfinite(f_max[i]) ? f_max[i] : DBL_MAX;
         count += forces[i] - low <= AT_BOUND * fmax(1, low) || high - forces[i] <= AT_BOUND * fmax(1, high);
     }
@@ -194,13 +208,13 @@ static int step(struct model *model)
         text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
         return 1;
     }
-    memcpy(c->forces, loop_array(c, "acting", &length), robot->m * sizeof(double));
+    memcpy(c->forces, loop_array(c, "acting", &length), c->a * sizeof(double));
     if (c->muscles.are_modelled) {
         native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
         write_commands(c);
     }
     memcpy(c->slack, law_array(c, "slack"), c->r * sizeof(double));
-    c->report[0] = (double)count_at_bounds(c, robot->m);
+    c->report[0] = (double)count_at_bounds(c, c->a);
     c->report[1] = monotonic_seconds() - begin;
     c->report[2] = status == COMPUTED_TORQUE_SOFT;
     if (c->k)
@@ -259,10 +273,10 @@ static int open_loop(struct native_model *native, struct controller *c)
 {
     const struct native_robot *robot = &native->robot;
     const control_robot asked = {&native->robot, terms, tasks};
-    const int n = (int)robot->n, m = (int)robot->m, k = (int)c->k;
-    const size_t size = control_loop_size(n, m, k);
+    const int n = (int)robot->n, a = (int)c->a, k = (int)c->k;
+    const size_t size = control_loop_size(n, a, k);
     void *memory = size ? malloc(size) : NULL;
-    c->loop = memory ? control_loop_open(&asked, n, m, k, memory) : NULL;
+    c->loop = memory ? control_loop_open(&asked, n, a, k, memory) : NULL;
     if (!c->loop)
         return 1;
     c->law = control_loop_law(c->loop);

@@ -8,6 +8,7 @@ static int are_sound(const struct controller_settings *s, const struct native_ro
     return native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
            native_all_below(s->task_rows, s->of.tasks.count, 3 * robot->tasks) &&
            native_all_below(s->state_order, s->of.states.count, robot->s) &&
+           native_all_below(s->motors, s->of.motors.count, robot->n) &&
            native_all_below(s->commanded, s->of.commands.count, robot->m) &&
            (s->of.modelled.count == 0 || s->of.modelled.count == robot->m);
 }
@@ -15,13 +16,14 @@ static int are_sound(const struct controller_settings *s, const struct native_ro
 int native_controller_settings(struct controller *c, const struct native_model *native, struct text *error)
 {
     const struct native_robot *robot = &native->robot;
-    const size_t n = robot->n, m = robot->m;
+    const size_t n = robot->n;
     struct controller_settings *s = &c->settings;
     if (controller_settings_read(s, native->file.settings, native->file.settings_size) || !are_sound(s, robot)) {
         text_set(error, "native.bin does not fit its controller");
         return 1;
     }
     const size_t k = c->k = s->of.tasks.count, r = c->r = k ? k : n;
+    const size_t a = c->a = robot->m + s->of.motors.count;
 #define PLACE(name, length)                                                                                   \
     if (!(c->name = native_values(native, s->of.name, #name, length, error)))                                 \
         return 1;

@@ -15,6 +15,7 @@ struct controller {
     control_loop *loop;
     computed_torque *law;
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
+    size_t a;    /* actuators: muscles, and motors behind them */
     struct native_muscles muscles;
 };
 #undef VALUES_MEMBER

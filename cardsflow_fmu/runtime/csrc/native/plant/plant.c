@@ -1,4 +1,4 @@
-/* The plant as a native model: commands, loads and wrenches in; positions, velocities, lengths, tasks,
+/* The plant as a native model: commands, torques of motors, loads and wrenches in; positions, velocities, lengths, tasks,
  * tensions, states of muscles, energies and momenta out. */
 #include "plant.h"
 
@@ -129,12 +129,12 @@ static int refuse_step(struct model *model, int bad)
     return 1;
 }
 
-/* One step of the plant, as of `muscle_commands` and `external_wrenches`. 0, or what core_step answers. */
+/* One step of the plant, as of `muscle_commands`, `motor_torques` and `external_wrenches`. 0, or what core_step answers. */
 static int advance(const struct native_robot *robot, struct plant *plant)
 {
     const uint32_t substeps = plant->settings.substeps[0];
-    const int bad =
-        plant->rule(robot->core, plant->muscle_commands, NULL, plant->step[0] / substeps, (int32_t)substeps);
+    const int bad = plant->rule(robot->core, plant->muscle_commands, native_plant_torques(plant),
+                                plant->step[0] / substeps, (int32_t)substeps);
     plant->ticks++;
     for (size_t i = 0; !bad && i < 3; i++)
         plant->work[i] += robot->work[i];

@@ -15,7 +15,7 @@
 /* A direction: of all that a step begins with; later, of all that it ends with. */
 struct change {
     double largest; /* seed: the directions are multiples of it */
-    double *commands, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions;
+    double *commands, *torques, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions;
     double energies[3], work[3], momenta[6]; /* as of the core; work adds up over steps */
 };
 
@@ -31,18 +31,19 @@ static core_tangent *open_tangent(const struct native_model *native)
 
 static int open_change(struct change *change, const struct native_robot *robot, size_t externals)
 {
-    const size_t sizes[] = {robot->m, 6 * externals, robot->n,         robot->n,
-                            robot->s, robot->m,   3 * robot->tasks, robot->m};
-    double **const parts[] = {&change->commands, &change->wrenches,  &change->q,     &change->qd,
-                              &change->states,   &change->lengths, &change->tasks, &change->tensions};
+    const size_t sizes[] = {robot->m, robot->n, 6 * externals,    robot->n, robot->n,
+                            robot->s, robot->m, 3 * robot->tasks, robot->m};
+    double **const parts[] = {&change->commands, &change->torques, &change->wrenches,
+                              &change->q,        &change->qd,      &change->states,
+                              &change->lengths,  &change->tasks,   &change->tensions};
     size_t count = 1;
-    for (size_t i = 0; i < 8; i++)
+    for (size_t i = 0; i < 9; i++)
         count += sizes[i];
     memset(change, 0, sizeof *change);
     double *at = calloc(count, sizeof *at);
     if (!at)
         return 1;
-    for (size_t i = 0; i < 8; at += sizes[i++])
+    for (size_t i = 0; i < 9; at += sizes[i++])
         *parts[i] = at;
     return 0;
 }
@@ -61,6 +62,8 @@ static int add_seed(const struct plant_settings *s, const struct change *change,
     uint32_t at;
     if (is_in(s->of.commands, known, &at))
         change->commands[s->commanded[at]] += seed;
+    else if (is_in(s->of.torques, known, &at))
+        change->torques[s->motors[at]] += seed;
     else if (is_in(s->of.loads, known, &at))
         change->wrenches[6 * (at / 3) + at % 3] += seed;
     else if (is_in(s->of.wrenches, known, &at))
@@ -103,6 +106,8 @@ static void begin(const struct native_model *native, core_tangent *tangent, cons
     core_tangent_set(tangent, TANGENT_Q, robot->q, change->q);
     core_tangent_set(tangent, TANGENT_QD, robot->qd, change->qd);
     core_tangent_set(tangent, TANGENT_STATES, robot->states, change->states);
+    if (plant->settings.of.torques.count)
+        core_tangent_set(tangent, TANGENT_TORQUES, plant->motor_torques, change->torques);
     core_tangent_set(tangent, TANGENT_WRENCHES, plant->external_wrenches, change->wrenches);
 }
 

@@ -10,6 +10,11 @@ const double *native_plant_commands(const struct plant *plant)
     return plant->muscle_commands;
 }
 
+const double *native_plant_torques(const struct plant *plant)
+{
+    return plant->settings.of.torques.count ? plant->motor_torques : NULL;
+}
+
 const char *native_port_name(const struct native_model *native, const double *value)
 {
     return native->ports->ports[value - native->values].name;
@@ -31,11 +36,14 @@ int native_plant_apply_inputs(struct model *model)
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     const size_t loads = plant->settings.of.loads.count, wrenches = plant->settings.of.wrenches.count;
-    if (check_finite(model, plant->loads, loads) || check_finite(model, plant->wrenches, wrenches))
+    const size_t torques = plant->settings.of.torques.count;
+    if (check_finite(model, plant->torques, torques) || check_finite(model, plant->loads, loads) || check_finite(model, plant->wrenches, wrenches))
         return 1;
     for (size_t i = 0; i < loads; i += 3)
         memcpy(plant->external_wrenches + 2 * i, plant->loads + i, 3 * sizeof(double)); /* and no moment */
     memcpy(plant->external_wrenches + 2 * loads, plant->wrenches, wrenches * sizeof(double));
+    for (size_t i = 0; i < torques; i++)
+        plant->motor_torques[plant->settings.motors[i]] = plant->torques[i];
     native_plant_commands(plant);
     return 0;
 }

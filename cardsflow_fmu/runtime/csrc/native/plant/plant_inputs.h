@@ -7,8 +7,11 @@
 /* The command of every muscle, in the order of the robot, into `muscle_commands`, which it returns. */
 const double *native_plant_commands(const struct plant *plant);
 
-/* Commands, loads and wrenches to where the core's step looks for them. Nonzero with a message where a load or
- * wrench is not finite. */
+/* What motors make of all coordinates, for the core's step; NULL where there are none. */
+const double *native_plant_torques(const struct plant *plant);
+
+/* Commands, torques, loads and wrenches to where the core's step looks for them. Nonzero with a message where a
+ * torque, load or wrench is not finite. */
 int native_plant_apply_inputs(struct model *model);
 
 /* The name of the variable that a value is of. */

@@ -22,6 +22,7 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
     return native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
            native_all_below(s->task_rows, s->of.tasks.count, 3 * robot->tasks) &&
            native_all_below(s->commanded, s->of.commands.count, robot->m) &&
+           native_all_below(s->motors, s->of.torques.count, robot->n) &&
            native_all_below(s->modelled, s->of.tensions.count, robot->m) &&
            native_all_below(s->state_order, s->of.states.count, robot->s) && s->of.loads.count % 3 == 0 &&
            s->of.wrenches.count % 6 == 0 && s->of.external_points.count == points &&
@@ -54,7 +55,8 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
     plant->rule = s->integrator[0] ? core_runge_kutta : core_step;
     plant->muscle_commands = calloc(robot->m + 1, sizeof *plant->muscle_commands);
     plant->external_wrenches = calloc(6 * (size_t)points->count + 1, sizeof *plant->external_wrenches);
-    if (!plant->muscle_commands || !plant->external_wrenches) {
+    plant->motor_torques = calloc(robot->n + 1, sizeof *plant->motor_torques);
+    if (!plant->muscle_commands || !plant->external_wrenches || !plant->motor_torques) {
         text_set(error, "there is no memory for the model");
         return 1;
     }
@@ -73,6 +75,7 @@ void native_plant_free(struct plant *plant)
         return;
     free(plant->muscle_commands);
     free(plant->external_wrenches);
+    free(plant->motor_torques);
     free(plant->tangent);
     free(plant);
 }

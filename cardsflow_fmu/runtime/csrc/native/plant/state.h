@@ -21,6 +21,7 @@ struct plant {
     double work[3];            /* since the start; see core.h */
     double *muscle_commands;   /* m: of passive muscles 0 */
     double *external_wrenches; /* 6 a point: see core_external_wrenches */
+    double *motor_torques;     /* n: what motors of joints make */
     struct core_tangent *tangent; /* from the first question for a derivative on */
 };
 #undef VALUES_MEMBER

@@ -1,0 +1,366 @@
+"""Motors at joints, from the robot's file to the results: pendulums, arms and a hybrid robot."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from support.cases import few
+from support.fmu.co_simulation import FORCES, assert_native_agrees
+from support.robots.one_link import one_link
+from support.robots.random_robots import random_tree
+from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r, with_coordinates
+
+from addin_sdfusion.robot import Inertia, InputError, read_robot, revolute, write_sdf
+from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.hardware.protocol.signals import hardware_signature
+from cardsflow_fmu.simulation.run import run, simulate
+from sim_dart import CoreDynamics, DartDynamics, Plant
+
+MASS, REACH, ABOUT, GRAVITY = 2.0, 0.3, 0.05, 9.81
+J = ABOUT + MASS * REACH**2
+TORQUES = (*FORCES, "tau")
+
+PENDULUM = """
+[robot]
+path = "model.sdf"
+[robot.joints.j]
+motor = true
+effort = {effort}
+[reference]
+spline = "quintic"
+points = [{{ time = 0.0, q = {{ q = 0.3 }} }}, {{ time = 0.5, q = {{ q = 1.2 }} }}]
+[controller]
+kp = 400.0
+kd = 40.0
+[plant]
+energy = true
+[run]
+step = 0.001
+"""
+
+
+@pytest.fixture
+def pendulum(tmp_path: Path) -> Path:
+    """A link that hangs down along x turned by q about -y; no muscle, and no motor in its file."""
+    inertia = Inertia(MASS, (REACH, 0.0, 0.0), ABOUT, ABOUT, ABOUT)
+    write_sdf(one_link(inertia, motions=revolute((0.0, -1.0, 0.0))), tmp_path)
+    return tmp_path
+
+
+def load(folder: Path, effort: object, **settings: Any) -> Experiment:
+    (folder / "experiment.toml").write_text(PENDULUM.format(effort=effort))
+    return Experiment.load(folder, settings)
+
+
+@pytest.mark.parametrize("through", few(["native", "fmu", "direct"]))
+def test_a_pendulum_on_a_motor_follows(pendulum: Path, through: Any) -> None:
+    """J qdd + m g c cos(q) = tau: the torque of the law, the motion of the semi-implicit rule."""
+    result = simulate(load(pendulum, 50.0), through=through)
+    column = dict(zip(result.names, result.rows.T, strict=True))
+    q, qd, tau = column["q.q"], column["qd.q"], column["tau.q"]
+    wanted = column["qdd_d.q"] + 40.0 * (column["qd_d.q"] - qd) + 400.0 * (column["q_d.q"] - q)
+    weight = MASS * GRAVITY * REACH * np.cos(q)
+    np.testing.assert_allclose(tau[:-1], (J * wanted + weight)[:-1], rtol=1e-11)
+    np.testing.assert_allclose(np.diff(qd), 1e-3 * (tau - weight)[:-1] / J, atol=1e-13)
+    assert np.abs(column["q_d.q"] - q).max() < 1e-3
+    kinetic = 0.5 * J * qd**2
+    np.testing.assert_allclose(column["energy.kinetic"], kinetic, atol=1e-13)
+    way = np.concatenate([[0.0], np.cumsum(tau[:-1] * 0.5e-3 * (qd[:-1] + qd[1:]))])
+    np.testing.assert_allclose(column["work.outside"], way, atol=1e-12)
+    assert result.units["tau.q"] == "N.m"
+
+
+def test_a_motor_that_is_too_weak_gives_what_it_has(pendulum: Path) -> None:
+    result = simulate(load(pendulum, "[-1.0, 5.5]"), through="direct")
+    column = dict(zip(result.names, result.rows.T, strict=True))
+    assert column["tau.q"].max() == 5.5
+    assert column["tau.q"].min() >= -1.0
+    assert column["infeasible"].any()
+    assert (column["at_bound"][column["infeasible"] > 0] == 1).all()
+
+
+def test_a_robot_without_muscles_and_motors_is_refused(
+    pendulum: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    load(pendulum, 50.0)
+    assert main(["run", str(pendulum), "--set", "robot.joints.j.motor=false"]) == 2
+    assert "no muscles and no motors" in capsys.readouterr().err
+
+
+AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
+ELBOW = {"robot.joints.joint_2.motor": True, "robot.joints.joint_2.effort": 3.0}
+HAND = {"robot.coordinates.joint_3.actuated": True, "robot.coordinates.joint_3.tau_max": 40.0}
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    "joints": ("planar_2r", {"run.duration": 0.4}),
+    "around": ("planar_2r", {"run.duration": 0.2, "controller.motor_weights": 0.1} | AROUND),
+    "laws": ("planar_2r", {"run.duration": 0.2, "muscles.cable_1.model": "ideal"}),
+    "tasks": ("roboy_left_arm", {"run.duration": 0.2}),
+    "tasks around": ("roboy_left_arm", {"run.duration": 0.2} | AROUND),
+}
+SPRING = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
+
+
+@pytest.mark.parametrize("case", few(CASES, 2))
+def test_native_fmus_drive_motors_as_those_with_python_do(case: str, tmp_path: Path) -> None:
+    example, settings = CASES[case]
+    settings = (ELBOW if example == "planar_2r" else HAND) | settings
+    if case == "laws":
+        settings |= {
+            f"muscles.cable_{k}.model": {"kind": "elastic_cable", "stiffness": 2e3} for k in (2, 4)
+        }
+    recording = assert_native_agrees(
+        Experiment.load(EXAMPLES / example, settings),
+        tmp_path,
+        forces=1e-8,
+        others=1e-11,
+        of=(*TORQUES, "u", "tension"),
+    )
+    (tau,) = (k for k, name in enumerate(recording.names) if name.startswith("tau."))
+    assert np.abs(recording.rows[:, tau]).max() > 0.1
+
+
+def test_a_motor_is_another_column_of_the_distribution() -> None:
+    """Of all f and tau with -L'f + A tau as wanted, those of the least sum of squares."""
+    settings = {"controller.motor_weights": 4.0, "robot.joints.joint_2.effort": 500.0}
+    experiment = Experiment.load(PLANAR_2R, ELBOW | settings)
+    result = simulate(experiment, through="direct")
+    column = dict(zip(result.names, result.rows.T, strict=True))
+    robot = CoreDynamics(experiment.robot)
+    free = 0
+    for k in range(0, len(result.rows), 500):
+        q = np.array([column["q.joint_1"][k], column["q.joint_2"][k]])
+        f = np.array([column[f"f.cable_{i}"][k] for i in (1, 2, 3, 4)])
+        y_elbow = 4.0 * column["tau.joint_2"][k]  # H x = A'y off the bounds
+        L = robot.muscle_jacobian(q)
+        inside = (f > 10.0 + 1e-6) & (f < 100.0 - 1e-6)
+        free += inside.sum()
+        if inside.sum() >= 2:
+            y, *_ = np.linalg.lstsq(-L[inside], f[inside], rcond=None)
+            np.testing.assert_allclose(y[1], y_elbow, rtol=1e-6, atol=1e-6)
+    assert free
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_mujoco_moves_the_same_robot_the_same(seed: int, tmp_path: Path) -> None:
+    """The file that we write, its <motor>s and tendons: accelerations, and 100 steps."""
+    robot = with_coordinates(random_tree(seed), actuated=True, tau_min=-9.0, tau_max=9.0)
+    (file,) = write_mjcf(robot, tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.timestep = 1e-3
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data = mujoco.MjData(model)
+    order = [model.joint(c.name).dofadr[0] for c in robot.coordinates]
+    rng = np.random.default_rng(seed)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, f, tau = rng.uniform(-0.5, 0.5, n), rng.uniform(5, 50, m), rng.uniform(-9, 9, n)
+    data.qpos[order], data.ctrl[:m] = q, f
+    data.ctrl[m:] = tau
+    plant = Plant(robot, step=1e-3)
+    plant.reset(q)
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+        plant.step(f, tau)
+    np.testing.assert_allclose(plant.q, np.array(data.qpos)[order], atol=1e-9)
+    np.testing.assert_allclose(plant.qd, np.array(data.qvel)[order], atol=1e-7)
+
+
+def test_published_hybrid_robot(shared: Path, tmp_path: Path) -> None:
+    """FASTKIT: two mobile bases that motors drive, a platform that cables pull; its own motion."""
+    folder = shared / "robots/caspr/FASTKIT_Planar"
+    file = tmp_path / "experiment.toml"
+    file.write_text(
+        f"""
+[robot]
+path = "{folder}/FASTKIT_Planar_bodies.xml"
+[reference]
+trajectory = "line_test"
+[controller]
+kp = 400.0
+kd = 40.0
+[run]
+step = 0.001
+duration = 1.0
+"""
+    )
+    result = simulate(Experiment.load(file), through="native")
+    column = dict(zip(result.names, result.rows.T, strict=True))
+    assert not column["infeasible"].any()
+    for name in column:
+        if name.startswith("q."):
+            assert np.abs(column[name] - column[f"q_d{name[1:]}"]).max() < 1e-5
+    assert [name for name in column if name.startswith("tau.")] == [
+        *("tau.joint_1_x", "tau.joint_1_y", "tau.joint_1_gamma", "tau.joint_2")
+    ]
+
+
+@pytest.mark.parametrize("dynamics", [CoreDynamics, DartDynamics])
+@pytest.mark.parametrize("seed", range(3))
+def test_terms_of_a_published_hybrid_robot(shared: Path, dynamics: Any, seed: int) -> None:
+    """CASPR's M qdd + C + G = -L'f + A tau of FASTKIT, from its XML by complex steps, to 1e-10."""
+    robot = read_robot(shared / "robots/caspr/FASTKIT_Planar")
+    terms = dynamics(robot)
+    rng = np.random.default_rng(seed)
+    q, qd = (
+        rng.uniform([-1, -1, -3, 2, 0.5, 0.2, -3], [1, 1, 3, 4, 2.5, 2.0, 3]),
+        rng.normal(size=7),
+    )
+    np.testing.assert_allclose(terms.muscle_lengths(q), cable_lengths(q).real, rtol=0, atol=1e-10)
+    L = slopes(cable_lengths, q)
+    np.testing.assert_allclose(terms.muscle_jacobian(q), L, rtol=0, atol=1e-10)
+    A = np.eye(7)[:, :4]
+    np.testing.assert_array_equal(terms.actuation, A)
+    np.testing.assert_allclose(terms.actuator_jacobian(q), np.vstack([L, -A.T]), atol=1e-10)
+    J = slopes(lambda x: np.concatenate([p for p, _ in bodies(x)]), q)
+    turns = np.zeros((9, 7))
+    turns[[2, 5, 8], 2] = 1.0  # every body turns with the first base
+    c, s = np.cos(q[2]), np.sin(q[2])
+    turns[6:8, 6] = -s, c  # and the platform about the turned y axis
+    mass = np.kron(np.diag([10.0, 10.0, 1.0]), np.eye(3))
+    yaw = np.diag([1.0, 1.0, 0.1])
+    inertia = np.zeros((9, 9))
+    inertia[:3, :3] = inertia[3:6, 3:6] = yaw  # turned about z only, and alike in x and y
+    inertia[6:, 6:] = 0.1 * np.eye(3)
+    M = J.T @ mass @ J + turns.T @ inertia @ turns
+    np.testing.assert_allclose(terms.mass_matrix(q), M, rtol=0, atol=1e-10)
+    G = 9.81 * J.T @ mass @ np.tile([0.0, 0.0, 1.0], 3)
+    np.testing.assert_allclose(terms.gravity(q), G, rtol=0, atol=1e-10)
+    assert terms.coriolis(q, qd) @ qd == pytest.approx(power_of_velocity_terms(terms, q, qd))
+
+
+def power_of_velocity_terms(terms: Any, q: Any, qd: Any) -> float:
+    """C'qd = 1/2 qd'M' qd, as kinetic energy is all that C changes."""
+    h = 1e-6
+    ahead, behind = terms.mass_matrix(q + h * qd), terms.mass_matrix(q - h * qd)
+    return 0.5 * qd @ (ahead - behind) @ qd / (2 * h)
+
+
+def bodies(q: Any) -> list[tuple[Any, Any]]:
+    """Position of each centre of mass, and rotation, by FASTKIT's bodies.xml."""
+    x, y, turn, reach, px, pz, pitch = q
+    c, s, cp, sp = np.cos(turn), np.sin(turn), np.cos(pitch), np.sin(pitch)
+    Rz = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    Ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    base = np.array([x, y, 0])
+    up = np.array([0, 0, 0.35])
+    return [
+        (base + up, Rz),
+        (base + Rz @ np.array([reach, 0, 0]) + up, Rz),
+        (base + Rz @ np.array([px, 0, pz]), Rz @ Ry),
+    ]
+
+
+def cable_lengths(q: Any) -> Any:
+    """The cables of FASTKIT's cables.xml, whose ends are measured from the joints."""
+    lengths = []
+    (one, R1), (two, R2), (platform, R3) = bodies(q)
+    for (centre, R), height, end in [
+        ((one, R1), 0.75, (-0.0612, 0, -0.0354)),
+        ((one, R1), 2.0, (-0.0612, 0, 0.0354)),
+        ((two, R2), 0.75, (0.0612, 0, -0.0354)),
+        ((two, R2), 2.0, (0.0612, 0, 0.0354)),
+    ]:
+        start = centre + R @ np.array([0, 0, height - 0.35])
+        d = platform + R3 @ np.array(end) - start
+        lengths.append(np.sqrt(d @ d))
+    return np.array(lengths)
+
+
+def slopes(function: Any, q: Any) -> Any:
+    """The derivative by complex steps."""
+    steps = 1e-30j * np.eye(len(q))
+    return np.array([function(q + step).imag / 1e-30 for step in steps]).T
+
+
+def test_the_size_of_a_motor(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The largest |J qdd + m g c cos(q)| of the motion, and a fifth more."""
+    load(pendulum, 50.0)
+    assert main(["size", str(pendulum), "--json"]) == 0
+    sizes = json.loads(capsys.readouterr().out)
+    (row,) = sizes["motors"]
+    s = np.linspace(0.0, 1.0, 501)
+    q = 0.3 + 0.9 * (10 * s**3 - 15 * s**4 + 6 * s**5)
+    qdd = 0.9 / 0.25 * (60 * s - 180 * s**2 + 120 * s**3)
+    peak = np.abs(J * qdd + MASS * GRAVITY * REACH * np.cos(q)).max()
+    assert row["peak"] == pytest.approx(peak, rel=1e-9)
+    assert row["needed_effort"] == pytest.approx(1.2 * peak, rel=1e-9)
+    assert (row["unit"], sizes["muscles"], sizes["least_peak"]["force"]) == ("N.m", [], 0.0)
+    assert main(["size", str(pendulum)]) == 0
+    assert "needed effort [N·m]" in capsys.readouterr().out
+
+
+def test_held_by_motors_alone() -> None:
+    """planar_2r with slack cables is held by what G(q) asks of its motors."""
+    robot = with_coordinates(planar_2r(), actuated=True)
+    terms = CoreDynamics(robot)
+    np.testing.assert_array_equal(terms.actuation, np.eye(2))
+    q = np.array([0.3, -0.4])
+    plant = Plant(robot)
+    plant.reset(q)
+    for _ in range(20):
+        plant.step(np.zeros(4), terms.gravity(plant.q))
+    np.testing.assert_allclose(plant.q, q, atol=1e-14)
+
+
+HARDWARE = {
+    "hardware.use": True,
+    "hardware.link": "emulated:",
+    "hardware.mode": "lockstep",
+    "hardware.ramp_in": 0.0,
+}
+
+
+@pytest.mark.parametrize("command", few(["force", "length"]))
+def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
+    """An emulated robot behind the whole protocol moves as the plant does; torques come back."""
+    settings = ELBOW | {"run.duration": 0.2}
+    plain = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    if command == "length":
+        settings |= {"hardware.motors": {"command": "length", "stiffness": 1e5}}
+    driven = run(
+        Experiment.load(PLANAR_2R, settings | HARDWARE), tmp_path / "out", through="direct"
+    )
+    before, after = (dict(zip(r.names, r.rows.T, strict=True)) for r in (plain, driven))
+    tau = after["tau.joint_2"]
+    assert np.abs(tau).max() > 0.5
+    assert driven.units["torque.joint_2"] == "N.m"
+    if command == "force":
+        np.testing.assert_allclose(after["torque.joint_2"][1:], tau[:-1], atol=1e-12)
+        for name in ("q.joint_1", "q.joint_2", "tau.joint_2"):
+            np.testing.assert_allclose(after[name], before[name], atol=1e-9)
+    np.testing.assert_allclose(after["q.joint_2"], before["q.joint_2"], atol=1e-3)
+
+
+def test_hardware_needs_the_bounds_of_motors() -> None:
+    settings = {"robot.joints.joint_2.motor": True} | HARDWARE
+    with pytest.raises(InputError, match=r"largest torque.*either way"):
+        simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+
+
+def test_devices_without_motors_have_the_signature_that_they_had() -> None:
+    """Of the text of docs/hardware_protocol.md, put together by hand."""
+    experiment = Experiment.load(PLANAR_2R)
+    names = [c.name for c in experiment.robot.coordinates]
+    commands = [[f"f.cable_{k}", "N"] for k in (1, 2, 3, 4)]
+    states = [[f"q.{n}", "rad"] for n in names] + [[f"qd.{n}", "rad/s"] for n in names]
+    states += [[f"l.cable_{k}", "m"] for k in (1, 2, 3, 4)]
+    states += [[f"tension.cable_{k}", "N"] for k in (1, 2, 3, 4)]
+
+    def signature() -> int:
+        text = json.dumps(
+            ["force", "0x1.0000000000000p+0", commands, states], separators=(",", ":")
+        )
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big")
+
+    assert hardware_signature(experiment.robot, experiment.hardware) == signature()
+    commands.append(["tau.joint_2", "N.m"])
+    states.append(["torque.joint_2", "N.m"])
+    hybrid = Experiment.load(PLANAR_2R, ELBOW)
+    assert hardware_signature(hybrid.robot, hybrid.hardware) == signature()
