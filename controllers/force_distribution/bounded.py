@@ -278,7 +278,7 @@ class ForceDistribution:
                 return self._solution(chosen[0], "solved", chosen[1])
         status, answer = self._try_dual_newton(hard, L, tau)
         if status == dual_newton.NOT_CONVERGED:
-            answer = self._try_qpsolvers(self.build_problem(L, tau), qp.FALLBACK, L, tau)
+            answer = self._try_fallbacks(self.build_problem(L, tau), L, tau, allowed)
         if answer is not None and answer[2] <= allowed:
             return self._solution(answer[0], "solved", answer[1])
         return self._solve_soft(soft, L, tau, M, allowed)
@@ -295,7 +295,8 @@ class ForceDistribution:
         newton.softness[:] = self._softness(rows)
         _, answer = self._try_dual_newton(newton, rows, goal)
         if answer is None:
-            answer = self._try_qpsolvers(self.build_soft_problem(L, tau, M), qp.FALLBACK, L, tau)
+            problem = self.build_soft_problem(L, tau, M)
+            answer = self._try_fallbacks(problem, L, tau, np.inf)
         if answer is None:
             raise SimulationError(f"no forces found for the torque {tau} within the bounds")
         slack = tau + L.T @ answer[0]
@@ -342,6 +343,13 @@ class ForceDistribution:
         forces = np.clip(found, self.f_min, self.f_max)
         slack = tau + L.T @ forces
         return forces, slack, float(np.abs(slack).max())
+
+    def _try_fallbacks(
+        self, problem: qpsolvers.Problem, L: FloatArray, tau: FloatArray, allowed: float
+    ) -> _Answer | None:
+        """The first answer of a back end with an error that is allowed; None if there is none."""
+        answers = (self._try_qpsolvers(problem, name, L, tau) for name in qp.fallbacks())
+        return next((a for a in answers if a is not None and a[2] <= allowed), None)
 
     @staticmethod
     def _require_finite(L: FloatArray, tau: FloatArray) -> None:

@@ -120,7 +120,7 @@ def _forces(
         problem.f_min,
         problem.f_max,
     )
-    f = qp.solve(program, qp.FALLBACK)
+    f = qp.solve(program, qp.FALLBACKS[0])
     return None if f is None else np.clip(f, problem.f_min, problem.f_max)
 
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import qpsolvers
 
 DUAL_NEWTON = "dual_newton"
-FALLBACK = "daqp"
+FALLBACKS = ("daqp", "proxqp", "clarabel")
+"""What follows in turn where `dual_newton` does not converge, as far as it is installed."""
 DEFAULT_SOLVER = DUAL_NEWTON
 
 # An answer of a qpsolvers back end is accepted if its relative residuals are below this.
@@ -44,6 +45,12 @@ def available_solvers() -> list[str]:
     import qpsolvers
 
     return sorted([DUAL_NEWTON, *qpsolvers.available_solvers])
+
+
+def fallbacks() -> list[str]:
+    """The installed ones of `FALLBACKS`, in their order."""
+    known = available_solvers()
+    return [name for name in FALLBACKS if name in known]
 
 
 def require_solver(name: str, *, key: str | None = None) -> str:
@@ -94,7 +101,9 @@ class BoxSolver:
         solver = BoxSolver(n, m_eq)
         solution = solver.solve(BoxProblem(H_diagonal, g, A, b, lb, ub))
 
-    Every answer is checked. Where the chosen back end fails, `dual_newton` follows, and then DAQP.
+    Every answer is checked. Where the chosen back end fails, `dual_newton` follows, and then those
+    of `FALLBACKS` that are installed. No back end's word is taken for a problem without a solution:
+    `infeasible` is what a certificate proves.
 
     `dual_newton` remembers the multipliers of the last solved problem: the next, if it is near,
     takes fewer steps. This changes an answer by rounding errors at most; to repeat answers bit for
@@ -153,8 +162,14 @@ class BoxSolver:
         if answer is None:
             answer = self._try_dual_newton()
         if answer.status == "not converged":
-            answer = self._try_qpsolvers(problem, FALLBACK) or answer
+            tries = (self._try_qpsolvers(problem, name) for name in fallbacks())
+            answer = next((found for found in tries if found is not None), answer)
         return answer
+
+    def solve_by_dual_newton(self, problem: BoxProblem) -> BoxSolution:
+        """The same without another back end behind it, as it runs in C. Arguments as in `solve`."""
+        self._hand_over(problem)
+        return self._try_dual_newton()
 
     def _hand_over(self, problem: BoxProblem) -> None:
         """Write the problem into the solver's own memory."""

@@ -2,28 +2,37 @@
 #include "state.h"
 
 #include <math.h>
+#include <string.h>
 
 /* The gap must exceed this share of the terms added up: rounding errors are far below. */
-static const real SMALLEST_GAP = PRECISE(1e-10, 1e-5);
+static const real SMALLEST_GAP = PRECISE(1e-12, 1e-5);
 
 /* An infinite bound, multiplied by what should be zero, is taken for this many times the largest x. */
 static const real FAR = 1e4;
 
+/* Of a projection, relative to the matrix; and how often it is repeated. */
+static const real RIDGE = PRECISE(1e-12, 1e-6);
+enum { PROJECTIONS = 2 };
+
 static real far_away(const dual_newton *s)
 {
     real size = 0;
-    for (size_t i = 0; i < s->n; i++) size = larger(size, fabs(s->sx[i]));
+    for (size_t i = 0; i < s->n; i++) {
+        if (isfinite(s->low[i])) size = larger(size, fabs(s->low[i]));
+        if (isfinite(s->high[i])) size = larger(size, fabs(s->high[i]));
+    }
     for (size_t j = 0; j < s->m; j++) size = larger(size, fabs(s->sb[j]));
     return FAR * size;
 }
 
-int certificate_holds(const dual_newton *s, real *y)
+/* Whether y proves it; the variables that it pulls towards no bound get a weight of 1, all others of 0. */
+static int holds(dual_newton *s, const real *y, int *is_clean)
 {
     const size_t n = s->n, m = s->m;
     const real far = far_away(s);
     real gap = 0, terms = 0;
+    *is_clean = 1;
     for (size_t j = 0; j < m; j++) {
-        if (s->eps[j] > 0) y[j] = 0;
         gap += y[j] * s->sb[j];
         terms += fabs(y[j] * s->sb[j]);
     }
@@ -38,6 +47,36 @@ int certificate_holds(const dual_newton *s, real *y)
         const real reach = isfinite(bound) ? bound : pull > 0 ? far : -far;
         gap -= pull * reach;
         terms += isfinite(bound) ? size * fabs(bound) : 0;
+        s->weight[i] = !isfinite(bound) && size > 0;
+        if (s->weight[i] > 0) *is_clean = 0;
     }
     return gap > SMALLEST_GAP * terms && gap > 0;
+}
+
+/* Take from y what pulls at the variables with weights: there a direction of rounding errors would prove what
+   a large x refutes. It is (A_F A_F')^-1 A_F A_F'y.                                                    */
+static void project(dual_newton *s, real *y)
+{
+    const size_t m = s->m;
+    real *part = s->rest;
+    for (size_t j = 0; j < m; j++) s->size[j] = s->eps[j] > 0;
+    factor_weighted(s, s->size, RIDGE);
+    for (int k = 0; k < PROJECTIONS; k++) {
+        memset(part, 0, m * sizeof(real));
+        for (size_t i = 0; i < s->n; i++)
+            if (s->weight[i] > 0) add(m, part, dot(m, s->sA + i * m, y), s->sA + i * m);
+        factor_solve(s, part, part);
+        for (size_t j = 0; j < m; j++) y[j] = s->eps[j] > 0 ? 0 : y[j] - part[j];
+    }
+}
+
+int is_proof(dual_newton *s, const real *y)
+{
+    int is_clean;
+    real *own = s->correction;
+    for (size_t j = 0; j < s->m; j++) own[j] = s->eps[j] > 0 ? 0 : y[j];
+    if (!holds(s, own, &is_clean)) return 0;
+    if (is_clean) return 1;
+    project(s, own);
+    return holds(s, own, &is_clean);
 }

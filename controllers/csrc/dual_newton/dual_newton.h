@@ -55,7 +55,7 @@ DUAL_NEWTON_API dual_newton *dual_newton_open(int variables, int rows, void *mem
      residuals               2: of the rows, and of the dual, relative to the terms added up          */
 DUAL_NEWTON_API real *dual_newton_array(dual_newton *s, const char *name, size_t *length);
 
-/* Solve the problem in the arrays; an enum dual_newton_status. Takes 144 steps at most. */
+/* Solve the problem in the arrays; an enum dual_newton_status. Takes 84 steps at most. */
 DUAL_NEWTON_API int dual_newton_solve(dual_newton *s);
 
 /* Newton steps of the last call. */

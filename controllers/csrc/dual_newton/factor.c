@@ -1,39 +1,64 @@
-/* Cholesky's factor of the Newton matrix: S = U'U, U upper, row by row. */
+/* Cholesky's factor of a symmetric matrix over the rows: S = U'U, U upper, row by row. */
 #include "state.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Below this a pivot is rounding error: rows have length 1. */
-static const real SMALLEST_PIVOT = PRECISE(1e-14, 1e-7);
+/* Below this a pivot is rounding error: rows have length 1; or as a share of the row's own entry. */
+static const real SMALLEST_PIVOT = PRECISE(1e-14, 1e-7), SMALLEST_SHARE = PRECISE(1e-15, 1e-7);
 
-static void assemble(dual_newton *s, real ridge)
+/* An entry of this size is taken for zero. */
+static const real NOTHING = PRECISE(1e-200, 1e-30);
+
+/* S += weight a a' */
+static void add_column(dual_newton *s, const real *a, real weight)
 {
-    const size_t n = s->n, m = s->m;
-    real *U = s->factor;
-    memset(U, 0, m * m * sizeof *U);
-    for (size_t j = 0; j < m; j++) U[j * m + j] = s->eps[j] + ridge;
-    for (size_t i = 0; i < n; i++) {
-        if (s->side[i]) continue;
-        const real *a = s->sA + i * m;
-        for (size_t j = 0; j < m; j++)
-            if (a[j] != 0) add(m - j, U + j * m + j, a[j], a + j);
-    }
+    const size_t m = s->m;
+    for (size_t j = 0; j < m; j++)
+        if (a[j] != 0) add(m - j, s->factor + j * m + j, weight * a[j], a + j);
 }
 
 /* The diagonal is kept inverted: a solution then divides by nothing. */
-void factor_build(dual_newton *s, real ridge)
+static void decompose(dual_newton *s)
 {
     const size_t m = s->m;
     real *U = s->factor;
-    assemble(s, ridge);
     for (size_t k = 0; k < m; k++) {
         real *row = U + k * m;
-        row[k] = 1 / sqrt(larger(row[k], SMALLEST_PIVOT));
+        row[k] = 1 / sqrt(larger(row[k], s->pivot[k]));
         for (size_t j = k + 1; j < m; j++) row[j] *= row[k];
         for (size_t j = k + 1; j < m; j++)
             if (row[j] != 0) add(m - j, U + j * m + j, -row[j], row + j);
     }
+}
+
+static void clear(dual_newton *s)
+{
+    memset(s->factor, 0, s->m * s->m * sizeof(real));
+}
+
+void factor_build(dual_newton *s, real ridge)
+{
+    clear(s);
+    for (size_t j = 0; j < s->m; j++) s->factor[j * s->m + j] = s->eps[j] + ridge;
+    for (size_t i = 0; i < s->n; i++)
+        if (!s->side[i]) add_column(s, s->sA + i * s->m, 1);
+    for (size_t j = 0; j < s->m; j++) s->pivot[j] = SMALLEST_PIVOT;
+    decompose(s);
+}
+
+void factor_weighted(dual_newton *s, const real *rows, real ridge)
+{
+    clear(s);
+    for (size_t j = 0; j < s->m; j++) s->factor[j * s->m + j] = rows[j];
+    for (size_t i = 0; i < s->n; i++)
+        if (s->weight[i] > 0) add_column(s, s->sA + i * s->m, s->weight[i]);
+    for (size_t j = 0; j < s->m; j++) {
+        real *entry = s->factor + j * s->m + j;
+        s->pivot[j] = SMALLEST_SHARE * *entry + NOTHING;
+        *entry += ridge * *entry + NOTHING;
+    }
+    decompose(s);
 }
 
 void factor_solve(const dual_newton *s, const real *r, real *d)

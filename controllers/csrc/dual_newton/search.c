@@ -49,7 +49,7 @@ static real curvature(const dual_newton *s, real floor, real t)
 
 real search_peak(dual_newton *s, real ridge, int *is_far)
 {
-    real slope = dot(s->m, s->pull, s->d), floor = 0, t = 0;
+    real slope = dot(s->m, s->r, s->d), floor = 0, t = 0;
     for (size_t j = 0; j < s->m; j++) floor += (s->eps[j] + ridge) * s->d[j] * s->d[j];
     real bend = floor;
     for (size_t i = 0; i < s->n; i++)

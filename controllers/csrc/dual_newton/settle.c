@@ -9,6 +9,8 @@ static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative t
 static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: refining further gains nothing */
 static const real NEAR = PRECISE(1e-10, 1e-5);           /* of a bound, relative to the terms of x */
 static const real DUAL_TOLERANCE = PRECISE(1e-12, 1e-6); /* of a variable, relative to its terms */
+static const real CLOSE_DUAL = PRECISE(1e-14, 3e-7);     /* the same, beside large multipliers */
+static const real RIDGE = PRECISE(1e-13, 2e-7);          /* where a set of bounds is tried */
 enum { MOST_REFINEMENTS = 8 };
 
 /* Does the full step stay, but for rounding errors, within the piece that it was made for? */
@@ -106,15 +108,31 @@ static int is_optimal(dual_newton *s, real tolerance)
 
 /* Residuals of end_x with the better of two vectors of multipliers, left in end_lam; 1 if they are small.
    Multipliers are not unique where bounds leave too few variables: then those of the step fit.        */
-static int is_verified(dual_newton *s, real rest, real tolerance)
+static int is_verified(dual_newton *s, real rest, real tolerance, real dual)
 {
     if (rest > tolerance) return 0;
     s->residuals[0] = rest;
     s->residuals[1] = dual_violation(s, s->end_lam);
-    if (s->residuals[1] <= tolerance && s->residuals[1] <= DUAL_TOLERANCE) return 1;
+    if (s->residuals[1] <= tolerance && s->residuals[1] <= dual) return 1;
     for (size_t j = 0; j < s->m; j++) s->end_lam[j] = s->lam[j] + s->d[j];
     s->residuals[1] = dual_violation(s, s->end_lam);
-    return s->residuals[1] <= DUAL_TOLERANCE;
+    return s->residuals[1] <= dual;
+}
+
+static int accept(dual_newton *s)
+{
+    memcpy(s->lam, s->end_lam, s->m * sizeof(real));
+    memcpy(s->sx, s->end_x, s->n * sizeof(real));
+    return 1;
+}
+
+/* The iterate itself, for where the equations of the bounds do not give the optimum. */
+static int iterate_is_verified(dual_newton *s, real tolerance)
+{
+    memcpy(s->end_x, s->sx, s->n * sizeof(real));
+    memcpy(s->end_lam, s->lam, s->m * sizeof(real));
+    dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
+    return is_verified(s, relative_rest(s), tolerance, DUAL_TOLERANCE);
 }
 
 int settle(dual_newton *s, real tolerance)
@@ -122,16 +140,34 @@ int settle(dual_newton *s, real tolerance)
     const int is_left = !stays(s);
     if (is_left && !is_optimal(s, tolerance)) return 0;
     if (is_left) memset(s->d, 0, s->m * sizeof(real));
-    if (!is_verified(s, refine(s), tolerance)) {
-        /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so
-           may be all where the equations are ill-conditioned: the iterate itself may be better.       */
-        if (!is_left && !is_optimal(s, tolerance)) return 0;
-        memcpy(s->end_x, s->sx, s->n * sizeof(real));
-        memcpy(s->end_lam, s->lam, s->m * sizeof(real));
-        dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
-        if (!is_verified(s, relative_rest(s), tolerance)) return 0;
+    if (is_verified(s, refine(s), tolerance, DUAL_TOLERANCE)) return accept(s);
+    /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so may be
+       all where the equations are ill-conditioned: the iterate itself may be better.                   */
+    if (!is_left && !is_optimal(s, tolerance)) return 0;
+    return iterate_is_verified(s, tolerance) && accept(s);
+}
+
+int settle_at_bounds(dual_newton *s, real tolerance)
+{
+    memset(s->d, 0, s->m * sizeof(real));
+    factor_build(s, RIDGE);
+    return is_verified(s, refine(s), tolerance, CLOSE_DUAL) && accept(s);
+}
+
+int settle_here(dual_newton *s, real tolerance)
+{
+    memset(s->d, 0, s->m * sizeof(real));
+    return iterate_is_verified(s, tolerance) && accept(s);
+}
+
+void measure(dual_newton *s)
+{
+    int is_number = 1;
+    for (size_t i = 0; i < s->n; i++) is_number &= isfinite(s->sx[i]) != 0;
+    for (size_t j = 0; j < s->m; j++) is_number &= isfinite(s->lam[j]) != 0;
+    if (!is_number) {
+        memset(s->lam, 0, s->m * sizeof(real));
+        dual_evaluate(s);
     }
-    memcpy(s->lam, s->end_lam, s->m * sizeof(real));
-    memcpy(s->sx, s->end_x, s->n * sizeof(real));
-    return 1;
+    iterate_is_verified(s, INFINITY);
 }

@@ -50,13 +50,23 @@ typedef struct breakpoint {
     ARRAY(real, r, m)                                                                                  \
     ARRAY(whole_number, side, n) /* of v: -1 at or below low, 1 at or above high, 0 between */         \
     /* a step */                                                                                       \
-    ARRAY(real, centre, m)                                                                             \
-    ARRAY(real, pull, m) /* r - ridge (lam - centre) */                                                \
     ARRAY(real, d, m)                                                                                  \
     ARRAY(real, dv, n)                                                                                 \
     ARRAY(real, factor, m *m)                                                                          \
+    ARRAY(real, pivot, m) /* the smallest ones that are no rounding errors */                          \
     ARRAY(real, size, m)                                                                               \
     ARRAY(breakpoint, heap, 2 * n)                                                                     \
+    /* of the interior point method: see interior.c */                                                 \
+    ARRAY(real, low_gap, n)                                                                            \
+    ARRAY(real, high_gap, n)                                                                           \
+    ARRAY(real, low_push, n)                                                                           \
+    ARRAY(real, high_push, n)                                                                          \
+    ARRAY(real, low_change, n)                                                                         \
+    ARRAY(real, high_change, n)                                                                        \
+    ARRAY(real, weight, n)                                                                             \
+    ARRAY(real, goal, n)                                                                               \
+    ARRAY(real, inner_x, n)                                                                            \
+    ARRAY(real, dx, n)                                                                                 \
     /* the end, while it is refined */                                                                 \
     ARRAY(real, end_x, n)                                                                              \
     ARRAY(real, end_lam, m)                                                                            \
@@ -81,17 +91,29 @@ void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, re
 
 /* factor.c: S = A_F A_F' + diag(eps + ridge) over the variables F between their bounds. */
 void factor_build(dual_newton *s, real ridge);
+/* S = A diag(weight) A' + diag(rows), its diagonal raised by a share of itself. */
+void factor_weighted(dual_newton *s, const real *rows, real ridge);
 void factor_solve(const dual_newton *s, const real *r, real *d);
 
-/* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |lam - centre|^2; far
-   if it is beyond every bend.                                                                         */
+/* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |t d|^2; far if it is
+   beyond every bend.                                                                                  */
 real search_peak(dual_newton *s, real ridge, int *is_far);
 
 /* settle.c: 1 if the bounds that the step began with are those of the optimum; then sx and lam are it, and
    no row is off by more than the tolerance, relative to its terms.                                    */
 int settle(dual_newton *s, real tolerance);
+/* The same for the bounds in `side`, with sx and lam for where these alone do not say all. */
+int settle_at_bounds(dual_newton *s, real tolerance);
+/* The same for sx and lam. */
+int settle_here(dual_newton *s, real tolerance);
+/* The residuals of sx and lam, which are made finite. */
+void measure(dual_newton *s);
 
-/* certificate.c: 1 if y, cleared in soft rows, proves that no x fulfils the hard rows. */
-int certificate_holds(const dual_newton *s, real *y);
+/* certificate.c: 1 if y, cleared in soft rows and in what is without bounds, proves that no x fulfils the hard
+   rows. Then it is left in s->correction.                                                             */
+int is_proof(dual_newton *s, const real *y);
+
+/* interior.c: an enum dual_newton_status. */
+int interior_point(dual_newton *s);
 
 #endif

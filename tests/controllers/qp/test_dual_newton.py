@@ -24,7 +24,7 @@ from controllers.qp.solver import BoxSolver
 pytestmark = pytest.mark.native
 
 # What the solver allows itself.
-MOST_STEPS = 144
+MOST_STEPS = 84
 
 
 def solve(problem: BoxProblem) -> BoxSolution:

@@ -1,0 +1,101 @@
+"""Verdicts on force QPs of random robots: every one is verified, and none is missing."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.controllers import robot_problems
+from support.controllers.robot_problems import AT_THE_EDGE, EXACT, distance, is_certificate
+
+from controllers.qp import dual_newton
+from controllers.qp.problem import BoxProblem, BoxSolution
+from controllers.qp.solver import BoxSolver
+
+pytestmark = pytest.mark.native
+
+
+class Verdicts:
+    """The dual Newton method's own answers: no other back end stands behind."""
+
+    def __init__(self) -> None:
+        self._solvers: dict[tuple[int, ...], BoxSolver] = {}
+        self.last: BoxSolution | None = None
+
+    def __call__(self, problem: BoxProblem) -> BoxSolution:
+        m_eq, n = problem.A.shape
+        solver = self._solvers.setdefault((m_eq, n), BoxSolver(n, m_eq))
+        solver.reset()
+        self.last = solver.solve_by_dual_newton(problem)
+        return self.last
+
+    def is_feasible(self, problem: BoxProblem) -> bool:
+        """Of the last problem."""
+        assert self.last is not None
+        return self.last.status != "infeasible"
+
+
+def test_every_verdict_on_random_robots_is_verified() -> None:
+    """Rows hold, or a certificate does; a linear programme agrees where it can tell.
+
+    Very few problems at the edge, where a row is off by rounding errors alone, stay undecided.
+    """
+    verdicts, found, rows = Verdicts(), Counter[str](), [0.0]
+    for k, problem in enumerate(robot_problems.robot_problems(verdicts.is_feasible)):
+        answer = verdicts(problem)
+        found[answer.status] += 1
+        assert np.isfinite([answer.residuals.equality, answer.residuals.dual]).all(), k
+        assert np.isfinite(answer.x).all(), k
+        if answer.status == "solved":
+            rows.append(robot_problems.row_error(problem, answer.x))
+            assert rows[-1] <= AT_THE_EDGE, k
+        elif answer.status == "infeasible":
+            assert is_certificate(problem, answer.multipliers), k
+        if k % 50 == 0 or answer.status == "not converged":
+            truth = distance(problem)
+            assert not (answer.status == "solved" and truth.is_infeasible), k
+            assert not (answer.status == "infeasible" and truth.is_feasible), k
+            if answer.status == "not converged":
+                found["at the edge"] += not (truth.is_feasible or truth.is_infeasible)
+    inexact = int(np.sum(np.array(rows) > 1e-9))
+    print(f"{dict(found)}; rows off by {max(rows):.0e} at most, {inexact} by more than 1e-9")
+    assert found["solved"] > 0.3 * found.total()
+    assert found["infeasible"] > 0.3 * found.total()
+    assert found["not converged"] <= 2e-4 * found.total()
+    assert inexact <= 1e-3 * found.total()
+
+
+def test_feasible_problems_that_were_not_solved_are(shared: Path) -> None:
+    """Of robots with 6 to 9 coordinates that accelerate by thousands of rad/s²."""
+    for case in json.loads((shared / "reference/qp/feasible_unsolved.json").read_text()):
+        values = {name: np.array(value, float) for name, value in case["problem"].items()}
+        values |= {"row_weights": None, "softness": case["problem"]["softness"]}
+        problem = BoxProblem(**values)
+        answer = BoxSolver(len(problem.g), len(problem.b)).solve(problem)
+        assert (answer.status, answer.solver) == ("solved", "dual_newton")
+        assert robot_problems.row_error(problem, answer.x) <= EXACT
+
+
+def test_numbers_of_an_undecided_problem_are_finite() -> None:
+    """Coefficients that no method of 16 digits can add up: whatever is said, NaN is not."""
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        n, m_eq = int(rng.integers(2, 12)), int(rng.integers(1, 8))
+        A = rng.normal(size=(m_eq, n)) * 10.0 ** rng.uniform(-14, 14, (m_eq, n))
+        H, lb = 10.0 ** rng.uniform(-12, 12, n), rng.normal(size=n) * 10.0 ** rng.uniform(-9, 9, n)
+        ub = lb + 10.0 ** rng.uniform(-9, 9, n)
+        problem = BoxProblem(H, np.zeros(n), A, A @ ub * rng.uniform(0.5, 1.5), lb, ub)
+        newton = BoxSolver(n, m_eq).solve_by_dual_newton(problem)
+        assert newton.status in ("solved", "infeasible", "not converged")
+        assert np.isfinite(newton.x).all()
+        assert np.isfinite(newton.multipliers).all()
+        assert not np.isnan([newton.residuals.equality, newton.residuals.dual]).any()
+        if newton.status == "infeasible":
+            assert is_certificate(problem, newton.multipliers)
+
+
+def test_states_are_numbered_as_in_c() -> None:
+    assert (dual_newton.SOLVED, dual_newton.INFEASIBLE, dual_newton.NOT_CONVERGED) == (0, 1, 2)
