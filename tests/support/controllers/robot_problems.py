@@ -1,6 +1,6 @@
 """Force QPs of random robots of 6 to 20 coordinates, on both sides of where forces end to fit.
 
-Every robot is put into random states. At each, some forces within their bounds make an acceleration;
+Robots are put into random states. At each, some forces within their bounds make an acceleration;
 from there on, tasks or torque go off in a random direction, and the distance to where none fit is
 halved by the verdicts themselves: problems come ever nearer to the edge.
 """
