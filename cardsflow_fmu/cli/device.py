@@ -232,6 +232,9 @@ def _serve(
 
     with interruptible() as pressed, DeviceServer(device, options.listen, line=line) as server:
         status = StatusReporter(device, report_event)
+        if server.is_open and not device.is_signed:
+            what = "has no key: whoever reaches it can command the robot; give it a --key-file"
+            print(f"cardsflow: warning: {server.uri} {what}", file=sys.stderr)
         say(f"listening on {server.uri}", listening=server.uri)
         end = time.monotonic() + duration
 

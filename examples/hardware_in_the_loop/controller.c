@@ -98,15 +98,20 @@ static size_t read_file(const char *name, void *to, size_t size)
     return got < 0 ? 0 : (size_t)got;
 }
 
-/* The run that the device has agreed to, in a HELLO_ACK. */
-static void begin(void)
+static int is_half(double half) { return half >= 0 && half < 4294967296.0 && half == floor(half); }
+
+/* Takes the run that the device has agreed to, in a HELLO_ACK; whether it is one. */
+static int begin(void)
 {
     uint8_t both[12]; /* the run's number and the device's, of which the run's key is made */
+    if (f.count != ACK_VALUES + STATES || !is_half(f.values[7]) || !is_half(f.values[8]))
+        return 0;
     put(both, 4, run);
     put(both + 4, 8, (uint64_t)f.values[7] << 32 | (uint64_t)f.values[8]);
     hmac_sha256(pre_shared, key_size, both, sizeof both, run_key);
     memcpy(state, f.values + ACK_VALUES, sizeof state);
     origin = clock_ns();
+    return 1;
 }
 
 /* Whether the device agrees to a run; then `state` is its own. */
@@ -119,8 +124,8 @@ static int greet(void)
         say(HELLO, 0, wish, HELLO_VALUES);
         if (!hear(HELLO_ACK, ERROR, clock_ns() + SECOND / 20))
             continue;
-        if (f.kind == HELLO_ACK && f.count == ACK_VALUES + STATES)
-            return begin(), 1;
+        if (f.kind == HELLO_ACK && begin())
+            return 1;
         if (f.kind != ERROR || f.count != 1 || f.values[0] != BUSY)
             return fprintf(stderr, "controller: the device refuses; see the protocol's codes\n"), 0;
     }
@@ -211,19 +216,28 @@ static int is_near(void)
     return 1;
 }
 
+static int are_finite(const double *found)
+{
+    for (int i = 0; i < MUSCLES; i++)
+        if (!isfinite(found[i]))
+            return 0;
+    return 1;
+}
+
 /* What went wrong; NULL for nothing. Forces that somebody still follows fall slowly in the end. */
 static const char *drive(void)
 {
-    double reference[3 * ROWS];
+    double reference[3 * ROWS], found[MUSCLES];
     long tick = 0;
     const char *wrong = NULL;
     for (int missed = 0; !ended && !wrong && next_reference(reference); tick++) {
         const double t = (double)tick * STEP;
         pace(t);
-        if (tick_law(STEP, state, reference, forces) > COMPUTED_TORQUE_SOFT) {
+        if (tick_law(STEP, state, reference, found) > COMPUTED_TORQUE_SOFT || !are_finite(found)) {
             wrong = "no forces are found";
             break;
         }
+        memcpy(forces, found, sizeof forces);
         show(t);
         missed = exchange(t) ? 0 : missed + 1;
         if (missed > most_missed())

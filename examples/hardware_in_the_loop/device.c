@@ -49,8 +49,7 @@ static void robot_reset(void)
 {
     robot_safe();
     memcpy(tension, command, sizeof tension);
-    memset(q, 0, sizeof q);
-    memset(qd, 0, sizeof qd);
+    memset(q, 0, sizeof q), memset(qd, 0, sizeof qd);
 }
 
 static void robot_advance(double dt)
@@ -61,8 +60,7 @@ static void robot_advance(double dt)
         goal[i % JOINTS] += way(i) * COMPLIANCE * tension[i];
     }
     for (int j = 0; j < JOINTS; j++) {
-        qd[j] = (goal[j] - q[j]) / (JOINT_LAG + dt);
-        q[j] += qd[j] * dt;
+        qd[j] = (goal[j] - q[j]) / (JOINT_LAG + dt), q[j] += qd[j] * dt;
     }
 }
 
@@ -81,6 +79,7 @@ static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
 static struct sockaddr_in peer;
 static uint32_t run, last_seq;
 static uint64_t signature, nonce, heard;
+static uint32_t begun[64], runs; /* numbers of the last runs, and how many there were */
 static double agreed_step, agreed_watchdog, device_time;
 static int lockstep;
 static struct packed answer, other; /* the newest STATE; what else is said */
@@ -118,8 +117,7 @@ static void watch(uint64_t now)
 static const struct packed *say(struct frame *f, unsigned kind, uint64_t now, struct packed *to)
 {
     f->kind = kind, f->echo = f->sent, f->sent = now, f->t = device_time;
-    f->flags &= CLAMPED;
-    f->flags |= (lockstep ? LOCKSTEP : 0) | (state == IN_SAFE_STATE ? SAFE : 0);
+    f->flags = (f->flags & CLAMPED) | (lockstep ? LOCKSTEP : 0) | (state == IN_SAFE_STATE ? SAFE : 0);
     pack(f, to);
     return to;
 }
@@ -127,6 +125,14 @@ static const struct packed *say(struct frame *f, unsigned kind, uint64_t now, st
 static int is_peer(const struct sockaddr_in *from)
 {
     return from->sin_addr.s_addr == peer.sin_addr.s_addr && from->sin_port == peer.sin_port;
+}
+
+/* Whether a hello is of a run that has begun before: a copy, maybe by someone who has no key. */
+static int is_copy(const struct frame *hello)
+{
+    int k = 64;
+    while (k-- && begun[k] != hello->run) {}
+    return k >= 0;
 }
 
 static double shorter(double wish) { return wish > 0 && wish < WATCHDOG ? wish : WATCHDOG; }
@@ -143,13 +149,13 @@ static unsigned objection(const struct frame *hello)
         return WRONG_SCALE; /* values are in SI units here */
     if (!(step > 0) || ((hello->flags & LOCKSTEP) && !whole))
         return WRONG_STEP;
-    if (!(hello->flags & LOCKSTEP) && shorter(wish[4]) < 2 * step)
-        return SHORT_WATCHDOG;
-    return 0;
+    return !(hello->flags & LOCKSTEP) && shorter(wish[4]) < 2 * step ? SHORT_WATCHDOG : 0;
 }
 
-static void begin(const struct frame *hello, const struct sockaddr_in *from)
+static void begin(const struct frame *hello, const struct sockaddr_in *from, uint64_t now)
 {
+    heard = is_copy(hello) ? now - SECOND - 1 : now; /* others need not wait for a copy's run */
+    begun[runs++ % 64] = hello->run;
     uint8_t both[12]; /* the run's number and one of chance: your hardware's here */
     if (read_file("/dev/urandom", both + 4, 8) != 8)
         put(both + 4, 8, clock_ns());
@@ -159,14 +165,13 @@ static void begin(const struct frame *hello, const struct sockaddr_in *from)
     agreed_step = hello->values[2], agreed_watchdog = shorter(hello->values[4]);
     put(both, 4, run);
     hmac_sha256(pre_shared, key_size, both, sizeof both, run_key);
-    state = READY;
-    robot_reset();
+    state = READY, robot_reset();
 }
 
 static const struct packed *greet(struct frame *f, const struct sockaddr_in *from, uint64_t now)
 {
     const int known = state != IDLE && f->run == run && is_peer(from);
-    const int at_rest = state == READY || (state == RUNNING && lockstep);
+    const int at_rest = (state == READY || (state == RUNNING && lockstep)) && !is_copy(f);
     const int is_free = state == IDLE || state == IN_SAFE_STATE ||
                         (state == READY && is_peer(from)) || (at_rest && now > heard + SECOND);
     if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
@@ -177,8 +182,7 @@ static const struct packed *greet(struct frame *f, const struct sockaddr_in *fro
         return say(f, ERROR, now, &other);
     }
     if (!known)
-        begin(f, from);
-    heard = now;
+        begin(f, from, now); /* who repeats a hello is not heard: it may be a copy */
     f->values[4] = agreed_watchdog;
     f->values[7] = (double)(nonce >> 32), f->values[8] = (double)(nonce & 0xffffffffu);
     robot_state(f->values + ACK_VALUES);
@@ -191,10 +195,8 @@ static const struct packed *follow(struct frame *f, uint64_t now)
     const uint32_t ahead = f->seq - last_seq; /* modulo 2^32 */
     if (f->count != COMMANDS)
         return NULL;
-    if (lockstep && ahead == 0 && answer.size) {
-        heard = now;
+    if (lockstep && ahead == 0 && answer.size)
         return &answer; /* it was lost: the same once more, without another step */
-    }
     if (ahead == 0 || ahead >= 0x80000000u)
         return NULL; /* a copy, or overtaken by a newer one */
     last_seq = f->seq, f->flags = 0;
@@ -288,8 +290,9 @@ int main(int count, char **arguments)
         bind(line, (struct sockaddr *)&here, sizeof here) < 0 ||
         getsockname(line, (struct sockaddr *)&here, &size) < 0)
         return perror("device: cannot listen there"), 2;
-    signal(SIGINT, end), signal(SIGTERM, end);
-    robot_reset();
+    if (!key_size && ntohl(here.sin_addr.s_addr) >> 24 != 127)
+        fprintf(stderr, "device: without a key, whoever reaches it can command the robot\n");
+    signal(SIGINT, end), signal(SIGTERM, end), robot_reset();
     printf("udp://%s:%u\n", arguments[1], (unsigned)ntohs(here.sin_port)), fflush(stdout);
     serve(line);
     return 0;

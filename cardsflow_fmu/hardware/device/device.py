@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Hashable, Sequence
 from typing import Literal, Protocol
 
@@ -34,7 +34,10 @@ from .capabilities import Capabilities, bounds
 State = Literal["idle", "ready", "running", "safe"]
 
 PEER_TIMEOUT = 1.0
-"""A run at rest whose peer has been silent for longer may be taken over by another peer, in [s]."""
+"""A run at rest without a new set point for longer may be taken over by another peer, in [s]."""
+
+_REMEMBERED = 256
+"""Numbers of runs by which a device knows copies of their HELLO."""
 
 _LOCKSTEP, _SAFE, _FAULT, _CLAMPED = map(int, (Flag.LOCKSTEP, Flag.SAFE, Flag.FAULT, Flag.CLAMPED))
 _HELLO, _SETPOINT, _STATE = (
@@ -94,7 +97,8 @@ class Device:
     Attributes:
         state: One of the four.
         agreed: Parameters of the present run; None before any.
-        failure: Error of the robot; empty while it works.
+        failure: Error of the robot; empty while it works. The first set point of another run, which
+            nobody can copy, clears it; a HELLO does not.
         counters: Frames received, and frames dropped by reason.
     """
 
@@ -126,6 +130,8 @@ class Device:
         self._keys = Keys(key)
         self._peer: Hashable = None
         self._run_id = self._nonce = self._seq = 0
+        self._begun: deque[int] = deque(maxlen=_REMEMBERED)
+        self._has_failed = False
         self._time = 0.0
         self._last_heard = -math.inf
         self._answer = b""
@@ -137,6 +143,11 @@ class Device:
     def run_id(self) -> int:
         """Number of the present run, 0 before any."""
         return self._run_id
+
+    @property
+    def is_signed(self) -> bool:
+        """Whether it has a key, and drops what is not signed with it."""
+        return self._keys.pre_shared is not None
 
     @property
     def goes_by_clock(self) -> bool:
@@ -196,7 +207,7 @@ class Device:
         try:
             self.robot.safe()
         except CardsflowError as error:
-            self.failure = self.failure or str(error)
+            self._note_failure(str(error))
 
     def _drop(self, reason: str) -> list[bytes]:
         self.counters[reason] += 1
@@ -210,38 +221,41 @@ class Device:
         if request is None or len(frame.values) != HELLO_VALUES:
             return self._drop("hello")
         known = frame.run_id == self._run_id and peer == self._peer
-        if known and self.state != "ready" and not self.failure:
+        if known and self.state != "ready" and not self._has_failed:
             return self._drop("stale")  # late, or a copy: the run is under way or over
         if not known:
-            refusal = (
-                self._capabilities.refusal(request) if self._is_free(peer, now) else ErrorCode.BUSY
-            )
+            is_copy = frame.run_id in self._begun
+            refusal: ErrorCode | None = ErrorCode.BUSY
+            if self._is_free(peer, now, is_copy=is_copy):
+                refusal = self._capabilities.refusal(request)
             if refusal is not None:
                 return self._refuse(refusal, frame, now)
             self._begin(request, frame.run_id, peer)
-        self._last_heard = now
+            # a copy, maybe by someone without the key, keeps nobody waiting
+            self._last_heard = -math.inf if is_copy else now
         state = self._read_state()
-        if self.agreed is None or state is None or self.failure:
+        if self.agreed is None or state is None or self._has_failed:
             return self._refuse(ErrorCode.FAULT, frame, now)
         values = [*self.agreed.values(), *halves(self._nonce), *state]
         return [self._reply(Kind.HELLO_ACK, frame, now, values)]
 
-    def _is_free(self, peer: Hashable, now: float) -> bool:
+    def _is_free(self, peer: Hashable, now: float, *, is_copy: bool) -> bool:
         """Whether a new run may begin: never under one that moves the robot by the clock."""
         if self.state == "idle" or self.state == "safe" or self.agreed is None:
             return True
         if self.state == "ready" and peer == self._peer:
             return True
         at_rest = self.state == "ready" or self.agreed.lockstep
-        return at_rest and now > self._last_heard + PEER_TIMEOUT
+        return at_rest and not is_copy and now > self._last_heard + PEER_TIMEOUT
 
     def _begin(self, request: Handshake, run_id: int, peer: Hashable) -> None:
         self.agreed = self._capabilities.agreed(request)
         self._run_id, self._peer = run_id, peer
         self._nonce = secrets.randbits(64)
         self._keys = self._keys.of_run(run_id, self._nonce)
+        self._begun.append(run_id)
         self._seq, self._time, self._answer = 0, 0.0, b""
-        self.failure = ""
+        self._has_failed = False
         self.state = "ready"
         self.counters["runs"] += 1
         try:
@@ -256,7 +270,6 @@ class Device:
         if len(frame.values) != self.robot.commands:
             return self._drop("count")
         if lockstep and frame.seq == self._seq and self._answer:
-            self._last_heard = now
             self.counters["repeated"] += 1
             return [self._answer]
         if not is_newer(frame.seq, self._seq):
@@ -271,6 +284,8 @@ class Device:
         flags = 0
         if self.state != "safe":
             self._last_heard = now
+            if self.state == "ready":
+                self.failure = ""
             self.state = "running"
             flags = self._command_robot(command)
             if lockstep:
@@ -335,14 +350,18 @@ class Device:
 
     def _fail(self, why: str) -> None:
         self.counters["faults"] += 1
-        self.failure = self.failure or why
+        self._note_failure(why)
         self.go_safe()
+
+    def _note_failure(self, why: str) -> None:
+        self.failure = self.failure if self._has_failed and self.failure else why
+        self._has_failed = True
 
     def _flags(self) -> int:
         flags = _LOCKSTEP if self.agreed is not None and self.agreed.lockstep else 0
         if self.state == "safe":
             flags |= _SAFE
-        return flags | _FAULT if self.failure else flags
+        return flags | _FAULT if self._has_failed else flags
 
     def _refuse(self, code: ErrorCode, frame: Frame, now: float) -> list[bytes]:
         self.counters[code.name.lower()] += 1

@@ -6,6 +6,7 @@ One thread: between frames it checks the watchdog and advances the robot.
 from __future__ import annotations
 
 import errno
+import ipaddress
 import math
 import socket
 import time
@@ -57,6 +58,7 @@ class DeviceServer:
     Attributes:
         device: The device.
         uri: Its address, with the port that was taken.
+        is_open: Whether other machines can reach it.
         slipped: Time that was left out because the machine was too slow, in [s].
     """
 
@@ -76,7 +78,9 @@ class DeviceServer:
             what = f"cannot listen at {uri}: {error.strerror or error}"
             raise HardwareError(f"{what}; {remedy}") from error
         shown = f"[{host}]" if ":" in host else host
-        self.uri = f"udp://{shown}:{self._socket.getsockname()[1]}"
+        address, port, *_ = self._socket.getsockname()
+        self.uri = f"udp://{shown}:{port}"
+        self.is_open = not ipaddress.ip_address(address.partition("%")[0]).is_loopback
         self.slipped = 0.0
         self._receiver = AdaptiveReceiver(
             self._socket, partial(self._socket.recvfrom, MOST_BYTES + 1)

@@ -57,7 +57,7 @@ class StatusReporter:
     def _reason(self) -> str:
         device, agreed = self._device, self._device.agreed
         expired, stopped = self._is_new("watchdog"), self._is_new("stops")
-        if device.failure:
+        if device.failure and device.state == "safe":
             return device.failure
         if agreed is None:
             return ""

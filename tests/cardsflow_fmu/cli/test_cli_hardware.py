@@ -204,6 +204,22 @@ def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path
     assert "others can read this key" in device.errors
 
 
+@pytest.mark.parametrize("key", [None, bytes(range(32))])
+@pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1"])
+def test_a_device_that_others_reach_without_a_key_warns(
+    key: bytes | None, host: str, tmp_path: Path
+) -> None:
+    words: list[str] = []
+    if key is not None:
+        (tmp_path / "key.bin").write_bytes(key)
+        (tmp_path / "key.bin").chmod(0o600)
+        words = ["--key-file", str(tmp_path / "key.bin")]
+    with served("device", ROBOT, "--listen", f"udp://{host}:0", *words) as device:
+        assert device.end() == 0
+    warned = "whoever reaches it can command the robot" in device.errors
+    assert warned == (host == "0.0.0.0" and key is None)
+
+
 def test_a_run_through_faults_ends_in_a_clear_status() -> None:
     words = "--loss 0.05 --jitter 0.5 --duplicate 0.1 --reorder 0.05 --corrupt 0.05 --seed 3"
     words += " --outage 1000:1"

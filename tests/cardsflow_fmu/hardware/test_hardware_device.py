@@ -438,3 +438,81 @@ def check_bounds(robot: Integrator) -> None:
     given = np.array(robot.given)
     assert ((given >= F_MIN) & (given <= F_MAX)).all()
     robot.given.clear()
+
+
+def recorded_run(device: Device, run: int = 77, *, lockstep: bool = False) -> bytes:
+    """The HELLO of a run that has been and is over."""
+    talk = Talk(device, key=KEY, run=run)
+    flags = int(Flag.LOCKSTEP) if lockstep else 0
+    hello = talk.frame(Kind.HELLO, handshake(lockstep=lockstep).values(), flags=flags)
+    assert talk.handshake(handshake(lockstep=lockstep)).kind is Kind.HELLO_ACK
+    talk.pull()
+    talk.send(talk.frame(Kind.STOP))
+    assert device.state == "safe"
+    return hello
+
+
+def kinds(answers: list[bytes]) -> list[int]:
+    return [answer[5] for answer in answers]
+
+
+def test_hellos_of_earlier_runs_keep_nobody_waiting() -> None:
+    """Whoever has recorded some, and sends them from any address, however often."""
+    device = make_device(KEY)
+    hellos = [recorded_run(device, run) for run in (70, 71, 72)]
+    for k in range(30):
+        device.receive(hellos[k % 3], OTHER if k % 2 else ("127.0.0.1", 5000 + k), 20.0 + 0.1 * k)
+    assert device.state == "ready"
+    talk = Talk(device, key=KEY, run=78, now=23.0)
+    assert talk.handshake().kind is Kind.HELLO_ACK
+    assert len(talk.pull()) == 1
+
+
+def test_copies_of_a_hello_do_not_keep_a_device_ready() -> None:
+    """Of a new one too, which was overheard and comes first from somewhere else."""
+    device = make_device(KEY)
+    thief, talk = Talk(device, key=KEY, run=90, peer=OTHER), Talk(device, key=KEY, run=78)
+    hello = thief.frame(Kind.HELLO, handshake().values())
+    for now in (10.0, 10.4, 10.8, 10.0 + PEER_TIMEOUT):
+        assert kinds(device.receive(hello, OTHER, now)) == [Kind.HELLO_ACK]
+        talk.now = now
+        assert talk.handshake().kind is Kind.ERROR
+    talk.now += 0.01
+    assert talk.handshake().kind is Kind.HELLO_ACK
+    for now in (20.0, 21.0):  # nor is a run that waits for its first set point taken over by it
+        assert kinds(device.receive(hello, OTHER, now)) == [Kind.ERROR]
+    talk.now = 21.0
+    assert len(talk.pull()) == 1
+    assert device.state == "running"
+
+
+def test_copies_of_set_points_do_not_keep_a_run_in_lock_step() -> None:
+    talk = talking(KEY, lockstep=True)
+    talk.pull()
+    copy = talk.frame(Kind.SETPOINT, PULL, seq=1)
+    for now in (10.5, 11.0, 11.5):
+        assert kinds(talk.device.receive(copy, PEER, now)) == [Kind.STATE]
+    other = Talk(talk.device, key=KEY, run=78, peer=OTHER, now=11.5)
+    assert other.handshake().kind is Kind.HELLO_ACK
+
+
+def test_a_copied_hello_does_not_clear_a_failure_and_a_set_point_does() -> None:
+    device = make_device(KEY)
+    hello = recorded_run(device)
+    talk = Talk(device, key=KEY, run=78)
+    talk.handshake()
+    talk.pull()
+    robot_of(device).failing = True
+    device.advance(STEP)
+    assert "hinges" in device.failure
+    for now in (11.0, 11.5):
+        assert kinds(device.receive(hello, OTHER, now)) == [Kind.HELLO_ACK]
+        assert device.state == "ready"
+        assert "hinges" in device.failure
+    robot_of(device).failing = False
+    talk = Talk(device, key=KEY, run=79, now=12.0)
+    assert not talk.handshake().flags & Flag.FAULT
+    assert "hinges" in device.failure
+    (state,) = talk.pull()
+    assert not state.flags & (Flag.FAULT | Flag.SAFE)
+    assert device.failure == ""

@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import threading
 from collections.abc import Hashable, Iterator
@@ -18,7 +19,7 @@ import numpy as np
 import pytest
 from support.cases import few
 from support.fmu.worker_host import eventually
-from support.hardware.hardware_fuzz import bad_frames
+from support.hardware.hardware_fuzz import bad_frames, with_checksum
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -26,6 +27,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES, Frame, Kind, pack, unpack
 from cardsflow_fmu.runtime.sources import CONTROL, CORE
 from cardsflow_fmu.simulation.run import simulate
 
@@ -223,6 +225,64 @@ def test_bad_answers_do_no_harm_under_the_sanitizers(
             assert device.state == "safe"
         outputs.append(done.stdout)
     assert outputs[0] == outputs[1]
+
+
+@pytest.mark.parametrize(
+    ("halves", "words"),
+    [
+        ((1e300, 1.0), "the device refuses"),
+        ((1.0, -1.0), "the device refuses"),
+        ((0.5, 1.0), "the device refuses"),
+        ((4294967296.0, 1.0), "the device refuses"),
+        ((math.nan, 1.0), "nobody answers"),
+        ((1.0, math.inf), "nobody answers"),
+    ],
+)
+def test_a_nonce_that_is_no_number_of_64_bits_is_refused(
+    planar: Path, halves: tuple[float, float], words: str
+) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.bind(("127.0.0.1", 0))
+
+        def answer() -> None:
+            while True:
+                data, peer = line.recvfrom(MOST_BYTES)
+                if not data:
+                    return
+                hello = unpack(data)
+                values = np.array([*hello.values, *halves, *np.zeros(int(hello.values[6]))])
+                empty = np.zeros(len(values))
+                head = pack(Frame(Kind.HELLO_ACK, 0, hello.run_id, 0, 0.0, 1, 0, empty))[:48]
+                line.sendto(with_checksum(head + values.tobytes()), peer)
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        try:
+            done = driven(planar, str(line.getsockname()[1]), "lockstep")
+        finally:
+            line.sendto(b"", line.getsockname())
+            thread.join()
+    assert done.returncode == 1
+    assert words in done.stderr
+
+
+def test_forces_that_are_no_numbers_are_not_sent(planar: Path) -> None:
+    """Such as those of a reference with a hole."""
+    made = Experiment.load(PLANAR_2R, SHORT)
+    reference = np.fromfile(planar.parent / "reference.f64").reshape(-1, 6)
+    reference[5, 0] = math.nan
+    with served(made) as (device, port):
+        done = subprocess.run(
+            [str(planar), "127.0.0.1", port, "lockstep"],
+            input=reference.tobytes(),
+            capture_output=True,
+            check=False,
+            timeout=TIMEOUT,
+        )
+        assert device.counters["not finite"] == 0
+        assert device.counters["received"] > 6
+    assert done.returncode == 1
+    assert b"no forces are found" in done.stderr
 
 
 def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:

@@ -6,6 +6,7 @@ import re
 import signal
 import socket
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -198,6 +199,60 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
             stopped = say(Frame(Kind.STOP, 0, 5, 8, 0.0, 55, 0, ()))
             assert stopped.kind is Kind.STOPPED
             assert stopped.flags & Flag.SAFE
+
+
+def test_copies_of_a_hello_keep_nobody_waiting(built: Path, tmp_path: Path) -> None:
+    """Neither of a run that is over, nor of one that has not yet begun to move."""
+    key = KEYS[1]
+
+    def hello(run: int) -> bytes:
+        return pack(Frame(Kind.HELLO, 0, run, 0, 0.0, 1, 0, handshake().values()), key)
+
+    with (
+        running(built, tmp_path, key) as uri,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief,
+    ):
+        host, port = uri.removeprefix("udp://").split(":")
+        thief.connect((host, int(port)))
+        thief.settimeout(SOON)
+
+        def copied(run: int) -> int:
+            thief.send(hello(run))
+            return thief.recv(MOST_BYTES)[5]
+
+        assert copied(8) == Kind.HELLO_ACK
+        assert copied(8) == Kind.HELLO_ACK
+        over = threading.Event()
+
+        def repeat() -> None:
+            while not over.wait(0.1):
+                copied(8)
+
+        repeating = threading.Thread(target=repeat)
+        repeating.start()
+        try:  # 40 HELLOs in 2 s, as a link does: the copies hold the device for 1 s in all
+            with UdpLink(uri, key=key, timeout=10.0) as link:
+                link.open(handshake())
+                assert pull(link).seq == 1
+        finally:
+            over.set()
+            repeating.join()
+        assert copied(8) == Kind.HELLO_ACK  # the first run is over by now: a copy begins it again
+        with UdpLink(uri, key=key, timeout=0.05) as link:  # and does not keep this one waiting
+            link.open(handshake())
+            assert pull(link).seq == 1
+
+
+def test_without_a_key_it_warns_where_others_can_reach_it(built: Path) -> None:
+    for address, warned in (("0.0.0.0", True), ("127.0.0.1", False)):
+        device = subprocess.Popen(
+            [str(built), address, "0", "1"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        assert device.stdout is not None
+        assert device.stdout.readline().startswith(b"udp://")
+        device.terminate()
+        _, words = device.communicate(timeout=120)
+        assert (b"whoever reaches it can command the robot" in words) == warned
 
 
 @contextmanager
