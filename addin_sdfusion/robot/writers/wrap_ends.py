@@ -29,26 +29,34 @@ WIDE = {"rad": math.pi / 2.0, "m": 0.2}
 
 def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
     """Wraps that are straight in another format where an end of their segment is inside."""
-    wrapped = [muscle for muscle in robot.muscles if any(not wrap.inside for wrap in muscle.wraps)]
-    if not wrapped:
+    outer = [(m, wrap) for m in robot.muscles for wrap in m.wraps if not wrap.inside]
+    if not outer:
         return
     postures = list(_postures(robot))
     poses = [link_poses(robot, posture) for posture in postures]
-    for muscle in wrapped:
-        for wrap in muscle.wraps:
-            if wrap.inside:
-                continue
-            surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
-            sizes = [_difference(surface, wrap, *ends_on(robot, muscle, wrap, p)) for p in poses]
-            k = max(range(len(sizes)), key=sizes.__getitem__)
-            if sizes[k] > LEAST:
-                place = _place(robot, muscle, wrap, surface, postures[k]) if k else ""
-                problem = (
-                    f"where an end is inside {surface.name!r}, {format_} runs straight and this "
-                    f"simulation round what is left of it: {sizes[0]:.2g} m apart at the initial "
-                    f"values" + (f", {sizes[k]:.2g} m at {place}" if place else "")
-                )
-                yield warning(Subject("muscle", muscle.name), "via-point-inside-wrap", problem)
+    unseen = []
+    for muscle, wrap in outer:
+        surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+        sizes = [_difference(surface, wrap, *ends_on(robot, muscle, wrap, p)) for p in poses]
+        k = max(range(len(sizes)), key=sizes.__getitem__)
+        moving = _moving(robot, muscle, wrap, surface)
+        if sizes[k] > LEAST:
+            problem = (
+                f"where an end is inside {surface.name!r}, {format_} runs straight and this "
+                f"simulation round what is left of it: {sizes[0]:.2g} m apart at the initial values"
+            )
+            if k:
+                place = ", ".join(f"{c.name} = {postures[k][c.name]:.3g} {c.unit}" for c in moving)
+                problem += f", {sizes[k]:.2g} m at {place}"
+            yield warning(Subject("muscle", muscle.name), "via-point-inside-wrap", problem)
+        elif moving:
+            unseen.append(muscle.name)
+    if unseen:
+        problem = (
+            f"at none of {len(poses)} poses is an end of these inside its wrap surface; at one "
+            f"that is, {format_} would run straight: {', '.join(map(repr, dict.fromkeys(unseen)))}"
+        )
+        yield warning(Subject("robot", robot.name), "ends-move-near-wraps", problem)
 
 
 def _postures(robot: Robot) -> Iterator[dict[str, float]]:
@@ -110,14 +118,11 @@ def _radius_at(surface: WrapSurface, z: float) -> float:
     return 0.5 * surface.radius * (1.0 + math.cos(math.pi * beyond / surface.radius))
 
 
-def _place(
-    robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface, posture: dict[str, float]
-) -> str:
-    """The values of the coordinates that move an end against the surface."""
+def _moving(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> list[Coordinate]:
+    """The coordinates that move an end against the surface."""
     above: dict[str, frozenset[str]] = {WORLD: frozenset()}
     for joint in robot.joints:
         above[joint.child] = above[joint.parent] | {joint.name}
     ends = muscle.via_points[wrap.segment : wrap.segment + 2]
     between = frozenset[str]().union(*(above[end.link] ^ above[surface.link] for end in ends))
-    moving = [c for joint in robot.joints if joint.name in between for c in joint.coordinates]
-    return ", ".join(f"{c.name} = {posture[c.name]:.3g} {c.unit}" for c in moving)
+    return [c for joint in robot.joints if joint.name in between for c in joint.coordinates]

@@ -105,8 +105,20 @@ def _wraps(robot: Robot) -> Iterator[Finding]:
         if surface.shape == "cylinder" and surface.length > ENDLESS:
             problem = f"cylinder {surface.name!r} ends in OpenSim: it is {ENDLESS!r} m long"
             yield warning(Subject("robot", robot.name), "cylinder-has-ends", problem)
+    cylinders = {s.name for s in robot.wrap_surfaces if s.shape == "cylinder"}
     for muscle in robot.muscles:
         subject = Subject("muscle", muscle.name)
+        outer = [wrap for wrap in muscle.wraps if not wrap.inside]
+        over = [repr(wrap.surface) for wrap in outer if wrap.surface in cylinders]
+        if over:
+            problem = (
+                f"OpenSim approximates paths over cylinders, mostly to 1e-4 m and their moment "
+                f"arms to 1e-2 m, and does not taper their ends: {', '.join(over)}"
+            )
+            yield warning(subject, "wrap-approximated", problem)
+        if len({wrap.segment for wrap in outer}) < len(outer):
+            problem = "OpenSim approximates paths over several surfaces in one segment"
+            yield warning(subject, "wrap-approximated", problem)
         for wrap in muscle.wraps:
             if wrap.inside:
                 problem = f"OpenSim has no path inside {wrap.surface!r}; this wrap is left out"

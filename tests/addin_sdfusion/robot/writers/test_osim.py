@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import math
 import tempfile
-import warnings
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given
+from support.oracles.opensim_model import OpenSimRobot, load, opensim
 from support.robots.every_joint import every_joint
 from support.robots.one_link import CASPR_ROBOTS, cable, one_link, round_a_circle
 from support.robots.random_robots import random_robot, robots
@@ -26,78 +26,15 @@ from addin_sdfusion.robot import (
     read_robot,
 )
 from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim
-from addin_sdfusion.robot.writers.opensim.names import with_legal_names
 from sim_dart import DartDynamics
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper
-    opensim = pytest.importorskip("opensim", reason="needs the extra opensim, which is for tests")
 
-opensim.Logger.setLevelString("Error")
-
-
-def load(robot, folder, **options):
-    (file,) = write_osim(robot, folder, "robot", **options)
-    model = opensim.Model(str(file))
-    return model, model.initSystem()
-
-
-def numbers(vector):
-    return [vector.get(k) for k in range(vector.size())]
-
-
-class Terms:
-    """Terms of a model, coordinates and muscles in the order of the robot."""
-
-    def __init__(self, robot, folder):
-        self.model, self.state = load(robot, folder)
-        coordinates, forces = self.model.getCoordinateSet(), self.model.getForceSet()
-        names = [coordinate.name for coordinate in with_legal_names(robot).coordinates]
-        self.coordinates = [coordinates.get(name) for name in names]
-        for k, coordinate in enumerate(self.coordinates):
-            coordinate.setClamped(self.state, False)
-            coordinate.setLocked(self.state, False)
-            coordinate.setSpeedValue(self.state, float(k))
-        self.order = np.argsort(numbers(self.state.getU())).astype(int)
-        self.model.realizeVelocity(self.state)
-        muscles = [forces.get(k) for k in range(len(robot.muscles))]
-        self.muscles = [opensim.PathActuator.safeDownCast(muscle) for muscle in muscles]
-
-    def move(self, q, qd):
-        for coordinate, value, speed in zip(self.coordinates, q, qd, strict=True):
-            coordinate.setValue(self.state, float(value), False)
-            coordinate.setSpeedValue(self.state, float(speed))
-        self.model.realizeVelocity(self.state)
-
-    @property
-    def mass_matrix(self):
-        M = opensim.Matrix()
-        self.model.getMatterSubsystem().calcM(self.state, M)
-        n = len(self.order)
-        values = np.array([[M.get(i, j) for j in range(n)] for i in range(n)]).reshape(n, n)
-        return values[np.ix_(self.order, self.order)]
-
-    @property
-    def bias(self):
-        zero = opensim.Vector(len(self.order), 0.0)
-        forces = opensim.InverseDynamicsSolver(self.model).solve(self.state, zero)
-        return np.array(numbers(forces))[self.order]
-
-    @property
-    def lengths(self):
-        return np.array([muscle.getLength(self.state) for muscle in self.muscles])
-
-    @property
-    def moment_arms(self):
-        arms = [
-            [muscle.computeMomentArm(self.state, c) for c in self.coordinates]
-            for muscle in self.muscles
-        ]
-        return np.array(arms).reshape(len(self.muscles), len(self.coordinates))
+def actuator(model, name):
+    return opensim.PathActuator.safeDownCast(model.getForceSet().get(name))
 
 
 def assert_equal_terms(robot, folder, states=3):
-    theirs, ours = Terms(robot, folder), DartDynamics(robot)
+    theirs, ours = OpenSimRobot(robot, folder), DartDynamics(robot)
     rng = np.random.default_rng(1)
     close = {"rtol": 1e-9, "atol": 1e-9}
     for _ in range(states):
@@ -142,7 +79,7 @@ def test_any_sound_robot_is_written(robot):
 
 def test_a_control_is_a_tension(tmp_path):
     robot = planar_2r()
-    theirs, ours = Terms(robot, tmp_path), DartDynamics(robot)
+    theirs, ours = OpenSimRobot(robot, tmp_path), DartDynamics(robot)
     tensions = np.array([10.0, 20.0, 30.0, 40.0])
     theirs.move([0.1, 0.2], [0.0, 0.0])
     theirs.model.setControls(theirs.state, opensim.Vector.createFromMat(tensions))
@@ -150,7 +87,8 @@ def test_a_control_is_a_tension(tmp_path):
     pulled = theirs.bias
     expected = ours.gravity([0.1, 0.2]) + ours.muscle_jacobian([0.1, 0.2]).T @ tensions
     np.testing.assert_allclose(pulled, expected, atol=1e-9)
-    assert [(m.getMinControl(), m.getMaxControl()) for m in theirs.muscles] == [(10.0, 100.0)] * 4
+    muscles = [actuator(theirs.model, muscle.name) for muscle in robot.muscles]
+    assert [(m.getMinControl(), m.getMaxControl()) for m in muscles] == [(10.0, 100.0)] * 4
 
 
 def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
@@ -182,15 +120,15 @@ def test_equal_limits_lock_the_coordinate(tmp_path):
 
 def test_an_open_force_limit_stays_open(tmp_path):
     muscle = cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), f_min=5.0)
-    theirs = Terms(one_link(muscles=[muscle]), tmp_path)
-    assert theirs.muscles[0].getMaxControl() == math.inf
+    theirs = OpenSimRobot(one_link(muscles=[muscle]), tmp_path)
+    assert actuator(theirs.model, "m").getMaxControl() == math.inf
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [1, -1, 0])
 def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
     robot, length = round_a_circle(shape, side)
-    assert Terms(robot, tmp_path).lengths[0] == pytest.approx(length, abs=1e-5)
+    assert OpenSimRobot(robot, tmp_path).lengths[0] == pytest.approx(length, abs=1e-5)
     codes = {finding.code for finding in osim_losses(robot)}
     assert ("side-by-place" in codes) == bool(side)
     assert ("cylinder-has-ends" in codes) == (shape == "cylinder")
@@ -200,7 +138,7 @@ def test_a_way_inside_a_surface_is_left_out_and_said(tmp_path):
     surface = WrapSurface("ring", WORLD, "sphere", 0.5)
     muscle = cable((-1.0, 0.6, 0.0), (1.0, 0.6, 0.0), wraps=(Wrap("ring", 0, inside=True),))
     robot = one_link(muscles=[muscle], surfaces=[surface])
-    assert Terms(robot, tmp_path).lengths[0] == pytest.approx(2.0, abs=1e-12)
+    assert OpenSimRobot(robot, tmp_path).lengths[0] == pytest.approx(2.0, abs=1e-12)
     assert "wrap-left-out" in {finding.code for finding in osim_losses(robot)}
 
 

@@ -1,0 +1,188 @@
+"""Converted robots in other programs: the same M, bias, l and L to 1e-9, or a finding says why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from support.cases import few
+from support.robots.every_field import robot_of_every_field
+from support.robots.random_robots import random_robot
+from support.robots.wrapped import sequences, single_wraps, wrapped_tree
+
+from addin_sdfusion.robot import Finding, Robot, RobotError, read_robot
+from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.writers.convert import FORMATS, convert
+from sim_dart import DartDynamics
+from sim_dart.core.arrays import FloatArray
+
+EXAMPLES = Path(__file__).parents[4] / "examples"
+OURS = ("hill_arm", "planar_2r", "pick_up", "pneumatic_elbow", "roboy_left_arm")
+PUBLISHED = tuple(
+    f"caspr/{name}"
+    for name in ("BMArm", "Example_2R_planar_XZ", "Example_planar_XY", "Example_spatial",
+                 "Example_spherical", "FASTKIT_Planar", "RoboyLeftArm", "RoboyUpperBody")
+) + tuple(
+    f"cardsflow/{name}"
+    for name in ("VRpuppet", "msj_platform", "musc-le", "roboy_upper_body", "shoulder_testbed",
+                 "test_robot", "theClaw")
+)  # fmt: skip
+"""Those that have no errors once they are repaired."""
+PATHS = {"via-point-inside-wrap", "wrap-left-out", "turns-left-out", "side-by-place",
+         "wrap-approximated", "pulley-left-out", "caspr-wrap"}  # fmt: skip
+"""What is said of a muscle whose path is another one."""
+CLOSE = 1e-9
+
+
+def _states(robot: Robot) -> Iterator[tuple[FloatArray, FloatArray]]:
+    rng = np.random.default_rng(1)
+    lower = [max(c.lower, -1.5) for c in robot.coordinates]
+    upper = [max(low, min(c.upper, 1.5)) for low, c in zip(lower, robot.coordinates, strict=True)]
+    for _ in range(4):
+        yield rng.uniform(lower, upper), rng.uniform(-1.0, 1.0, len(lower))
+
+
+def _bare(robot: Robot) -> Robot:
+    """Without springs and friction in its joints, of which there are findings of their own."""
+    joints = []
+    for joint in robot.joints:
+        bare = [replace(c, stiffness=0.0, friction=0.0) for c in joint.coordinates]
+        joints.append(replace(joint, coordinates=tuple(bare)))
+    return replace(robot, joints=tuple(joints))
+
+
+def _near(found: FloatArray, expected: FloatArray) -> None:
+    size = max(1.0, np.abs(expected).max(initial=0.0))
+    np.testing.assert_allclose(found / size, expected / size, rtol=0.0, atol=CLOSE)
+
+
+class Lines(NamedTuple):
+    """Lengths of the muscles, shape (m,), and their gradients, shape (m, n)."""
+
+    lengths: FloatArray
+    L: FloatArray
+
+
+def _paths_near(robot: Robot, findings: list[Finding], found: Lines, expected: Lines) -> None:
+    """The same, but for muscles that a finding names."""
+    said = {finding.subject.name for finding in findings if finding.code in PATHS}
+    listing = "".join(f.message for f in findings if f.code == "ends-move-near-wraps")
+    apart = np.abs(found.lengths - expected.lengths)
+    tilted = np.abs(found.L - expected.L).max(axis=1, initial=0.0)
+    other = {m.name for m, a, b in zip(robot.muscles, apart, tilted, strict=True)
+             if max(a, b) > CLOSE}  # fmt: skip
+    assert {name for name in other if repr(name) not in listing} <= said
+
+
+def _lines(dynamics: DartDynamics, q: FloatArray) -> Lines:
+    return Lines(dynamics.muscle_lengths(q), dynamics.muscle_jacobian(q))
+
+
+def _in_opensim(robot: Robot, folder: Path) -> None:
+    from support.oracles.opensim_model import OpenSimRobot
+
+    theirs, ours = OpenSimRobot(robot, folder), DartDynamics(_bare(robot))
+    theirs.without_forces()
+    findings = convert(robot, "osim", folder).findings
+    for q, qd in _states(robot):
+        theirs.move(q, qd)
+        _near(theirs.mass_matrix, ours.mass_matrix(q))
+        _near(theirs.bias, ours.coriolis(q, qd) + ours.gravity(q))
+        _paths_near(robot, findings, Lines(theirs.lengths, -theirs.moment_arms), _lines(ours, q))
+
+
+def _in_caspr(robot: Robot, folder: Path) -> None:
+    """Read again here."""
+    findings = convert(robot, "caspr", folder).findings
+    again = read_robot(folder, robot.cable_set or None)
+    theirs, ours = DartDynamics(again), DartDynamics(_bare(robot))
+    for q, qd in _states(robot):
+        _near(theirs.mass_matrix(q), ours.mass_matrix(q))
+        _near(theirs.coriolis(q, qd) + theirs.gravity(q), ours.coriolis(q, qd) + ours.gravity(q))
+        _paths_near(robot, findings, _lines(theirs, q), _lines(ours, q))
+
+
+def _in_pinocchio(robot: Robot, folder: Path) -> None:
+    pinocchio = pytest.importorskip("pinocchio", reason="needs the extra pinocchio, for tests")
+    (file,) = convert(robot, "urdf", folder).files
+    model = pinocchio.buildModelFromXML(file.read_text(encoding="utf-8"))
+    model.gravity.linear = np.array(robot.gravity)
+    data, ours = model.createData(), DartDynamics(_bare(robot))
+    joints = [model.joints[model.getJointId(c.name)] for c in robot.coordinates]
+    order = [joint.idx_v for joint in joints]
+    assert sorted(order) == list(range(model.nv))
+    for q, qd in _states(robot):
+        theirs, speeds = np.zeros(model.nq), np.zeros(model.nv)
+        for joint, angle, speed in zip(joints, q, qd, strict=True):
+            on_circle = (np.cos(angle), np.sin(angle)) if joint.nq == 2 else (angle,)
+            theirs[joint.idx_q : joint.idx_q + joint.nq] = on_circle
+            speeds[joint.idx_v] = speed
+        M = np.triu(pinocchio.crba(model, data, theirs))
+        M += np.triu(M, 1).T
+        _near(M[np.ix_(order, order)], ours.mass_matrix(q))
+        bias = pinocchio.nle(model, data, theirs, speeds)[order]
+        _near(bias, ours.coriolis(q, qd) + ours.gravity(q))
+
+
+PROGRAMS = {"osim": _in_opensim, "caspr": _in_caspr, "urdf": _in_pinocchio}
+
+
+def _held(robot: Robot, format_: str, folder: Path) -> None:
+    pytest.importorskip({"osim": "opensim", "urdf": "pinocchio"}.get(format_, "numpy"))
+    for group in robot.cable_sets or (None,):
+        active = robot if group is None else robot.with_cable_set(group.name)
+        PROGRAMS[format_](active, folder)
+
+
+@pytest.mark.parametrize("format_", PROGRAMS)
+@pytest.mark.parametrize("name", OURS)
+def test_examples(name: str, format_: str, tmp_path: Path) -> None:
+    _held(read_robot(EXAMPLES / name / "robot"), format_, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("format_", PROGRAMS)
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_published_robots(name: str, format_: str, shared: Path, tmp_path: Path) -> None:
+    robot = read(shared / "robots" / name, repair=True).require()
+    _held(robot, format_, tmp_path)
+
+
+@pytest.mark.parametrize("format_", PROGRAMS)
+@pytest.mark.parametrize("seed", few(range(12)))
+def test_random_robots(seed: int, format_: str, tmp_path: Path) -> None:
+    _held(random_robot(seed), format_, tmp_path)
+
+
+@pytest.mark.parametrize("format_", PROGRAMS)
+@pytest.mark.parametrize("seed", few(range(1, 25)))
+def test_random_robots_of_every_field(seed: int, format_: str, tmp_path: Path) -> None:
+    """With turned frames CASPR has few of the joints: those are refused."""
+    try:
+        _held(robot_of_every_field(seed), format_, tmp_path)
+    except RobotError as error:
+        assert (format_, seed % 2) == ("caspr", 0)
+        assert {f.code for f in error.findings if f.is_error} == {"caspr-joint-type"}
+
+
+@pytest.mark.parametrize("format_", ["osim", "caspr"])
+@pytest.mark.parametrize("seed", few(range(8)))
+def test_random_robots_with_wraps(seed: int, format_: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    for k, robot in enumerate(
+        [
+            single_wraps(rng, 12, sides=(-1, 0, 0, 1), lengths=(0.5, np.inf)),
+            sequences(rng, 4, 3, sides=(0, 1)),
+            wrapped_tree(random_robot(seed, 3, 4), seed),
+        ]
+    ):
+        _held(robot, format_, tmp_path / str(k))
+
+
+def test_no_format_is_forgotten() -> None:
+    """SDF and cardsflow.xml are read again, MJCF runs in MuJoCo: tests of their own."""
+    assert set(FORMATS) == {*PROGRAMS, "sdf", "cardsflow", "mjcf"}
