@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from .common import GOOD, Commands, add_experiment, add_json, add_output, experiment_of, print_files
 
@@ -35,24 +36,38 @@ def add_build(commands: Commands) -> None:
         help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; when not given "
         "this platform, native ones all that came with the package; others need the extra `cross`",
     )
-    parser.add_argument(
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument(
         "--native",
         action="store_true",
-        help="plant, controller and reference in C alone: they need no Python where they run",
+        default=None,
+        help="plant, controller and reference in C, or nothing: without it those that can; "
+        "they need no Python where they run",
+    )
+    kind.add_argument(
+        "--python",
+        dest="native",
+        action="store_false",
+        help="all models in Python, where C has them as well",
     )
     add_json(parser, "the files")
 
 
 def _build(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.results.engines import why_python
     from cardsflow_fmu.simulation.build import SYSTEM_FILE, build
 
+    experiment = experiment_of(options)
     files = build(
-        experiment_of(options),
+        experiment,
         options.output,
         fmi=options.fmi,
         arrays=not options.scalars,
         platforms=options.platforms,
         native=options.native,
     )
+    if options.native is None:
+        for model, what in why_python(experiment).items():
+            print(f"cardsflow: {model}.fmu is in Python: C does not have {what}", file=sys.stderr)
     print_files((*files.values(), options.output / SYSTEM_FILE), options.json)
     return GOOD

@@ -47,6 +47,9 @@ def add_run(commands: Commands) -> None:
     stepped.add_argument(
         "--native", action="store_true", help="step models in C, all in C, instead of FMUs"
     )
+    stepped.add_argument(
+        "--python", action="store_true", help="FMUs with models in Python, where C has them as well"
+    )
     parser.add_argument(
         "--hardware",
         metavar="URI",
@@ -118,9 +121,9 @@ def _run_system(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.run import RunError, run_system
 
     refuse_view(options, "draws experiments; run the .ssp, and then view its results")
-    if options.direct or options.native:
-        option = "--direct" if options.direct else "--native"
-        raise InputError(f"holds FMUs, which {option} cannot do without", file=options.experiment)
+    if (through := _through(options)) != "fmu":
+        what = f"holds FMUs, which --{through} cannot change or do without"
+        raise InputError(what, file=options.experiment)
     settings = settings_of(options.set)
     if options.hardware is not None:
         if not options.hardware.startswith(
@@ -152,6 +155,8 @@ def _run_system(options: argparse.Namespace) -> int:
 
 
 def _through(options: argparse.Namespace) -> Through:
+    if options.python:
+        return "python"
     return "direct" if options.direct else "native" if options.native else "fmu"
 
 

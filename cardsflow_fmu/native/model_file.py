@@ -22,13 +22,14 @@ from cardsflow_fmu.signals.muscles import (
     modelled_muscles,
     state_order,
 )
+from controllers.qp.solver import DEFAULT_SOLVER
 from sim_dart import compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
 from sim_dart.plant.settings import core_lacks
 
-from .fields import Counts, Fields, encode
+from .fields import NATIVE_MODELS, Counts, Fields, encode
 from .reference import reference_fields
 
 NATIVE_FILE = "native.bin"
@@ -64,45 +65,53 @@ def native_model(experiment: Experiment, model: str) -> NativeModel:
     return NativeModel(_native_file(experiment, model), has_derivatives=model == "plant")
 
 
+def missing_in_c(experiment: Experiment, model: str) -> str | None:
+    """What a model of the experiment needs and native ones do not have, in words.
+
+    Args:
+        experiment: The experiment.
+        model: Name of the model.
+
+    Returns:
+        Such as `worlds with contacts`; None where a native model has all.
+    """
+    if model not in NATIVE_MODELS:
+        return "links to hardware"
+    if model == "reference":
+        return None
+    if (experiment.plant if model == "plant" else experiment.controller).engine == "dart":
+        return 'the engine "dart"'
+    if model == "plant":
+        return core_lacks(experiment.scene)
+    controller = experiment.controller
+    if controller.type not in _LAWS:
+        return f"the law {controller.type!r} (only {' and '.join(_LAWS)})"
+    if controller.tasks is not None and len(set(controller.tasks.priorities)) > 1:
+        return "tasks of several priorities"
+    if controller.solver != DEFAULT_SOLVER:
+        return f"the QP solver {controller.solver!r}"
+    return None
+
+
 def _native_file(experiment: Experiment, model: str) -> bytes:
     """The contents of `resources/native.bin`."""
+    lacking = missing_in_c(experiment, model)
+    if lacking is not None:
+        raise InputError(
+            f"a native {model} does not have {lacking}; build it without --native",
+            file=experiment.file,
+            key="controller" if model == "controller" else None,
+        )
     groups = MODELS[model].groups(experiment)
     if model == "reference":
         return encode(model, b"", groups, *reference_fields(experiment))
     if model == "plant":
-        _require_native_plant(experiment)
         robot = experiment.plant_robot
         plant = experiment.plant
         settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
         return encode(model, compile_blob(robot), groups, *settings)
-    _require_native_law(experiment)
     fields = _controller_fields(experiment)
     return encode(model, compile_blob(experiment.robot), groups, *fields)
-
-
-def _require_native_plant(experiment: Experiment) -> None:
-    """Refuse what plants in C lack."""
-    lacking = core_lacks(experiment.scene)
-    if lacking is not None:
-        raise InputError(
-            f"a native plant does not have {lacking}; build it without --native",
-            file=experiment.file,
-        )
-
-
-def _require_native_law(experiment: Experiment) -> None:
-    """Refuse what the laws in C lack."""
-    controller, lacking = experiment.controller, None
-    if controller.type not in _LAWS:
-        lacking = f"the law {controller.type!r} (only {' and '.join(_LAWS)})"
-    elif controller.tasks is not None and len(set(controller.tasks.priorities)) > 1:
-        lacking = "tasks of several priorities"
-    if lacking:
-        raise InputError(
-            f"a native controller does not have {lacking}; build the FMU without --native",
-            file=experiment.file,
-            key="controller",
-        )
 
 
 def plant_fields(

@@ -8,11 +8,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
-from cardsflow_fmu.native.model_file import NATIVE_FILE
+from cardsflow_fmu.native.model_file import NATIVE_FILE, missing_in_c
 from cardsflow_fmu.signals.roles import HARDWARE
 
 MASTERS = {
     "fmu": "Python, over FMUs",
+    "python": "Python, over FMUs",
     "direct": "Python, over objects",
     "native": "C",
 }
@@ -24,7 +25,7 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
 
     Args:
         experiment: The experiment.
-        through: `direct`, `fmu` or `native`.
+        through: As of `run`.
     """
     if through == "native":
         return {"plant": "native", "controller": "native"}
@@ -33,9 +34,20 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
     plant = chosen_engine(experiment.plant.engine, experiment.scene)
     controller = "dart" if experiment.controller.engine == "dart" else "core"
     found = {"plant": str(plant), "controller": controller}
+    if through == "fmu":
+        found |= dict.fromkeys(found.keys() - why_python(experiment).keys(), "native")
     if experiment.hardware.use:
         found["plant"] = HARDWARE
     return found | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in found}
+
+
+def why_python(experiment: Experiment) -> dict[str, str]:
+    """Plant and controller whose models are not in C, with what they need that is not there."""
+    roles = [role for role in ("plant", "controller") if role not in experiment.fmus]
+    if experiment.hardware.use and "plant" in roles:
+        roles.remove("plant")
+    lacking = {role: missing_in_c(experiment, role) for role in roles}
+    return {role: what for role, what in lacking.items() if what is not None}
 
 
 def system_engines(files: Mapping[str, Path]) -> dict[str, str]:

@@ -25,7 +25,7 @@ from cardsflow_fmu.signals.ports import slack_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
-from .engines import MASTERS, engines
+from .engines import MASTERS, engines, why_python
 from .verdict import problems
 
 Columns = Mapping[str, FloatArray]
@@ -71,6 +71,7 @@ def summarize(
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
         "engine": engines(experiment, through),
+        "not_in_c": why_python(experiment) if through == "fmu" else {},
         "master": MASTERS[through],
         **(signals := _signals(recording, columns, followed, bounds, slack)),
         **_speed(recording, speed),

@@ -33,7 +33,9 @@ def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
     if not engines:
         return []
     named = ", ".join(f"{role} {engine}" for role, engine in engines.items())
-    return [f"engine      {named}; master {summary['master']}"]
+    missing = summary.get("not_in_c") or {}
+    why = "".join(f"; {role} in Python: C does not have {what}" for role, what in missing.items())
+    return [f"engine      {named}; master {summary['master']}{why}"]
 
 
 def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:

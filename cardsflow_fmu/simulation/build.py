@@ -18,7 +18,7 @@ from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
 from cardsflow_fmu.native.fields import NATIVE_MODELS
-from cardsflow_fmu.native.model_file import native_model
+from cardsflow_fmu.native.model_file import missing_in_c, native_model
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import HARDWARE
@@ -27,6 +27,9 @@ from cardsflow_fmu.ssp.writer import write_ssp
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
+
+Libraries = Mapping[bool, Mapping[str, Path] | None]
+"""C libraries of FMUs by platform, of native ones and of others; this platform's own when None."""
 
 MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
@@ -48,7 +51,7 @@ def build(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     platforms: Sequence[str] | None = None,
-    native: bool = False,
+    native: bool | None = None,
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
 
@@ -61,8 +64,9 @@ def build(
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: Platforms of the FMUs, such as `linux64`. When None, on this platform; native
             ones on all whose library came with the package. Others need the extra `cross`.
-        native: Whether plant, controller and reference compute in C alone and need no Python where
-            they run; hardware.fmu, which has its model in Python, is left out.
+        native: Whether plant, controller and reference compute in C alone, and need no Python
+            where they run: when None, those that can; when True, all of them, and hardware.fmu,
+            which has its model in Python, is left out; when False, none.
 
     Returns:
         The FMUs, by the name of the model; the .ssp stands beside them.
@@ -73,10 +77,11 @@ def build(
     for fmu in experiment.fmus.values():
         require_own(fmu.file, experiment.roots, fmu.key)
     with temporary_folder() as aside:
-        libraries = _libraries(platforms, aside, native)
+        names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
+        kinds = {native_or_not(experiment, name, native) for name in names}
+        libraries: Libraries = {kind: _libraries(platforms, aside, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:
             libraries = _of_fmi_2(libraries)
-        names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
         files = build_fmus(experiment, aside, names, fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
@@ -96,10 +101,17 @@ def _buildable(experiment: Experiment) -> list[str]:
     return [name for name in MODELS if name != HARDWARE or has_hardware]
 
 
+def native_or_not(experiment: Experiment, name: str, native: bool | None) -> bool:
+    """Whether a model is to compute in C; arguments as of `build`."""
+    return missing_in_c(experiment, name) is None if native is None else native
+
+
 def _libraries(
     platforms: Sequence[str] | None, folder: Path, native: bool
 ) -> dict[str, Path] | None:
     """Libraries of the named platforms; all prebuilt ones when None."""
+    folder = folder / f"libraries_{'native' if native else 'python'}"
+    folder.mkdir()
     if platforms is not None:
         return libraries_for(platforms, folder, native=native)
     if not native:
@@ -107,11 +119,12 @@ def _libraries(
     return libraries_for([this_platform().tuple, *prebuilt_libraries()], folder, native=True)
 
 
-def _of_fmi_2(libraries: Mapping[str, Path] | None) -> dict[str, Path] | None:
+def _of_fmi_2(libraries: Libraries) -> Libraries:
     """The libraries for platforms that FMI 2.0 has a name for."""
-    if libraries is None:
-        return None
-    return {name: file for name, file in libraries.items() if find_platform(name).fmi2}
+    return {
+        kind: files and {name: file for name, file in files.items() if find_platform(name).fmi2}
+        for kind, files in libraries.items()
+    }
 
 
 def build_fmus(
@@ -120,10 +133,11 @@ def build_fmus(
     names: Sequence[str],
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
-    libraries: Mapping[str, Path] | None = None,
-    native: bool = False,
+    libraries: Libraries | None = None,
+    native: bool | None = None,
 ) -> dict[str, Path]:
     """All FMUs but external ones, by the name of the model, in a folder that exists."""
+    kinds = {name: native_or_not(experiment, name, native) for name in names}
     period = experiment.controller.period
     steps = {"controller": period}
     internal = {
@@ -143,8 +157,8 @@ def build_fmus(
             internal_step=internal.get(name),
             fmi=fmi,
             arrays=arrays,
-            libraries=libraries,
-            native=native_model(experiment, name) if native and name in NATIVE_MODELS else None,
+            libraries=(libraries or {}).get(kinds[name]),
+            native=native_model(experiment, name) if kinds[name] else None,
             dependencies=MODELS[name].dependencies(experiment),
         )
         for name in names

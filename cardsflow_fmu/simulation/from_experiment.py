@@ -31,7 +31,9 @@ from .build import MODELS, build_fmus, model_name
 from .open_system import OpenSystem
 from .result import Result
 
-Through = Literal["fmu", "direct", "native"]
+Through = Literal["fmu", "python", "direct", "native"]
+
+_NATIVE: dict[Through, bool | None] = {"fmu": None, "python": False}
 
 
 class PreparedFmu(NamedTuple):
@@ -77,7 +79,9 @@ def open_experiment(
     driven, fmus = experiment, prepared
     if fmus is None:
         driven = with_approach(experiment)
-        fmus = _built(experiment, driven, aside, fmi, arrays) if through == "fmu" else {}
+        fmus = {}
+        if through in _NATIVE:
+            fmus = _built(experiment, driven, aside, fmi, arrays, _NATIVE[through])
     contents: Contents = {}
     if folder is not None:
         contents |= {fmu.file.name: fmu.file.read_bytes() for fmu in fmus.values()}
@@ -98,16 +102,21 @@ def open_experiment(
 
 
 def _built(
-    experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
+    experiment: Experiment,
+    driven: Experiment,
+    folder: Path,
+    fmi: FmiVersion,
+    arrays: bool,
+    native: bool | None,
 ) -> dict[str, PreparedFmu]:
     """The FMUs of an experiment that may have been made to begin elsewhere."""
     names = [model_name(role, experiment) for role in ROLES]
     if driven is not experiment:  # the controller is the same wherever the robot begins
-        files = build_fmus(experiment, folder, ["controller"], fmi, arrays)
+        files = build_fmus(experiment, folder, ["controller"], fmi, arrays, native=native)
         names.remove("controller")
-        files = build_fmus(driven, folder, names, fmi, arrays) | files
+        files = build_fmus(driven, folder, names, fmi, arrays, native=native) | files
     else:
-        files = build_fmus(experiment, folder, names, fmi, arrays)
+        files = build_fmus(experiment, folder, names, fmi, arrays, native=native)
     return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
 
 

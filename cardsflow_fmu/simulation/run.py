@@ -61,8 +61,9 @@ def run(
     Args:
         experiment: The experiment.
         output: Folder for the results; the experiment's own when None.
-        through: `fmu` for a co-simulation of FMUs, `direct` for the same loop over plain Python
-            objects, `native` for the same loop in C, over models in C.
+        through: `fmu` for a co-simulation of FMUs, native ones where the models are in C; `python`
+            for FMUs with models in Python; `direct` for the same loop over plain Python objects;
+            `native` for the same loop in C, over models in C.
         realtime: Whether steps wait for their time by the clock, as those with hardware do anyway.
         progress: Called now and then with the number of steps done.
         watch: Called now and then with the columns' names and the rows so far.

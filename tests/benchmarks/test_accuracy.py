@@ -79,7 +79,7 @@ def test_moment_arms_are_the_derivative_of_the_lengths(example: str) -> None:
 def test_fmus_against_plain_python(example: str, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": 1.0})
     plain = simulate(experiment, through="direct")
-    fmus = simulate(experiment, through="fmu")
+    fmus = simulate(experiment, through="python")
     native = co_simulate(experiment, tmp_path, native=True)
     positions = [k for k, name in enumerate(native.names) if name.startswith("q.")]
     columns = [plain.names.index(native.names[k]) for k in positions]

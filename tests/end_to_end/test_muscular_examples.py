@@ -27,7 +27,10 @@ def test_fmus_give_equal_columns_and_a_figure(
     example: str, duration: float, label: bytes, tmp_path: Path
 ) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": duration})
-    fmu, direct = run(experiment, tmp_path), simulate(experiment, through="direct")
+    fmu, direct = (
+        run(experiment, tmp_path, through="python"),
+        simulate(experiment, through="direct"),
+    )
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
     assert (tmp_path / "tracking.png").stat().st_size > 1000
     assert label in (tmp_path / "tracking.svg").read_bytes()

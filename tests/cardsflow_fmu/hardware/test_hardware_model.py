@@ -113,7 +113,7 @@ def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
     host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
-    through: Any = "direct" if host == "direct" else "fmu"
+    through: Any = "direct" if host == "direct" else "python"
     with_hardware = simulate(experiment(), through=through)
     ours = simulate(experiment({"hardware.use": False}), through=through)
     for name in ours.names:

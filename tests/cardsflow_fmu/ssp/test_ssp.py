@@ -37,7 +37,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def built(experiment: Experiment, folder: Path) -> Path:
     """The system that is built beside the FMUs."""
-    build(experiment, folder)
+    build(experiment, folder, native=False)
     return folder / "system.ssp"
 
 

@@ -65,7 +65,7 @@ def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, tex
     direct, fmu, native = (numbers(tmp_path / engine) for engine in engines)
     assert len(direct) >= 4
     for one, other, in_c in zip(direct, fmu, native, strict=True):
-        assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
+        assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
         assert one == pytest.approx(in_c, rel=1e-9, abs=1e-9)
     assert len({tuple(row[-3:]) for row in direct}) > 1
 
@@ -79,7 +79,7 @@ def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
         file.write_text(f"{top}[settings]\nrun.duration = 0.02\n{LAWS}")
         run_here(Study.load(file), tmp_path / engine)
         rows.append(numbers(tmp_path / engine))
-    assert rows[0] == rows[1]
+    assert rows[0] == [pytest.approx(row, rel=1e-9, abs=1e-9) for row in rows[1]]
     assert rows[0][0] != rows[0][1]
 
 

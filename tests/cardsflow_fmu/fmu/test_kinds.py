@@ -1,0 +1,135 @@
+"""FMUs compute in C where the experiment allows it, in Python elsewhere, and commands say which."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import simulate
+
+SHORT = ("--set", "run.duration=0.05")
+PICK_UP = EXAMPLES / "pick_up"
+
+
+def kinds(folder: Path) -> dict[str, bool]:
+    """Whether the FMU of each model computes in C."""
+    found = {}
+    for file in folder.glob("*.fmu"):
+        with zipfile.ZipFile(file) as archive:
+            found[file.stem] = "resources/native.bin" in archive.namelist()
+    return found
+
+
+IN_C = {"plant": True, "controller": True, "reference": True, "hardware": False}
+
+
+@pytest.mark.parametrize(
+    ("words", "expected", "said"),
+    [
+        ((PLANAR_2R,), IN_C, ""),
+        ((PLANAR_2R, "--python"), dict.fromkeys(IN_C, False), ""),
+        ((PLANAR_2R, "--native"), {k: v for k, v in IN_C.items() if v}, ""),
+        (
+            (PICK_UP,),
+            IN_C | {"plant": False},
+            "plant.fmu is in Python: C does not have worlds with contacts",
+        ),
+        (
+            (PLANAR_2R, "--set", "controller.type=lyapunov"),
+            IN_C | {"controller": False},
+            "controller.fmu is in Python: C does not have the law 'lyapunov'",
+        ),
+        (
+            (PLANAR_2R, "--set", "controller.solver=daqp"),
+            IN_C | {"controller": False},
+            "controller.fmu is in Python: C does not have the QP solver 'daqp'",
+        ),
+        (
+            (PLANAR_2R, "--set", "plant.engine=dart"),
+            IN_C | {"plant": False},
+            'plant.fmu is in Python: C does not have the engine "dart"',
+        ),
+    ],
+)
+def test_build(
+    words: tuple, expected: dict[str, bool], said: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    code, _, err = cardsflow("build", *words, *SHORT, "-o", tmp_path)
+    assert code == 0
+    assert kinds(tmp_path) == expected
+    assert said in err
+    assert bool(said) == bool(err)
+
+
+@pytest.mark.parametrize(
+    ("setting", "named"),
+    [
+        ("controller.solver=daqp", "the QP solver 'daqp'"),
+        ("plant.engine=dart", 'the engine "dart"'),
+        ("controller.type=lyapunov", "the law 'lyapunov'"),
+    ],
+)
+def test_native_alone_or_nothing(
+    setting: str, named: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    out = tmp_path / "out"
+    said = cardsflow.refused("build", PLANAR_2R, "--native", "--set", setting, "-o", out)
+    assert named in said
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "engine"),
+    [
+        ((PLANAR_2R,), {"plant": "native", "controller": "native"}),
+        ((PLANAR_2R, "--python"), {"plant": "core", "controller": "core"}),
+        ((PICK_UP,), {"plant": "dart", "controller": "native"}),
+    ],
+)
+def test_run(words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: CommandLine) -> None:
+    code, out, _ = cardsflow("run", *words, *SHORT, "-o", tmp_path)
+    assert code == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["engine"] == engine
+    native = {name for name, is_native in kinds(tmp_path).items() if is_native}
+    assert native >= {role for role, kind in engine.items() if kind == "native"}
+    (line,) = (line for line in out.splitlines() if line.startswith("engine"))
+    assert ("plant in Python: C does not have worlds with contacts" in line) == (
+        words[0] == PICK_UP
+    )
+
+
+def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:
+    assert "through='python'" in cardsflow("run", PLANAR_2R, "--python", "--as-script")[1]
+    assert "through" not in cardsflow("run", PLANAR_2R, "--as-script")[1]
+
+
+def test_both_kinds_have_the_same_trajectories() -> None:
+    """Not the same bits: sums are in another order."""
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.2})
+    native, python = (simulate(experiment, through=way) for way in ("fmu", "python"))
+    assert native.names == python.names
+    q = [name for name in native.names if name.startswith("q.")]
+    np.testing.assert_allclose(native.columns(q), python.columns(q), rtol=0, atol=1e-12)
+
+
+def test_libraries_of_both_kinds_travel_for_other_platforms(tmp_path: Path) -> None:
+    """Asked for by name, this platform's own: each FMU has the library of its kind."""
+    from cardsflow_fmu.runtime.library import this_platform
+
+    experiment = Experiment.load(PICK_UP, {"run.duration": 0.05})
+    files = build(experiment, tmp_path, platforms=[this_platform().tuple])
+    sizes = {}
+    for name in ("plant", "controller"):
+        with zipfile.ZipFile(files[name]) as archive:
+            (binary,) = (i for i in archive.infolist() if i.filename.startswith("binaries/"))
+            sizes[name] = binary.file_size
+    assert sizes["plant"] != sizes["controller"]
