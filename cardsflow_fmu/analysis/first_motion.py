@@ -73,7 +73,7 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
     Returns:
         The motion; no coordinate is left where the robot cannot be held at all.
     """
-    pose = _initial_pose(robot)
+    pose = initial_pose(robot)
     dynamics = CoreDynamics(robot, may_be_singular=True)
     reasons = {c.name: NO_ROOM for c in robot.coordinates if not c.lower < c.upper}
     reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
@@ -125,7 +125,7 @@ def counted_force(robot: Robot) -> float:
     return max(_UNLIMITED * weight, 10.0 * max(m.f_min for m in robot.muscles), 1e-9)
 
 
-def _initial_pose(robot: Robot) -> FloatArray:
+def initial_pose(robot: Robot) -> FloatArray:
     """The initial pose, a little within the limits."""
     pose = []
     for c in robot.coordinates:

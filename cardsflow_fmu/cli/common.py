@@ -76,9 +76,10 @@ def add_settings(
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
 
 
-def add_robot(parser: argparse.ArgumentParser) -> None:
+def add_robot(parser: argparse.ArgumentParser, others: str = "") -> None:
     """Add a robot and its cable set."""
-    parser.add_argument("robot", type=Path, help="a model.sdf, a *_bodies.xml, or their folder")
+    what = f"a model.sdf, a *_bodies.xml, or their folder{others}"
+    parser.add_argument("robot", type=Path, help=what)
     add_cable_set(parser)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import Finding, RobotError
+from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
@@ -26,6 +27,7 @@ from .common import (
 if TYPE_CHECKING:
     from addin_sdfusion.robot.model.trajectory import Trajectory
     from addin_sdfusion.robot.readers import Reading
+    from cardsflow_fmu.experiment.experiment import Experiment
 
 _FORMATS = "sdf, caspr, cardsflow, urdf, mjcf or osim"
 
@@ -35,10 +37,10 @@ def add_check(commands: Commands) -> None:
     parser = commands.add(
         "check",
         _check,
-        "List everything that is wrong or doubtful in a robot's files.",
+        "List everything that is wrong or doubtful in a robot's files, or in an experiment.",
         "cardsflow check examples/planar_2r/robot",
     )
-    add_robot(parser)
+    add_robot(parser, "; or an experiment.toml, or the folder that holds one")
     add_json(parser, "the findings")
     parser.add_argument(
         "--for",
@@ -114,12 +116,22 @@ def add_size(commands: Commands) -> None:
 def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
-    reading = read(options.robot, options.cable_set)
-    findings = list(reading.findings)
+    experiment = _experiment(options.robot)
+    if experiment is None:
+        reading = read(options.robot, options.cable_set)
+        findings = list(reading.findings)
+    else:
+        parts = [(part.files[0], part.robot) for part in experiment.parts]
+        parts = parts or [(experiment.robot_path, experiment.robot)]
+        readings = [read(file, robot.cable_set or None) for file, robot in parts]
+        reading = readings[0]
+        findings = [finding for one in readings for finding in one.findings]
     sound = not any(finding.is_error for finding in findings)
     if sound:
+        findings += _drive_findings(reading, experiment)
         findings += _motion_findings(options, reading)
         findings += _losses(options, reading)
+        findings = errors_first(findings)
     if options.json:
         print(json_text([finding.as_dict() for finding in findings], indent=1))
     else:
@@ -131,6 +143,24 @@ def _check(options: argparse.Namespace) -> int:
         hint = f"; {' and '.join(later)} want a robot without errors" if later else ""
         print(f"{errors} errors, {len(findings) - errors} warnings{hint}")
     return FAILED if any(finding.is_error for finding in findings) else GOOD
+
+
+def _experiment(path: Path) -> Experiment | None:
+    """The experiment of an experiment.toml, or of a folder that holds one and no robot."""
+    from cardsflow_fmu.experiment.experiment import Experiment
+
+    robots = (path / "model.sdf", *path.glob("*_bodies.xml"))
+    inside = (path / "experiment.toml").is_file() and not any(file.is_file() for file in robots)
+    return Experiment.load(path) if path.suffix == ".toml" or inside else None
+
+
+def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Finding]:
+    """What muscles cannot do."""
+    from cardsflow_fmu.analysis.drive_check import drive_findings, experiment_findings
+
+    if experiment is not None:
+        return experiment_findings(experiment)
+    return drive_findings(reading.require())
 
 
 def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Finding]:

@@ -1,0 +1,120 @@
+"""What a robot's muscles cannot do, as findings: of a robot, and of an experiment with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from addin_sdfusion.robot import Finding, InputError, Robot, Subject
+from addin_sdfusion.robot.finding_builders import error, warning
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.drivable import drivable
+from controllers.analysis.inverse_dynamics import motion_terms
+from controllers.force_distribution.poses import INFEASIBLE
+from sim_dart import CoreDynamics
+from sim_dart.core.mass_check import massless_coordinates
+
+from .first_motion import initial_pose, lacks, pose_terms
+from .sizing import reference_motion
+
+_POSES = 5
+_NO_ARM = 1e-9  # beside the largest of the robot's
+_POINTS = 100
+
+
+def drive_findings(robot: Robot) -> list[Finding]:
+    """What the muscles of a robot cannot do, wherever an experiment puts it.
+
+    Args:
+        robot: A robot without errors.
+    """
+    if not robot.coordinates or not robot.muscles:
+        return []
+    dynamics = CoreDynamics(robot, may_be_singular=True)
+    return [*_massless(robot, dynamics), *_held(robot, dynamics, None)]
+
+
+def experiment_findings(experiment: Experiment) -> list[Finding]:
+    """What goes wrong in a run of an experiment, as far as that is known without one."""
+    robot = experiment.robot
+    dynamics = CoreDynamics(robot, may_be_singular=True)
+    found = list(_massless(robot, dynamics))
+    if found:
+        return found
+    subject = Subject("experiment", experiment.name)
+    found += [warning(subject, "experiment", line) for line in experiment.warnings()]
+    found += _held(robot, dynamics, np.array(experiment.start.q))
+    return found + list(_motion(experiment, subject))
+
+
+def _massless(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
+    M = dynamics.mass_matrix([c.initial for c in robot.coordinates])
+    if not np.isfinite(M).all():
+        return
+    for name in massless_coordinates(robot, M):
+        problem = (
+            "its motion moves no mass, and no engine simulates that; give the links there masses "
+            f"and inertias, or lock it: [robot.coordinates.{name}] locked = true"
+        )
+        yield error(Subject("coordinate", name), "massless-motion", problem)
+
+
+def _held(robot: Robot, dynamics: CoreDynamics, start: FloatArray | None) -> Iterator[Finding]:
+    """Coordinates that no muscle moves, and those that muscles cannot hold at the start."""
+    arms = [np.abs(dynamics.muscle_jacobian(q)).max(axis=0) for q in _poses(robot)]
+    still = np.max(arms, axis=0) <= _NO_ARM * max(float(np.max(arms)), 1e-300)
+    free = []
+    for k, c in enumerate(robot.coordinates):
+        if c.actuated or not c.lower < c.upper:
+            continue
+        if still[k]:
+            problem = (
+                "no muscle moves it; lock it, give it a motor, or leave it to a spring: "
+                f"[robot.coordinates.{c.name}] locked = true; `cardsflow init` locks it"
+            )
+            yield warning(Subject("coordinate", c.name), "coordinate-without-muscle", problem)
+        else:
+            free.append(k)
+    q = initial_pose(robot) if start is None else start
+    terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
+    massless = massless_coordinates(robot, terms.M)
+    free = [k for k in free if robot.coordinates[k].name not in massless]
+    where = "in its initial pose" if start is None else "where the experiment starts"
+    found = drivable(terms, free)
+    for k, why in lacks(robot, dynamics, q, found).items():
+        subject = Subject("coordinate", robot.coordinates[k].name)
+        yield warning(subject, "pose-not-held", f"muscles cannot drive it {where}: {why}")
+
+
+def _poses(robot: Robot) -> FloatArray:
+    """The initial pose, and others within the limits."""
+    pose = initial_pose(robot)
+    rng = np.random.default_rng(0)
+    reach = [min(1.0, 0.5 * (c.upper - c.lower)) for c in robot.coordinates]
+    away = rng.uniform(-1.0, 1.0, (_POSES, len(pose))) * reach
+    lower = np.array([c.lower for c in robot.coordinates])
+    upper = np.array([c.upper for c in robot.coordinates])
+    return np.vstack([pose, np.clip(pose + away, lower, upper)])
+
+
+def _motion(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
+    """Points of the reference at which no forces fit."""
+    if any(c.actuated for c in experiment.robot.coordinates):
+        return
+    try:
+        motion = reference_motion(experiment, _POINTS)
+        terms = motion_terms(CoreDynamics(experiment.robot), motion)
+    except InputError as problem:
+        yield warning(subject, "motion-not-reached", str(problem))
+        return
+    status = terms.distribute().distribution.status
+    wrong = status == INFEASIBLE
+    if wrong.any():
+        problem_ = (
+            f"no forces within their bounds fit at {int(wrong.sum())} of {len(wrong)} points of "
+            f"the reference, from t = {motion.times[int(np.argmax(wrong))]:.3g} s; "
+            "`cardsflow size` says what is missing"
+        )
+        yield warning(subject, "motion-not-held", problem_)

@@ -1,0 +1,134 @@
+"""`cardsflow check` of what muscles cannot do: in robots, and in experiments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support.command_line import CommandLine
+from support.robots.one_link import cable, one_link
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import (
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Robot,
+    revolute,
+    write_caspr,
+    write_sdf,
+)
+from addin_sdfusion.robot.model.pose import Pose
+
+Y = (0.0, 1.0, 0.0)
+LIGHT = Inertia(1.0, (0.2, 0.0, 0.0), 0.01, 0.01, 0.01)
+CODES = ("massless-motion", "coordinate-without-muscle", "pose-not-held", "motion-not-held")
+
+
+def arm(height: float, **coordinate: float) -> Robot:
+    strand = cable((-0.1, 0.0, height), (0.3, 0.0, 0.0), f_max=100.0)
+    return one_link(LIGHT, [strand], motions=revolute(Y), **coordinate)
+
+
+def found(cardsflow: CommandLine, *words: object) -> dict[str, str]:
+    """The messages of findings of `CODES`, by code."""
+    _, out, _ = cardsflow("check", *words)
+    lines = [line for line in out.splitlines() if line.endswith(tuple(f"[{c}]" for c in CODES))]
+    return {line.rpartition("[")[2][:-1]: line for line in lines}
+
+
+def test_a_pose_that_muscles_hold_is_no_finding(tmp_path: Path, cardsflow: CommandLine) -> None:
+    write_sdf(arm(0.5), tmp_path)
+    assert found(cardsflow, tmp_path) == {}
+
+
+def test_a_pose_that_is_not_held(tmp_path: Path, cardsflow: CommandLine) -> None:
+    write_sdf(arm(-0.5), tmp_path)
+    assert "nothing pulls q down" in found(cardsflow, tmp_path)["pose-not-held"]  # -q is up
+
+
+def test_a_coordinate_without_muscle(tmp_path: Path, cardsflow: CommandLine) -> None:
+    wrist = Joint("wrist", "a", "hand", revolute(Y), (Coordinate("wrist"),))
+    robot = arm(0.5)
+    robot = replace(robot, links=(*robot.links, Link("hand", LIGHT)), joints=(*robot.joints, wrist))
+    write_sdf(robot, tmp_path)
+    messages = found(cardsflow, tmp_path)
+    assert list(messages) == ["coordinate-without-muscle"]
+    assert "coordinate 'wrist'" in messages["coordinate-without-muscle"]
+
+
+def massless() -> Robot:
+    """A mass on the axis of the joint before it, that turns out of it with another joint."""
+    rod = Inertia(1.0, (0.0, 0.0, 0.2), 0.0, 0.0, 0.0)
+    twist = Joint("twist", "world", "shaft", revolute((0.0, 0.0, 1.0)), (Coordinate("twist"),))
+    swing = Joint("swing", "shaft", "rod", revolute(Y), (Coordinate("swing"),), Pose())
+    strand = replace(cable((-0.1, 0.0, 0.5), (0.05, 0.0, 0.2)), f_max=50.0)
+    strand = replace(
+        strand, via_points=(strand.via_points[0], replace(strand.via_points[1], link="rod"))
+    )
+    robot = one_link(rod, [strand])
+    return replace(
+        robot, links=(Link("shaft", Inertia(0.0)), Link("rod", rod)), joints=(twist, swing)
+    )
+
+
+@pytest.mark.parametrize("engine", ["core", "dart"])
+def test_a_motion_that_moves_no_mass_is_one_rule_for_both_engines(
+    engine: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    write_sdf(massless(), tmp_path / "robot")
+    code, _, _ = cardsflow("check", tmp_path / "robot")
+    assert code == 1
+    assert "coordinate 'twist'" in found(cardsflow, tmp_path / "robot")["massless-motion"]
+    (tmp_path / "experiment.toml").write_text(
+        '[robot]\npath = "robot"\n[reference]\nspline = "quintic"\n'
+        "points = [{ time = 0.0, q = [0.0, 0.0] }, { time = 0.1, q = [0.0, 0.0] }]\n"
+        f'[controller]\nkp = 1.0\nkd = 1.0\nengine = "{engine}"\n'
+        f'[plant]\nengine = "{engine}"\n[run]\nstep = 0.001\n'
+    )
+    message = cardsflow.refused("run", tmp_path, "--direct", "-o", tmp_path / "out")
+    assert "moves no mass: twist" in message
+
+
+def test_published_carex(shared: Path, cardsflow: CommandLine) -> None:
+    messages = found(cardsflow, shared / "robots/caspr/CAREX")
+    assert "joint_1_gamma" in messages["massless-motion"]
+
+
+def test_experiments_are_checked_with_what_they_change(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    text = (PLANAR_2R / "experiment.toml").read_text()
+    text = text.replace('"robot/', f'"{PLANAR_2R}/robot/')
+    (tmp_path / "experiment.toml").write_text(text)
+    for place in (tmp_path, tmp_path / "experiment.toml", PLANAR_2R / "experiment.toml"):
+        assert found(cardsflow, place) == {}
+    weak = "".join(f"[muscles.cable_{k}]\nf_max = 15.0\n" for k in range(1, 5))
+    (tmp_path / "experiment.toml").write_text(f"{text}\n{weak}")
+    message = found(cardsflow, tmp_path)["motion-not-held"]
+    assert "points of the reference, from t = " in message
+    assert "cardsflow size" in message
+    assert "[zero-inertia-about-axis]" in cardsflow("check", tmp_path)[1]  # of the robot's files
+
+
+@pytest.mark.parametrize("name", ["roboy_left_arm", "hill_arm", "pick_up", "pneumatic_elbow"])
+def test_examples_are_sound(name: str, cardsflow: CommandLine) -> None:
+    assert found(cardsflow, EXAMPLES / name / "experiment.toml") == {}
+    assert found(cardsflow, EXAMPLES / name / "robot") == {}
+
+
+def test_an_experiment_that_cannot_be_read_is_refused(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    (tmp_path / "experiment.toml").write_text("[robot]\npath = 3\n")
+    assert "robot.path" in cardsflow("check", tmp_path)[2]
+
+
+def test_caspr_folders_with_an_experiment_beside_are_robots(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    write_caspr(arm(0.5, lower=-1.0, upper=1.0, initial=0.0), tmp_path)
+    (tmp_path / "experiment.toml").write_text("nonsense")
+    assert cardsflow("check", tmp_path)[0] == 0
