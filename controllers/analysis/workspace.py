@@ -83,7 +83,10 @@ def joint_grid(lower: ArrayLike, upper: ArrayLike, points: int | Sequence[int]) 
 
 
 def is_wrench_closed(L: ArrayLike) -> BoolArray:
-    """Whether unlimited muscles could make any torque, shape (...), for any number of muscles."""
+    """Whether unlimited muscles could make any torque, shape (...), for any number of muscles.
+
+    Without muscles none is made; without coordinates there is none to make, and all is well.
+    """
     shape = np.shape(L)
     if len(shape) >= 2 and too_many_facets(shape[-2], shape[-1]):
         return np.asarray(tension_factor(L) > _CLOSED)

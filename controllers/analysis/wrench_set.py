@@ -53,7 +53,7 @@ class _Facets(NamedTuple):
 
 def too_many_facets(m: int, n: int) -> bool:
     """Whether m muscles for n coordinates make more facets than are gone through."""
-    return comb(m, n - 1) > MOST_FACETS
+    return n > 0 and comb(m, n - 1) > MOST_FACETS
 
 
 def full_rank(L: FloatArray) -> BoolArray:
@@ -132,6 +132,8 @@ def has_wrench_closure(L: ArrayLike) -> BoolArray:
     Trans. Robotics 22 (2006).
     """
     shape = np.shape(L)
+    if len(shape) >= 2 and 0 in shape[-2:]:  # no torque is asked for, or none is made
+        return np.full(shape[:-2], shape[-1] == 0)
     poses = gather(L, np.zeros(shape[-1:]), 0.0, np.inf)
     closed = full_rank(poses.L)
     for facets in _facets(poses):
@@ -167,8 +169,10 @@ def _slack(poses: Poses, facets: _Facets) -> FloatArray:
 
 
 def _facets(poses: Poses) -> Iterator[_Facets]:
-    """The candidates for facets, some poses at a time."""
+    """The candidates for facets, some poses at a time; none where the muscles are too few."""
     m, n = poses.m, poses.n
+    if m < n - 1:
+        return
     if too_many_facets(m, n):
         raise InputError(
             f"{m} muscles for {n} coordinates make up to {2 * comb(m, n - 1)} facets, too many"

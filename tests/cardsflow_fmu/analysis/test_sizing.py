@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.command_line import CommandLine
+from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
@@ -15,7 +16,7 @@ from cardsflow_fmu.analysis.sizing import bottlenecks, reference_motion, size, s
 from cardsflow_fmu.analysis.sizing_report import describe_sizes
 from cardsflow_fmu.experiment.settings.reference import FlowerSettings
 from cardsflow_fmu.models.reference import make_reference
-from controllers.analysis.inverse_dynamics import motion_terms, size_muscles
+from controllers.analysis.inverse_dynamics import Motion, motion_terms, size_muscles
 from controllers.force_distribution.linear import minimum_infinity_norm
 from sim_dart import DartDynamics
 
@@ -170,3 +171,13 @@ def test_a_muscle_that_only_brakes_drives_with_no_power() -> None:
     rows = size(Experiment.load(PLANAR_2R, settings))["muscles"]
     assert all(row["peak_power"] >= 0 and row["peak_braking_power"] >= 0 for row in rows)
     assert any(row["peak_power"] == 0 and row["peak_braking_power"] > 0 for row in rows)
+
+
+@pytest.mark.parametrize(("joints", "muscles"), [(3, 1), (5, 1), (4, 2), (6, 3), (2, 1), (1, 1)])
+def test_a_robot_with_few_muscles_is_sized(joints: int, muscles: int) -> None:
+    """Torques that they cannot make are said to be impossible; there are no margins to tell."""
+    robot = random_robot(joints, joints=joints, muscles=muscles, sliding=False)
+    nothing = np.zeros((3, joints))
+    sizes = size_robot(robot, Motion(np.array([0.0, 1.0, 2.0]), nothing, nothing, nothing))
+    assert sizes["impossible_points"] == (3 if muscles < joints else 0)
+    assert describe_sizes(sizes)

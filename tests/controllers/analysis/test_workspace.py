@@ -20,6 +20,7 @@ from controllers.analysis.workspace_metrics import (
     tension_factor,
     unilateral_dexterity,
 )
+from controllers.analysis.wrench_set import capacity_margin, torque_margins
 from sim_dart import DartDynamics
 
 GRID = joint_grid([-1.2, -1.2], [1.2, 1.2], 9)
@@ -161,3 +162,19 @@ def test_grids_need_limits_and_points(arm: DartDynamics) -> None:
             joint_grid(lower, upper, points)
     with pytest.raises(UnknownNameError, match="no condition 'static'"):
         workspace(arm, GRID[:1, :1], conditions=["wrench_closure"]).share("static")
+
+
+@pytest.mark.parametrize("m", range(6))
+@pytest.mark.parametrize("n", range(5))
+def test_any_number_of_muscles_and_coordinates_has_an_answer(m: int, n: int) -> None:
+    """Closed for n + 1 muscles around nothing, never for fewer; and without coordinates."""
+    L = np.vstack([np.eye(n), -np.ones((6, n))])[:m]
+    for stack in (L, np.array([L, L])):
+        assert (
+            is_wrench_closed(stack).tolist() == np.full(stack.shape[:-2], m > n or not n).tolist()
+        )
+    if m and n:
+        margin = capacity_margin(L, np.zeros(n), np.zeros(m), np.ones(m))
+        assert np.isnan(margin) == (m < n)
+        down, up = torque_margins(L, np.zeros(n), np.zeros(m), np.ones(m))
+        assert np.isnan([down, up]).all() == (m < n)
