@@ -46,11 +46,7 @@ def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
 
 def pulley_muscles(robot: Robot) -> list[int]:
     """The indices of the active muscles that come off a swivelling pulley."""
-    return [
-        k
-        for k, muscle in enumerate(robot.muscles)
-        if muscle.pulley is not None and muscle.pulley.kind == "rotating"
-    ]
+    return [k for k, muscle in enumerate(robot.muscles) if muscle.pulley is not None]
 
 
 def first_points(robot: Robot) -> list[int]:
@@ -115,14 +111,14 @@ def _wrap_fields(robot: Robot) -> dict[str, ArrayLike]:
 def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
     firsts, muscles = first_points(robot), robot.muscles
     on = pulley_muscles(robot)
-    parameters = [dict(muscles[k].pulley.parameters) for k in on]  # type: ignore[union-attr]
+    pulleys = [pulley for muscle in muscles if (pulley := muscle.pulley) is not None]
     return {
         "pulley_point": [firsts[k] for k in on],
         "pulley_direction": [
-            _turned(places[muscles[k].via_points[0].link], numbers["cable_entry_vector"])
-            for k, numbers in zip(on, parameters, strict=True)
+            _turned(places[muscles[k].via_points[0].link], pulley.entry_vector)
+            for k, pulley in zip(on, pulleys, strict=True)
         ],
-        "pulley_radius": [numbers["pulley_radius"][0] for numbers in parameters],
+        "pulley_radius": [pulley.radius[0] for pulley in pulleys],
     }
 
 

@@ -65,7 +65,7 @@ class PathShapes:
         self._wraps = ordered_wraps(robot)
         self._pulleys = pulley_muscles(robot)
         self._radii = {
-            k: dict(self._muscles[k].pulley.parameters)["pulley_radius"][0]  # type: ignore[union-attr]
+            k: self._muscles[k].pulley.radius[0]  # type: ignore[union-attr]
             for k in self._pulleys
         }
         surfaces = {surface.name: k for k, surface in enumerate(robot.wrap_surfaces)}

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, unknown, warning
-from ..model.muscle import Muscle
+from ..model.muscle import BasePulley, Muscle
 from ..model.robot import WORLD, Robot
 from ..model.tension_laws import TENSION_LAWS, law_of
 
@@ -89,21 +89,32 @@ def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         problem = f"a {kind} cable; it is simulated as an ideal one, whose force is as commanded"
         yield warning(subject, "cable-model-not-simulated", problem)
     if muscle.pulley is not None and muscle.pulley.kind == "screw":
-        problem = "its screw pulley is not modelled; it starts at the pulley's fixed location"
-        yield warning(subject, "pulley-not-modelled", problem)
+        yield warning(subject, "winch-travel-left-out", _travel(muscle.pulley))
+
+
+def _travel(pulley: BasePulley) -> str:
+    """What a screw's winch does in CASPR, and not here."""
+    numbers = dict(pulley.parameters)
+    given = [numbers.get(f"winch_{name}", ()) for name in ("groove_width", "radius")]
+    how = ""
+    if all(len(values) == 1 for values in given) and given[1][0] > 0.0:
+        how = f" by {given[0][0] / (2 * math.pi * given[1][0]):.3g} m a metre of cable"
+    return (
+        f"its winch moves its pulley{how} in CASPR, from a place that depends on how often it was "
+        "called; here the pulley stands at the constant winch point"
+    )
 
 
 def _pulley_numbers(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
-    """A rotating pulley has a size and a direction."""
-    if muscle.pulley is None or muscle.pulley.kind != "rotating":
+    """A pulley has a size and a direction."""
+    if muscle.pulley is None:
         return
-    numbers = dict(muscle.pulley.parameters)
-    radius, entry = numbers.get("pulley_radius", ()), numbers.get("cable_entry_vector", ())
+    radius, entry = muscle.pulley.radius, muscle.pulley.entry_vector
     if len(radius) != 1 or radius[0] <= 0.0:
         problem = f"pulley_radius {_text(radius)} of its base pulley is not one number above zero"
         yield error(subject, "bad-pulley", problem)
     if len(entry) != 3 or not any(entry):
-        problem = f"cable_entry_vector {_text(entry)} of its base pulley is no direction"
+        problem = f"{muscle.pulley.entry_name} {_text(entry)} of its base pulley is no direction"
         yield error(subject, "bad-pulley", problem)
 
 

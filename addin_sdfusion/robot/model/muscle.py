@@ -59,10 +59,11 @@ class CableModel:
 class BasePulley:
     """A swivelling pulley where a cable leaves the base.
 
-    The first via point is where the cable comes on, along `cable_entry_vector`; the pulley's plane
+    The first via point is where the cable comes on, along the entry vector; the pulley's plane
     swivels about that line to hold the next point. The arc on the pulley, of `pulley_radius`,
-    counts for the length, and the cable leaves along the tangent. A screw's winch is not modelled;
-    its cable starts at the first via point: `check` says so.
+    counts for the length, and the cable leaves along the tangent. The winch of a screw moves its
+    pulley along in CASPR, by a way that depends on how often it was called; here it stands still:
+    `check` says so.
 
     Attributes:
         kind: `rotating`, or `screw` with a winch behind it.
@@ -71,6 +72,21 @@ class BasePulley:
 
     kind: Literal["rotating", "screw"]
     parameters: tuple[tuple[str, tuple[float, ...]], ...] = ()
+
+    @property
+    def entry_name(self) -> str:
+        """What CASPR calls the direction in which the cable comes on."""
+        return "cable_pulley_entry_vector" if self.kind == "screw" else "cable_entry_vector"
+
+    @property
+    def entry_vector(self) -> tuple[float, ...]:
+        """The direction in which the cable comes on; empty if it is not given."""
+        return dict(self.parameters).get(self.entry_name, ())
+
+    @property
+    def radius(self) -> tuple[float, ...]:
+        """The pulley's radius, in [m]; empty if it is not given."""
+        return dict(self.parameters).get("pulley_radius", ())
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -28,12 +29,14 @@ def caspr_length(F: FloatArray, v: FloatArray, B: FloatArray) -> float:
     return float(arc + np.linalg.norm(B - A))
 
 
-def pulleys(rng: np.random.Generator, count: int) -> Robot:
+def pulleys(
+    rng: np.random.Generator, count: int, kind: Literal["rotating", "screw"] = "rotating"
+) -> Robot:
     muscles = [
         Muscle(
             f"muscle_{k}",
             (ViaPoint(WORLD, vector(rng, 0.3)), ViaPoint(FAR, vector(rng, 0.5))),
-            pulley=base_pulley(R, vector(rng, 2.0)),
+            pulley=base_pulley(R, vector(rng, 2.0), kind),
         )
         for k in range(count)
     ]
@@ -43,13 +46,17 @@ def pulleys(rng: np.random.Generator, count: int) -> Robot:
 def numbers(muscle: Muscle) -> tuple[FloatArray, FloatArray, FloatArray]:
     F, B = (np.array(point.position) for point in muscle.via_points)
     assert muscle.pulley is not None
-    v = np.array(dict(muscle.pulley.parameters)["cable_entry_vector"])
+    v = np.array(muscle.pulley.entry_vector)
     return F, v / np.linalg.norm(v), B
 
 
-def test_lengths_are_casprs_and_jacobians_their_derivatives() -> None:
+@pytest.mark.parametrize("kind", ["rotating", "screw"])
+def test_lengths_are_casprs_and_jacobians_their_derivatives(
+    kind: Literal["rotating", "screw"],
+) -> None:
+    """Of a screw's pulley without any travel of its winch."""
     rng = np.random.default_rng(1)
-    robot = pulleys(rng, 300)
+    robot = pulleys(rng, 300, kind)
     paths, compared = MusclePaths(robot), 0
     for _ in range(10):
         q = rng.uniform(-0.3, 0.3, 3)

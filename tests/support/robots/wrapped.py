@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -128,9 +129,22 @@ def wrapped_tree(robot: Robot, seed: int) -> Robot:
     return replace(robot.with_muscles(muscles), wrap_surfaces=tuple(surfaces))
 
 
-def base_pulley(radius: float, entry: tuple[float, float, float]) -> BasePulley:
+def base_pulley(
+    radius: float,
+    entry: tuple[float, float, float],
+    kind: Literal["rotating", "screw"] = "rotating",
+) -> BasePulley:
     """A swivelling pulley."""
-    return BasePulley("rotating", (("pulley_radius", (radius,)), ("cable_entry_vector", entry)))
+    if kind == "rotating":
+        return BasePulley(kind, (("pulley_radius", (radius,)), ("cable_entry_vector", entry)))
+    numbers = (
+        ("winch_vector", (1.0, 0.0, 0.0)),
+        ("cable_pulley_entry_vector", entry),
+        ("pulley_radius", (radius,)),
+        ("winch_radius", (0.02,)),
+        ("winch_groove_width", (0.001,)),
+    )
+    return BasePulley(kind, numbers)
 
 
 def vector(rng: np.random.Generator, size: float = 0.5) -> tuple[float, float, float]:

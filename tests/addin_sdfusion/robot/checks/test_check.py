@@ -88,7 +88,9 @@ def with_surfaces(*surfaces):
 
 
 PULLEY = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
-SCREW = BasePulley("screw", (("pulley_radius", (0.1,)),))
+SCREW = BasePulley(
+    "screw", (("pulley_radius", (0.1,)), ("cable_pulley_entry_vector", (0.0, 0.0, 1.0)))
+)
 BALL = WrapSurface("ball", "arm", "sphere", 0.1)
 BALLS = (
     BALL,
@@ -181,7 +183,7 @@ WARNINGS = {
     "zero-limits": with_coordinate(lower=0.0, upper=0.0),
     "no-muscles": replace(ROBOT, cable_set=""),
     "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
-    "pulley-not-modelled": with_cable(pulley=SCREW),
+    "winch-travel-left-out": with_cable(pulley=SCREW),
     "via-point-inside-wrap": over_balls(Wrap("base", 0)),
     "wrap-ends-left": replace(
         with_cable(wraps=(Wrap("ball", 0, inside=True),)),
@@ -269,7 +271,7 @@ def test_unsimulated_cables_are_reported_for_active_muscles_only():
     robot = replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], CableSet("b", (odd,))))
     assert check(robot) == []
     active = [(f.code, f.subject) for f in check(robot.with_cable_set("b"))]
-    expected = ("cable-model-not-simulated", "pulley-not-modelled")
+    expected = ("cable-model-not-simulated", "winch-travel-left-out")
     assert active == [(code, ("muscle", "biceps")) for code in expected]
 
 

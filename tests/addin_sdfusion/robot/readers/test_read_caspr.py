@@ -348,8 +348,11 @@ def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
     assert dict(muscle.pulley.parameters)["pulley_radius"] == (0.04,)
     vectors = {"rotating": "cable_entry_vector", "screw": "cable_pulley_entry_vector"}
     assert dict(muscle.pulley.parameters)[vectors[kind]] == (0.0, 0.0, 1.0)
-    codes = {f.code for f in reading.findings if f.subject.kind == "muscle"}
-    assert codes == ({"pulley-not-modelled"} if kind == "screw" else set())
+    assert muscle.pulley.entry_vector == (0.0, 0.0, 1.0)
+    found = {f.code: f.message for f in reading.findings if f.subject.kind == "muscle"}
+    assert found.keys() == ({"winch-travel-left-out"} if kind == "screw" else set())
+    if kind == "screw":  # 1 mm a turn of 2 pi 20 mm
+        assert "0.00796 m a metre of cable" in found["winch-travel-left-out"]
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,9 @@ SCREW = with_joint(
     motions=SLIDE,
     coordinates=(ROBOT.coordinates[1], replace(ROBOT.coordinates[1], name="slide", unit="m")),
 )
-HALF = BasePulley("screw", (("pulley_radius", (0.1,)),))
+HALF = BasePulley(
+    "screw", (("pulley_radius", (0.1,)), ("cable_pulley_entry_vector", (0.0, 0.0, 1.0)))
+)
 
 ERRORS = {
     "caspr-gravity": replace(ROBOT, gravity=(0.0, 0.0, 0.0)),
@@ -81,6 +83,7 @@ MESHED = replace(ROBOT.links[0], meshes=(Mesh("visual", "link.stl"),))
 WARNINGS = {
     "caspr-joint-names": with_joint(name="elbow"),
     "caspr-damping": with_coordinate(damping=1.0),
+    "caspr-motor-bounds": with_coordinate(tau_max=1.0),
     "caspr-meshes": replace(ROBOT, links=(MESHED, ROBOT.links[1])),
     "caspr-infinite-force": with_muscle(f_max=math.inf),
     "caspr-cable-property": with_muscle(model=CableModel("ideal", (("colour", 1.0),))),
