@@ -14,7 +14,7 @@ from support.robots.every_field import robot_of_every_field
 from support.robots.random_robots import random_robot
 from support.robots.wrapped import sequences, single_wraps, wrapped_tree
 
-from addin_sdfusion.robot import Finding, Robot, RobotError, read_robot
+from addin_sdfusion.robot import Finding, Robot, read_robot
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import FORMATS, convert
 from sim_dart import DartDynamics
@@ -158,15 +158,13 @@ def test_random_robots(seed: int, format_: str, tmp_path: Path) -> None:
     _held(random_robot(seed), format_, tmp_path)
 
 
-@pytest.mark.parametrize("format_", PROGRAMS)
-@pytest.mark.parametrize("seed", few(range(1, 25)))
+@pytest.mark.parametrize(
+    ("format_", "seed"),
+    few([(f, seed) for seed in range(1, 25) for f in PROGRAMS if seed % 2 or f != "caspr"], 5),
+)
 def test_random_robots_of_every_field(seed: int, format_: str, tmp_path: Path) -> None:
-    """With turned frames CASPR has few of the joints: those are refused."""
-    try:
-        _held(robot_of_every_field(seed), format_, tmp_path)
-    except RobotError as error:
-        assert (format_, seed % 2) == ("caspr", 0)
-        assert {f.code for f in error.findings if f.is_error} == {"caspr-joint-type"}
+    """CASPR has few of the joints in turned frames, which even seeds have."""
+    _held(robot_of_every_field(seed), format_, tmp_path)
 
 
 @pytest.mark.parametrize("format_", ["osim", "caspr"])
