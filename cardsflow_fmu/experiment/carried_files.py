@@ -103,6 +103,7 @@ def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
         for k, row in enumerate(rows if isinstance(rows, list) else ()):
             yield f"{key}[{k}].{entry}", row.get(entry) if isinstance(row, dict) else None
     yield "world.sdf", _table(data, "world").get("sdf")
+    yield "reference.file", _table(data, "reference").get("file")
     yield "hardware.key_file", _table(data, "hardware").get("key_file")
     for role, fmu in _table(data, "fmus").items():
         yield f"fmus.{role}", fmu.get("path") if isinstance(fmu, dict) else fmu

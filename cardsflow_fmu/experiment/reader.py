@@ -15,7 +15,7 @@ from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.signals.world import wrench_signals
 from cardsflow_fmu.utils.multiples import whole_duration
 
-from .carried_files import mesh_roots, named_files, require_closed
+from .carried_files import mesh_roots, named_files, require_closed, require_own
 from .settings.controller import read_controller
 from .settings.controller_types import TYPES
 from .settings.file import ExperimentTables
@@ -73,6 +73,10 @@ def experiment_settings(
     robots = _robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
     context = Context(file, robot_names(robot))
+    mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
+    roots = mesh_roots(file, mains, named)
+    if tables.reference is not None and tables.reference.file is not None:
+        require_own(tables.reference.file, roots, "reference.file")
     law = TYPES.get(tables.controller.type)
     start, reference = read_reference(
         data.get("reference", {}),
@@ -90,8 +94,6 @@ def experiment_settings(
     disturbance = read_disturbance(data.get("disturbance", {}), context)
     world = {}
     if data.get("world"):
-        mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
-        roots = mesh_roots(file, mains, named)
         world = _world(tables, robot, mains[0].parent, roots, context)
     plant = _plant(data.get("plant", {}), context, robot, run, has_world=bool(world))
     return {

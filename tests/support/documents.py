@@ -57,7 +57,7 @@ def documents() -> list[Path]:
 
 def all_words() -> list[Path]:
     """And those that stand elsewhere."""
-    others = [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+    others = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
     return [*documents(), *others, *sorted((ROOT / "examples").glob("*/README.md"))]
 
 

@@ -177,6 +177,18 @@ def test_an_sdf_world_names_meshes_beside_it_alone(home: Path) -> None:
     Experiment.load(home / "arm", {"world.sdf": "world.sdf"})
 
 
+def test_a_motion_from_elsewhere_is_read_if_its_user_names_it(home: Path) -> None:
+    toml = home / "arm/experiment.toml"
+    before, _, rest = toml.read_text().partition("[reference]")
+    _, _, plant = rest.partition("[plant]")
+    toml.write_text(f"{before}[reference]\nfile = '../mine.csv'\n[plant]{plant}")
+    head = "time,shoulder,elbow,left_grip,right_grip\n"
+    (home / "mine.csv").write_text(head + "".join(f"{t},-1.8,1.8,0,0\n" for t in range(7)))
+    with pytest.raises(InputError, match=r"reference\.file: lies outside"):
+        Experiment.load(home / "arm")
+    assert Experiment.load(home / "arm", {"reference.file": "../mine.csv"}).run.duration == 6.0
+
+
 def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> None:
     (home / "mine.fmu").write_bytes(b"no FMU")
     settings = {"fmus.plant": "../mine.fmu"}
@@ -199,6 +211,7 @@ def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> Non
         ("world", {"objects": [{"file": "/etc/passwd"}]}),
         ("world", {"shapes": [{"file": "../x.stl"}]}),
         ("world", {"sdf": "../world.sdf"}),
+        ("reference", {"file": "/home/me/motion.csv"}),
         ("hardware", {"key_file": "/home/me/device.key"}),
         ("fmus", {"plant": "../plant.fmu"}),
         ("fmus", {"plant": {"path": "/plant.fmu"}}),
