@@ -186,7 +186,8 @@ def test_a_motion_from_elsewhere_is_read_if_its_user_names_it(home: Path) -> Non
     (home / "mine.csv").write_text(head + "".join(f"{t},-1.8,1.8,0,0\n" for t in range(7)))
     with pytest.raises(InputError, match=r"reference\.file: lies outside"):
         Experiment.load(home / "arm")
-    assert Experiment.load(home / "arm", {"reference.file": "../mine.csv"}).run.duration == 6.0
+    mine = Experiment.load(home / "arm", {"reference.file": "../mine.csv"})
+    assert mine.reference.duration == 6.0
 
 
 def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> None:
