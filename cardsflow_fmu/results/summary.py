@@ -72,6 +72,7 @@ def summarize(
         "control_period": experiment.controller.period,
         "engine": engines(experiment, through),
         "not_in_c": why_python(experiment) if through == "fmu" else {},
+        **_contacts(experiment),
         "master": MASTERS[through],
         **(signals := _signals(recording, columns, followed, bounds, slack)),
         **_speed(recording, speed),
@@ -120,6 +121,16 @@ def summarize_system(
         "warnings": problems(signals),
         "versions": versions(),
     }
+
+
+def _contacts(experiment: Experiment) -> dict[str, Any]:
+    """The law of friction between bodies, and how far it is from Coulomb's; nothing without any."""
+    if experiment.scene is None or experiment.hardware.use or "plant" in experiment.fmus:
+        return {}
+    from sim_dart.scene import FRICTION_EXCESS
+
+    law = experiment.scene.friction_law
+    return {"contact_friction": {"law": law, "excess": FRICTION_EXCESS[law]}}
 
 
 def _course(recording: Recording, columns: Columns) -> dict[str, Any]:

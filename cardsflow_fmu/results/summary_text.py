@@ -19,6 +19,7 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     lines += _infeasible_lines(summary)
     lines += _real_time_lines(summary)
     lines += _engine_lines(summary)
+    lines += _contact_lines(summary)
     if summary["real_time_factor"] is not None:
         lines.append(
             f"speed       {summary['real_time_factor']:.1f} x real time, "
@@ -36,6 +37,17 @@ def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
     missing = summary.get("not_in_c") or {}
     why = "".join(f"; {role} in Python: C does not have {what}" for role, what in missing.items())
     return [f"engine      {named}; master {summary['master']}{why}"]
+
+
+def _contact_lines(summary: Mapping[str, Any]) -> list[str]:
+    """The error of the friction between bodies, where there is one."""
+    friction = summary.get("contact_friction") or {"excess": 0.0}
+    if not friction["excess"]:
+        return []
+    return [
+        f"friction    {friction['law']}: what slides between x and y brakes up to "
+        f'{friction["excess"]:.0%} too much; world.friction_law = "cone" is exact and slower'
+    ]
 
 
 def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:

@@ -31,7 +31,7 @@ from .tunnelling import SpeedWatch, WatchedBody
 _GROUND_EDGE, _GROUND_DEPTH = 1000.0, 10.0  # in [m]
 _MOST_OVERLAP = 1e-3  # in [m]: bodies deeper in each other would fly apart at the start
 _BEYOND = 1e6  # in [m] and [m/s]: no object of ours is there
-_ITERATIONS, _SWEEPS, _TOLERANCE = 200, 5, 1e-5  # of the solver with friction cones
+_SWEEPS, _TOLERANCE = 200, 1e-6  # of the solver with friction cones
 
 
 class World:
@@ -271,10 +271,13 @@ def _empty_world(robot: Robot, step: float) -> Any:
 
 
 def _cone_solver() -> Any:
-    options = dartpy.constraint.FbfFrictionSolver.Options()
-    options.maxOuterIterations, options.maxInnerSweeps = _ITERATIONS, _SWEEPS
-    options.tolerance, options.stepScale = _TOLERANCE, 0.9
-    return dartpy.constraint.FbfFrictionSolver(options)
+    """Nonsmooth Gauss-Seidel.
+
+    DART's other solver for cones does not converge for a stack in so much time, and lets it creep.
+    """
+    options = dartpy.constraint.NsgsFrictionSolver.Options()
+    options.maxSweeps, options.tolerance = _SWEEPS, _TOLERANCE
+    return dartpy.constraint.NsgsFrictionSolver(options)
 
 
 def _place(dart: Any, item: SceneObject) -> None:

@@ -101,6 +101,17 @@ def test_the_pyramid_is_too_strong_between_the_axes_by_the_root_of_two(tmp_path:
     assert slowed == pytest.approx(np.sqrt(2.0) * coulomb, rel=1e-3)
 
 
+def test_a_stack_stays_where_it_is_with_friction_cones() -> None:
+    """Bodies come to lie 1e-5 m deep in one another; a solver that does not converge lets go."""
+    boxes = tuple(
+        SceneObject(f"box {k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), MASS)
+        for k in range(4)
+    )
+    plant = world_of(Scene(Ground(), boxes, friction=0.5, friction_law="cone"))
+    poses = let_run(plant, 0.4)
+    assert np.abs(poses[-1, :, :3] - poses[0, :, :3]).max() < 3e-5
+
+
 def test_a_sliding_body_stops_at_the_distance_of_coulombs_law_and_stays() -> None:
     mu, speed = 0.5, 1.5
     body = SceneObject("body", Box((0.2, 0.2, 0.1)), Pose((0.0, 0.0, 0.05)), MASS, (speed, 0, 0))
