@@ -25,7 +25,6 @@ from .common import (
 )
 
 if TYPE_CHECKING:
-    from addin_sdfusion.robot.model.trajectory import Trajectory
     from addin_sdfusion.robot.readers import Reading
     from cardsflow_fmu.experiment.experiment import Experiment
 
@@ -177,18 +176,11 @@ def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
     """What a format cannot hold of the robot and its trajectories, if one is given."""
     if options.format is None:
         return []
+    from addin_sdfusion.robot.readers import read_trajectories
     from addin_sdfusion.robot.writers.convert import format_of, losses_in
 
-    trajectories, findings = _trajectories(reading)
+    trajectories, findings = read_trajectories(reading.files[0])
     return [*findings, *losses_in(format_of(options.format, trajectories), reading.require())]
-
-
-def _trajectories(reading: Reading) -> tuple[list[Trajectory], list[Finding]]:
-    """The trajectories beside a robot, and those that cannot be used."""
-    from addin_sdfusion.robot.readers import read_trajectories, trajectories_file
-
-    file = trajectories_file(reading.files[0])
-    return ([], []) if file is None else read_trajectories(file)
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -206,7 +198,7 @@ def _info(options: argparse.Namespace) -> int:
 
 
 def _convert(options: argparse.Namespace) -> int:
-    from addin_sdfusion.robot.readers import read
+    from addin_sdfusion.robot.readers import read, read_trajectories
     from addin_sdfusion.robot.writers.convert import convert
 
     reading = read(options.robot, options.cable_set, repair=options.repair)
@@ -215,9 +207,10 @@ def _convert(options: argparse.Namespace) -> int:
     refused: RobotError | None = None
     try:
         robot = reading.require()
-        trajectories, unread = _trajectories(reading)
+        trajectories, unread = read_trajectories(reading.files[0])
+        findings += unread
         files, lost = convert(robot, options.to, options.output, trajectories)
-        findings += [*unread, *lost]
+        findings += lost
     except RobotError as error:
         findings += [finding for finding in error.findings if finding not in findings]
         refused = error

@@ -11,6 +11,7 @@ from addin_sdfusion.muscles.rows import COLORS, MuscleRow, MuscleTable, ViaPoint
 from addin_sdfusion.robot import CardsflowError, Robot
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.json_text import json_text
+from addin_sdfusion.robot.readers import read_trajectories
 from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
@@ -20,7 +21,7 @@ MUSCLES, EXPERIMENT = "muscles.csv", "experiment.json"
 
 
 def write_best(experiment: Experiment, folder: Path) -> list[str]:
-    """Write the robot as SDF, as CASPR, its via points as CSV, and an experiment with it.
+    """Write the robot as SDF and as CASPR, its via points as CSV, and an experiment with it.
 
     `cardsflow run FOLDER/experiment.json` runs the written robot. The CSV is what the Fusion add-in
     imports: points in the root frame, all joints at zero.
@@ -29,9 +30,11 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
         Notes on what a format cannot hold, a line each.
     """
     robot, notes = experiment.robot, []
-    for format_ in ("sdf", "caspr"):
+    trajectories, unread = read_trajectories(experiment.robot_path)
+    for format_, moves in (("sdf", []), ("caspr", trajectories)):
         try:
-            findings = convert(robot, format_, folder / format_).findings
+            findings = convert(robot, format_, folder / format_, moves).findings
+            findings += unread if format_ == "caspr" else []
             notes += [f"{format_}: {finding}" for finding in findings]
         except CardsflowError as error:
             notes.append(f"{format_}: not written: {error}")

@@ -20,6 +20,7 @@ from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.rows import MuscleTable
 from addin_sdfusion.robot import read_robot
+from addin_sdfusion.robot.readers import read_trajectories
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies.analysis.best_robot import muscle_table, write_best
@@ -144,6 +145,10 @@ def test_the_best_robot_is_the_same_in_every_format(tmp_path: Path) -> None:
             assert written.name == own.name
             for one, other in zip(written.via_points, own.via_points, strict=True):
                 assert one.position == pytest.approx(other.position, abs=1e-12)
+    trajectories, unread = read_trajectories(experiment.robot_path)
+    assert (len(trajectories), unread) == (3, [])
+    (bodies,) = (tmp_path / "caspr").glob("*_bodies.xml")
+    assert read_trajectories(bodies) == (trajectories, [])
     table, findings = read_csv((tmp_path / "muscles.csv").read_bytes())
     assert not findings
     assert table == muscle_table(experiment.robot)

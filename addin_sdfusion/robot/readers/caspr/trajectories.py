@@ -9,10 +9,10 @@ from pathlib import Path, PurePosixPath
 from ...caspr_vocabulary import CASPR_DERIVATIVES, CASPR_SPLINES
 from ...errors import InputError, UnknownNameError
 from ...finding import Finding, Subject
-from ...finding_builders import label, warning
+from ...finding_builders import label
 from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from ..traj import read_samples
-from ..xml import Node, Notes, parse, shortened
+from ..xml import MAX_BYTES, Node, Notes, parse, shortened
 from .model import BODIES
 
 AVERAGE = "cubic_spline_average_velocity_trajectory"
@@ -20,6 +20,7 @@ AVERAGE = "cubic_spline_average_velocity_trajectory"
 
 SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
 SPLINES[AVERAGE] = "cubic"
+TOO_MANY = f"the .traj files are larger than {MAX_BYTES >> 20} MiB together"
 LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 
 
@@ -54,33 +55,52 @@ def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Traj
     return _sound(_found(_nodes(file, notes), name, space, file), space, notes)
 
 
-def read_trajectories(file: str | Path) -> tuple[list[Trajectory], list[Finding]]:
-    """Read all trajectories of a file.
+def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding]]:
+    """Read all trajectories beside a robot.
+
+    Args:
+        robot: Its main file; those of other formats than CASPR's have none.
 
     Returns:
         The trajectories in order, those in joint space first, and a warning for each one that
-        cannot be used. Of two with one name CASPR finds one: the first is taken.
-
-    Raises:
-        InputError: The file is not a readable trajectory file.
+        cannot be used, or for the whole file. Of two with one name CASPR finds one: the first is
+        taken.
     """
-    file, notes = Path(file), Notes()
+    notes, findings = Notes(), []
     trajectories: dict[str, Trajectory] = {}
-    findings = []
-    for space, nodes in _nodes(file, notes).items():
+    left = MAX_BYTES
+    file = trajectories_file(Path(robot))
+    try:
+        groups = {} if file is None else _nodes(file, notes)
+    except InputError as error:
+        groups = {}
+        findings.append(_left_out("", error))
+    for space, nodes in groups.items():
         for node in nodes:
             name = node.attribute("id", "")
             try:
                 if name in trajectories:
-                    raise InputError("its name is taken; rename it", file=file, line=node.line)
+                    what = "its name is taken; rename it"
+                    raise InputError(what, file=node.file, line=node.line)
+                if SPLINES.get(node.tag) == "samples":
+                    left -= _samples_file(node).stat().st_size
+                if left < 0:
+                    raise InputError(TOO_MANY, file=node.file, line=node.line)
                 trajectories[name] = _sound(node, space, notes)
             except InputError as error:
-                subject = Subject("trajectory", name)
-                problem = f"{error.what.removeprefix(label(subject) + ': ')}; left out"
-                found = warning(subject, "trajectory-left-out", problem)
-                findings.append(replace(found, file=error.file, line=error.line))
+                findings.append(_left_out(name, error))
                 notes.findings.clear()
     return list(trajectories.values()), findings
+
+
+def _left_out(name: str, error: InputError) -> Finding:
+    """The finding that a trajectory, or the file of all, is not read."""
+    subject = Subject("trajectory", name)
+    what = error.what.removeprefix(f"{label(subject)}: ")
+    message = (
+        f"{label(subject)}: {what}; left out" if name else f"{what}; its trajectories are lost"
+    )
+    return Finding("warning", "trajectory-left-out", message, subject, error.file, error.line)
 
 
 def _sound(node: Node, space: Space, notes: Notes) -> Trajectory:

@@ -53,7 +53,8 @@ def folder(shared, model):
 
 
 def stored(file):
-    trajectories, unread = read_trajectories(file)
+    bodies = file.with_name(file.name.replace("_trajectories", "_bodies"))
+    trajectories, unread = read_trajectories(bodies)
     assert unread == []
     assert [t.name for t in trajectories] == [
         name for space in ("joint", "operational") for name in trajectory_names(file, space)
