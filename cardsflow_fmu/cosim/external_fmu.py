@@ -16,6 +16,9 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .participant import Participant
 from .wiring import Ported, Wiring, members
 
+_NAMED = 4
+"""Variables that a line names."""
+
 
 @dataclass(frozen=True, slots=True)
 class ExternalFmu:
@@ -78,6 +81,9 @@ class AdaptedFmu:
     Raises:
         InputError: A size or a unit does not fit.
         UnknownNameError: The map names something that does not exist.
+
+    Attributes:
+        warnings: What had to be assumed, a line each: variables without units are in ours.
     """
 
     def __init__(self, inner: Participant, external: ExternalFmu, ports: Sequence[Port]) -> None:
@@ -90,6 +96,8 @@ class AdaptedFmu:
             for side, own in (("input", inner.input_names), ("output", inner.output_names))
         )
         self._taken, self._given = taken, given
+        assumed = [*taken.assumed, *given.assumed]
+        self.warnings = [_assumption(external.key, assumed)] if assumed else []
         self.input_names, self.output_names = taken.names, given.names
         self.units: Mapping[str, Unit] = {**given.units, **taken.units}
         self.inputs: FloatArray = taken.outside(inner.inputs)
@@ -122,12 +130,17 @@ class _Side:
             twice = next(name for name in self.names if self.names.count(name) > 1)
             raise InputError(f"two variables would be {twice!r}", key=key)
         self.units: dict[str, Unit] = {}
+        self.assumed: list[str] = []
         changes = []
         for name in own:
             unit, new = units.get(name), renamed.get(name)
+            port = ports.get(new or name)
+            port_unit = KNOWN_UNITS[port.unit] if port is not None and port.unit else None
+            if unit is None and port_unit is not None:
+                self.assumed.append(f"{name} in {port_unit.name}")
+                unit = port_unit
             change = Conversion()
             if new is not None:
-                port_unit = KNOWN_UNITS[ports[new].unit] if ports[new].unit else None
                 change, unit = _conversion(unit, port_unit, f"{key}: {name} -> {new}"), port_unit
             if unit is not None:
                 self.units[new or name] = unit
@@ -143,6 +156,12 @@ class _Side:
     def inside(self, values: FloatArray, target: FloatArray) -> None:
         """The experiment's values in the FMU's units."""
         target[:] = (values - self._offsets) / self._factors
+
+
+def _assumption(key: str, assumed: Sequence[str]) -> str:
+    more = f" and {len(assumed) - _NAMED} more" if len(assumed) > _NAMED else ""
+    line = f"{key}: the FMU has no units for {', '.join(assumed[:_NAMED])}{more}"
+    return f"{line}: taken as that; {key}.units states others"
 
 
 def _conversion(source: Unit | None, target: Unit | None, route: str) -> Conversion:

@@ -91,6 +91,8 @@ class Master(StepLoop):
         ]
         self._before, self._after = stages[:before], stages[before:]
         self.names, self.units, self._columns = columns_of(participants)
+        # only those under other names and units have had to assume something
+        self._warnings = [line for p in participants for line in getattr(p, "warnings", ())]
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
         self._lateness: list[float] = []
@@ -124,6 +126,7 @@ class Master(StepLoop):
             self._solve_times,
             failure,
             self._lateness,
+            self._warnings,
         )
 
     def _advance(self, stage: Sequence[_Turn], k: int, row: int) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -44,6 +44,7 @@ class Recording:
             output. Apart from the rows, which are equal whenever the same experiment is run.
         failure: Why the run ended early, None when it is complete.
         lateness: How late each step began, and the last one ended, in [s], where they are paced.
+        warnings: What participants had to assume, a line each.
     """
 
     names: tuple[str, ...]
@@ -53,6 +54,7 @@ class Recording:
     solve_times: list[float]
     failure: CardsflowError | None
     lateness: list[float] = field(default_factory=list)
+    warnings: Sequence[str] = ()
 
     @property
     def columns(self) -> dict[str, FloatArray]:

@@ -104,6 +104,8 @@ def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield f"{key}[{k}].{entry}", row.get(entry) if isinstance(row, dict) else None
     yield "world.sdf", _table(data, "world").get("sdf")
     yield "reference.file", _table(data, "reference").get("file")
+    law = _table(data, "controller").get("type")
+    yield "controller.type", law.rpartition(":")[0] if isinstance(law, str) else None
     yield "hardware.key_file", _table(data, "hardware").get("key_file")
     for role, fmu in _table(data, "fmus").items():
         yield f"fmus.{role}", fmu.get("path") if isinstance(fmu, dict) else fmu

@@ -17,7 +17,7 @@ from cardsflow_fmu.utils.multiples import whole_duration
 
 from .carried_files import mesh_roots, named_files, require_closed, require_own
 from .settings.controller import read_controller
-from .settings.controller_types import TYPES
+from .settings.controller_types import OwnLaw, control_type
 from .settings.file import ExperimentTables
 from .settings.hardware import read_hardware
 from .settings.loads import complete_wiring, read_disturbance
@@ -27,6 +27,8 @@ from .settings.plant import PlantSettings
 from .settings.robots import combined, read_parts, read_robot
 from .settings.run import RunSettings
 from .start import read_reference
+
+_GAINS = {"kp": 100.0, "kd": 20.0}  # critically damped, at 10 rad/s
 
 
 def read_experiment(
@@ -69,6 +71,7 @@ def experiment_settings(
 ) -> dict[str, Any]:
     """The attributes of an `Experiment`, from the content of a file."""
     context = Context(file)
+    data = _with_gains(data)
     tables = ExperimentTables.read(data, context)
     robots = _robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
@@ -77,11 +80,11 @@ def experiment_settings(
     roots = mesh_roots(file, mains, named)
     if tables.reference is not None and tables.reference.file is not None:
         require_own(tables.reference.file, roots, "reference.file")
-    law = TYPES.get(tables.controller.type)
+    law, own_space = tables.controller.type, tables.controller.own_space
     start, reference = read_reference(
         data.get("reference", {}),
         data.get("start", {}),
-        "joint" if law is None else law.space,
+        "joint" if law is None else control_type(law, own_space).space,
         context,
         robots["robot_path"],
         robot,
@@ -112,6 +115,18 @@ def experiment_settings(
         "hardware": read_hardware(data.get("hardware", {}), context, run.step),
         "named": named,
     }
+
+
+def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """With gains where a controller of one's own, in Python or as an FMU, may do without."""
+    own, fmus = data.get("controller", {}), data.get("fmus")
+    if not isinstance(own, Mapping):
+        return data
+    law = own.get("type")
+    is_own = isinstance(law, str) and OwnLaw.of(law) is not None
+    if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
+        return data
+    return {**data, "controller": {**_GAINS, **own}}
 
 
 def _robots(tables: ExperimentTables, context: Context, named: tuple[Path, ...]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.json_text import json_text
 
-from .carried_files import Files, collision_meshes, robot_files, world_meshes
+from .carried_files import Files, collision_meshes, require_own, robot_files, world_meshes
 from .experiment import EXPERIMENT_FILE, Experiment
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
@@ -80,6 +80,10 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
     if experiment.scene is not None:
         data["world"], meshes = world_meshes(data["world"], experiment.scene.mesh_roots or ())
         files |= meshes
+    if (law := experiment.controller.own_law) is not None:
+        carried = f"controller/{law.file.name}"
+        files[carried] = require_own(law.file, experiment.roots, "controller.type")
+        data["controller"]["type"] = str(law._replace(file=Path(carried)))
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
     files[EXPERIMENT_FILE] = json_text(data, indent=1, sort_keys=True).encode()

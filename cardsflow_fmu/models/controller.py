@@ -9,7 +9,6 @@ import numpy as np
 import controllers
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.settings.controller_types import TYPES
 from cardsflow_fmu.signals.dependencies import Dependencies, controller_dependencies
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import modelled_muscles
@@ -19,8 +18,6 @@ from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
 from controllers import (
     ControlLoop,
     ForceSolution,
-    JointSpaceController,
-    OperationalSpaceController,
     OperationalSpaceSolution,
     Posture,
 )
@@ -29,9 +26,8 @@ from sim_dart import CoreDynamics, DartDynamics
 
 from .experiment_model import ExperimentModel
 from .muscle_control import MuscleControl
+from .own_law import Law, own_law
 from .start_commands import start
-
-Law = JointSpaceController | OperationalSpaceController
 
 CONTROL_DYNAMICS: dict[str, type[CoreDynamics] | type[DartDynamics]] = {
     "auto": CoreDynamics,
@@ -110,7 +106,7 @@ class ControllerModel(ExperimentModel):
         return controller_dependencies(
             experiment.robot,
             cls.groups(experiment),
-            () if predicts else TYPES[settings.type].unread,
+            () if predicts else settings.law.unread,
             delayed=settings.delay > 0,
         )
 
@@ -201,7 +197,8 @@ class ControllerModel(ExperimentModel):
 def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
     """The law that an experiment asks for."""
     settings = experiment.controller
-    tasks, law = settings.tasks, getattr(controllers, TYPES[settings.type].law)
+    tasks, own = settings.tasks, settings.own_law
+    law = getattr(controllers, settings.law.law) if own is None else own_law(own, settings.space)
     made: Law
     if tasks is None:
         made = law(

@@ -76,7 +76,7 @@ def summarize(
         "master": MASTERS[through],
         **(signals := _signals(recording, columns, followed, bounds, slack)),
         **_speed(recording, speed),
-        "warnings": problems(signals) + experiment.warnings(),
+        "warnings": [*problems(signals), *experiment.warnings(), *recording.warnings],
         "versions": versions(),
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -34,7 +34,7 @@ from cardsflow_fmu.config.table import (
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 
-from .controller_types import TYPES, LawName
+from .controller_types import TYPES, ControlType, LawName, OwnLaw, control_type, require_law
 from .plant import Engine, StartSettings
 from .reference import ReferenceSettings
 from .run import RunSettings
@@ -73,6 +73,22 @@ Weight = Annotated[
 Rank = Annotated[float, AfterValidator(_rank), WithJsonSchema({"type": "number", "minimum": 1})]
 
 
+def _law(law: str) -> str:
+    try:
+        require_law(law)
+    except UnknownNameError as error:
+        raise SettingError(error) from None
+    return law
+
+
+_OWN = {"type": "string", "pattern": r"\.py:\w+$"}
+Law = Annotated[
+    str,
+    AfterValidator(_law),
+    WithJsonSchema({"anyOf": [{"enum": list(get_args(LawName))}, _OWN]}),
+]
+
+
 class PostureSettings(Table):
     """What a redundant robot does beside its tasks; see `controllers.Posture`."""
 
@@ -86,7 +102,10 @@ class PostureSettings(Table):
 class ControllerSettings(Table):
     """The controller."""
 
-    type: LawName = setting("the control law", None, kind="controller type")
+    type: Law = setting("the control law; one's own as `file.py:Class`", None)
+    own_space: Literal["joint", "operational"] = setting(
+        "what a law of one's own follows", None, alias="space"
+    )
     kp: tuple[Positive, ...] = each("followed", "gain of position errors, in 1/s²")
     kd: tuple[FromZero, ...] = each("followed", "gain of velocity errors, in 1/s")
     ki: tuple[FromZero, ...] = each("followed", "gain of the errors' integrals, in 1/s³", 0.0)
@@ -123,19 +142,32 @@ class ControllerSettings(Table):
 
     @model_validator(mode="after")
     def _check_space(self) -> Self:
-        if self.type is not None and self.space == "joint":
+        if self.own_space is not None and self.own_law is None:
+            raise SettingError("is that of the law; leave it out", key="space")
+        unsaid = self.own_law is not None and self.own_space is None
+        if self.type is not None and self.space == "joint" and not unsaid:
             self.require_only(key for key in type(self).model_fields if key not in _OF_TASKS)
         return self
 
     @property
+    def own_law(self) -> OwnLaw | None:
+        """The controller of one's own that is asked for; None for one of ours."""
+        return None if self.type is None else OwnLaw.of(self.type)
+
+    @property
+    def law(self) -> ControlType:
+        """What is known of the law."""
+        return control_type(self.type, self.own_space)
+
+    @property
     def space(self) -> Space:
         """What it follows: joint positions, or task coordinates."""
-        return TYPES[self.type].space
+        return self.law.space
 
     @property
     def torque_gains(self) -> bool:
         """Whether the gains make torques of errors, instead of accelerations."""
-        return TYPES[self.type].torque_gains
+        return self.law.torque_gains
 
     @property
     def tasks(self) -> ControllerSettings | None:
@@ -177,11 +209,12 @@ def read_controller(
     """The controller's settings."""
     fitting = [name for name, known in TYPES.items() if known.space == reference.space]
     name = data.get("type", fitting[0])
-    if name not in fitting:
+    law = control_type(name, data.get("space"))
+    if law.space != reference.space:
         what = f"{name!r} does not follow a reference in {reference.space} space"
-        what += f"; use {' or '.join(map(repr, fitting))}"
+        ours = f"use {' or '.join(map(repr, fitting))}"
+        what += f"; {ours if OwnLaw.of(name) is None else 'say what it follows by space'}"
         raise context.error("controller.type", what)
-    law = TYPES[name]
     exact = math.inf if law.task_weight is None else law.task_weight
     weights = dict.fromkeys(("weights", "motor_weights"), law.force_weight)
     defaults = weights | {"task_weights": exact, "q0": start.q}
@@ -193,4 +226,8 @@ def read_controller(
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
     )
-    return settings
+    if settings.own_law is None:
+        return settings
+    own = settings.own_law._replace(file=context.file.parent / settings.own_law.file)
+    own.require()
+    return settings.replaced(type=str(own))

@@ -1,10 +1,14 @@
-"""The controllers that an experiment may ask for, by the name of their type."""
+"""The controllers that an experiment may ask for: by the name of their type, or one's own."""
 
 from __future__ import annotations
 
+import ast
+import re
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Literal, NamedTuple, Self, get_args
 
+from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
@@ -57,3 +61,64 @@ TYPES: dict[LawName, ControlType] = {
         task_weight=TASK_WEIGHT,
     ),
 }
+
+
+_OWN_LAW = re.compile(r"(?P<file>.+\.py):(?P<name>[^\W\d]\w*)", re.DOTALL)
+OWN_LAW_FORM = "<file>.py:<class>"
+
+
+class OwnLaw(NamedTuple):
+    """A controller of one's own: a class in a file of Python.
+
+    Attributes:
+        file: The file.
+        name: The class.
+    """
+
+    file: Path
+    name: str
+
+    @classmethod
+    def of(cls, law: str) -> Self | None:
+        """From the type of a controller; None where that is the name of one of ours."""
+        match = _OWN_LAW.fullmatch(law)
+        return None if match is None else cls(Path(match["file"]), match["name"])
+
+    def __str__(self) -> str:
+        return f"{self.file.as_posix()}:{self.name}"
+
+    def require(self) -> None:
+        """Refuse what is no class in a file of Python; nothing of the file is run.
+
+        Raises:
+            InputError: The file cannot be read, is not Python, or does not have the class.
+        """
+        try:
+            tree = ast.parse(self.file.read_bytes())
+        except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            line = error.lineno if isinstance(error, SyntaxError) else None
+            what = error.strerror if isinstance(error, OSError) else getattr(error, "msg", error)
+            raise InputError(f"cannot be read: {what}", file=self.file, line=line) from None
+        classes = [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
+        if self.name not in classes:
+            raise UnknownNameError("class", self.name, classes, file=self.file)
+
+
+def require_law(law: str) -> None:
+    """Refuse what is neither the name of a law nor of the form of one's own.
+
+    Raises:
+        UnknownNameError: It is none.
+    """
+    if law not in TYPES and OwnLaw.of(law) is None:
+        raise UnknownNameError("controller type", law, [*get_args(LawName), OWN_LAW_FORM])
+
+
+def control_type(law: str, space: Space | None = None) -> ControlType:
+    """What is known of a law.
+
+    Args:
+        law: The name of one of ours, or one's own.
+        space: What one's own follows.
+    """
+    return TYPES.get(law) or ControlType(law, space or "joint")  # type: ignore[call-overload]

@@ -147,14 +147,19 @@ def test_what_does_not_fit_is_refused_before_the_first_step(
     assert "\n" not in str(caught.value)
 
 
-def test_a_unit_that_the_fmu_lacks_can_be_stated(tmp_path: Path, compiler: str) -> None:
+def test_a_unit_that_the_fmu_lacks_is_ours_with_a_warning_or_stated(
+    tmp_path: Path, compiler: str
+) -> None:
     text = FMI3.replace('name="angles" valueReference="2" causality="output" unit="deg"', "X")
     text = text.replace("X", 'name="angles" valueReference="2" causality="output"')
     silent = external_fmu(tmp_path / "silent.fmu", compiler, "3.0", text)
-    with pytest.raises(InputError, match="no unit does not fit 'rad': state the missing unit"):
-        direct(experiment(body(silent, "3.0")))
-    result = direct(experiment(body(silent, "3.0", units={"angles": "deg"})))
-    assert result["q.joint_1"][0] == pytest.approx(-0.5)
+    assumed = direct(experiment(body(silent, "3.0")))
+    assert assumed["q.joint_1"][0] == pytest.approx(np.degrees(-0.5))
+    (line,) = [w for w in assumed.summary["warnings"] if w.startswith("fmus.plant: ")]
+    assert "no units for angles[1] in rad, angles[2] in rad" in line
+    stated = direct(experiment(body(silent, "3.0", units={"angles": "deg"})))
+    assert stated["q.joint_1"][0] == pytest.approx(-0.5)
+    assert not [w for w in stated.summary["warnings"] if w.startswith("fmus.")]
 
 
 def test_an_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:

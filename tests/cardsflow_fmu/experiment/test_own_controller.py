@@ -1,0 +1,192 @@
+"""Controllers of one's own: a class in a file of Python beside the experiment."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.cases import few
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.experiment.writer import experiment_resources
+from cardsflow_fmu.results.saved_run import opened_run
+from cardsflow_fmu.simulation.run import simulate
+
+CODE = '''"""Computed torque with gains of its own, and some that are wrong."""
+
+import numpy as np
+
+from controllers import JointSpaceController, OperationalSpaceController
+
+
+class Stiff(JointSpaceController):
+    def required_torque(self, q, qd, q_d, qd_d, qdd_d, *, w_e=None, correction=None):
+        own = 2000.0 * (q_d - q) + 90.0 * (qd_d - qd)
+        return super().required_torque(q, qd, q, qd, qdd_d + own, w_e=w_e, correction=correction)
+
+
+class Forces(JointSpaceController):
+    def solve(self, q, qd, q_d, qd_d, qdd_d, *, w_e=None, correction=None):
+        return np.array([20.0, 200.0, 30.0, 40.0])
+
+
+class Hand(OperationalSpaceController):
+    pass
+
+
+class Divides(JointSpaceController):
+    def solve(self, q, qd, q_d, qd_d, qdd_d, *, w_e=None, correction=None):
+        return np.ones(4) / (1 // 0)
+
+
+class NoNumbers(JointSpaceController):
+    def solve(self, *state, **loads):
+        return np.full(4, np.nan)
+
+
+class TooFew(JointSpaceController):
+    def solve(self, *state, **loads):
+        return np.ones(3)
+
+
+class Nothing:
+    pass
+'''
+LINE_OF_DIVIDES = 1 + CODE[: CODE.index("1 // 0")].count("\n")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    shutil.copytree(PLANAR_2R / "robot", tmp_path / "arm/robot")
+    shutil.copy(PLANAR_2R / "experiment.toml", tmp_path / "arm")
+    (tmp_path / "arm/mine.py").write_text(CODE)
+    return tmp_path / "arm"
+
+
+def with_law(folder: Path, name: str, **settings: Any) -> Experiment:
+    changes = {"controller.type": f"mine.py:{name}", "run.duration": 0.2} | settings
+    return Experiment.load(folder, changes)
+
+
+def test_it_controls_as_ours_with_the_same_gains(folder: Path) -> None:
+    ours = simulate(Experiment.load(folder, {"run.duration": 0.2}), through="direct")
+    own = simulate(with_law(folder, "Stiff"), through="direct")
+    np.testing.assert_allclose(own["q.joint_1"], ours["q.joint_1"], atol=1e-12)
+
+
+def test_forces_alone_are_held_at_the_bounds(folder: Path) -> None:
+    result = simulate(with_law(folder, "Forces"), through="direct")
+    assert (result["f.cable_1"][1:] == 20.0).all()
+    assert (result["f.cable_2"][1:] == 100.0).all()
+    assert result.summary["infeasible_ticks"] == result.summary["ticks"]
+
+
+def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
+    experiment = with_law(folder, "Stiff")
+    direct = simulate(experiment, through="direct")
+    result = run(experiment, tmp_path / "out", through="fmu")
+    np.testing.assert_array_equal(result["q.joint_1"], direct["q.joint_1"])
+    shutil.rmtree(folder)
+    with opened_run(tmp_path / "out") as again:
+        law = again.experiment.controller.own_law
+        assert law is not None
+        assert law.file.read_text() == CODE
+
+
+def test_no_file_from_elsewhere_travels(folder: Path, tmp_path: Path) -> None:
+    """As no mesh does, unless whoever runs it has named it."""
+    (tmp_path / "secret.py").write_text(CODE)
+    text = (folder / "experiment.toml").read_text()
+    text = text.replace('type = "joint_space"', 'type = "../secret.py:Stiff"')
+    (folder / "experiment.toml").write_text(text)
+    with pytest.raises(InputError, match=r"secret\.py"):
+        experiment_resources(Experiment.load(folder))
+
+
+def test_loading_runs_nothing(folder: Path) -> None:
+    (folder / "mine.py").write_text(f"open({str(folder / 'ran')!r}, 'w')\nclass A:\n    pass\n")
+    with_law(folder, "A")
+    assert not (folder / "ran").exists()
+
+
+def test_one_in_task_space_says_so(folder: Path) -> None:
+    arm = folder.parent / "roboy"
+    shutil.copytree(EXAMPLES / "roboy_left_arm", arm, ignore=shutil.ignore_patterns("results"))
+    shutil.copy(folder / "mine.py", arm)
+    settings = {"controller.type": "mine.py:Hand", "run.duration": 0.02}
+    with pytest.raises(InputError, match="does not follow a reference in operational space"):
+        Experiment.load(arm, settings)
+    own = simulate(
+        Experiment.load(arm, settings | {"controller.space": "operational"}), through="direct"
+    )
+    ours = simulate(Experiment.load(arm, {"run.duration": 0.02}), through="direct")
+    np.testing.assert_array_equal(own["f.motor1"], ours["f.motor1"])
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "message"),
+    [
+        ("Divides", CardsflowError, f"mine.py:{LINE_OF_DIVIDES}: ZeroDivisionError"),
+        ("NoNumbers", SimulationError, "NoNumbers.solve gave forces that are not finite"),
+        ("TooFew", SimulationError, "TooFew.solve gave forces of shape (3,), not (4,)"),
+        ("Nothing", InputError, "Nothing is no subclass of controllers.JointSpaceController"),
+        ("Hand", InputError, 'say controller.space = "operational"'),
+        ("Stif", InputError, "no class 'Stif'; did you mean 'Stiff'?"),
+    ],
+)
+def test_what_it_does_wrong_is_one_line_with_the_place(
+    folder: Path, name: str, error: type[CardsflowError], message: str
+) -> None:
+    with pytest.raises(error) as caught:
+        simulate(with_law(folder, name), through="direct")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    few(
+        [
+            ("class Mine(:\n    pass\n", "mine.py:1: cannot be read: "),
+            ("import nothing_of_this_name\nclass Mine:\n    pass\n", "mine.py:1: ModuleNotFound"),
+            ("raise SystemError('odd')\nclass Mine:\n    pass\n", "mine.py:1: SystemError: odd"),
+            ("\0", "mine.py: cannot be read: "),
+        ],
+        count=4,
+    ),
+)
+def test_a_file_that_cannot_be_run(folder: Path, code: str, message: str) -> None:
+    (folder / "mine.py").write_text(code)
+    with pytest.raises(InputError) as caught:
+        simulate(with_law(folder, "Mine"), through="direct")
+    assert message in str(caught.value)
+
+
+def test_gains_may_be_left_out_and_are_given_where_they_are_there(folder: Path) -> None:
+    text = (folder / "experiment.toml").read_text()
+    lines = [line for line in text.splitlines() if not line.startswith(("kp", "kd"))]
+    (folder / "experiment.toml").write_text("\n".join(lines))
+    assert with_law(folder, "Stiff").controller.kp == (100.0, 100.0)
+    assert with_law(folder, "Stiff", **{"controller.kp": 7.0}).controller.kp == (7.0, 7.0)
+    with pytest.raises(InputError, match=r"controller\.kp: missing"):
+        Experiment.load(folder)
+
+
+def test_the_space_is_that_of_the_law_where_it_is_ours(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"controller\.space: is that of the law"):
+        Experiment.load(folder, {"controller.space": "joint"})
+
+
+def test_an_external_controller_needs_no_gains(folder: Path) -> None:
+    """Nor a table [controller]."""
+    text = (folder / "experiment.toml").read_text()
+    begin, end = text.index("[controller]"), text.index("[plant]")
+    (folder / "experiment.toml").write_text(text[:begin] + text[end:])
+    (folder / "theirs.fmu").write_bytes(b"")
+    experiment = Experiment.load(folder, {"fmus.controller": "theirs.fmu"})
+    assert experiment.controller.type == "joint_space"
