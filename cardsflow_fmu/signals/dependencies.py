@@ -39,7 +39,10 @@ _AT_START: dict[str, dict[str, str]] = {
     "hill_millard2012": _HILL,
     "hill_thelen2003": _HILL,
 }
-"""What tension and states follow from at the start, by law: command, path length, its rate."""
+"""What tension and states follow from at the start, by law: command, path length, its rate.
+
+Those of a law that is not listed may follow from everything, and at once.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +194,7 @@ def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tu
 def _letters(muscle: Muscle, what: str) -> str:
     """What an output of a muscle follows from at the start."""
     kind, values = muscle.model.kind, law_parameters(muscle.model)
-    letters = _AT_START[kind][what]
+    letters = _AT_START.get(kind, {}).get(what, _COMMAND + _LENGTH + _RATE)
     has_no_rate = (
         values.get("elastic_tendon", 0.0) != 0.0
         or (kind == "elastic_cable" and values["damping"] == 0.0)
@@ -207,7 +210,8 @@ def _follows_at_once(muscle: Muscle, what: str) -> bool:
     values = law_parameters(muscle.model)
     if muscle.model.kind == "mckibben":
         return values["pressure_time_constant"] == 0.0
-    return muscle.model.kind == "elastic_cable" and what == "tension"
+    kind = muscle.model.kind
+    return what == "tension" and (kind == "elastic_cable" or kind not in _AT_START)
 
 
 def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:
