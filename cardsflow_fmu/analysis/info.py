@@ -42,6 +42,8 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
                 "initial": c.initial,
                 "damping": c.damping,
                 "actuated": c.actuated,
+                "tau_min": _limit(c.tau_min),
+                "tau_max": _limit(c.tau_max),
                 "stiffness": c.stiffness,
                 "rest": c.rest,
                 "friction": c.friction,
@@ -110,7 +112,8 @@ def describe_robot(info: dict[str, Any]) -> str:
     """A robot's information as tables for people."""
     title = (
         f"{info['name']}: {len(info['links'])} links, {len(info['coordinates'])} coordinates, "
-        f"{len(info['muscles'])} muscles, {info['mass']:.6g} kg, reach {info['reach']:.4g} m"
+        f"{len(info['muscles'])} muscles, "
+        f"{_motors(info)}{info['mass']:.6g} kg, reach {info['reach']:.4g} m"
     )
     parts = [title]
     joints = [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]]
@@ -120,6 +123,13 @@ def describe_robot(info: dict[str, Any]) -> str:
         for c in info["coordinates"]
     ]
     parts.append(table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
+    motors = [
+        [c["name"], _bound(c["tau_min"], "-"), _bound(c["tau_max"], ""), unit]
+        for c in info["coordinates"]
+        for unit in ["N·m" if c["unit"] == "rad" else "N"]
+        if c["actuated"]
+    ]
+    parts.append(table(["motor", "tau_min", "tau_max", "unit"], motors))
     muscles = [
         [
             m["name"],
@@ -141,6 +151,11 @@ def describe_robot(info: dict[str, Any]) -> str:
             names = [f"{name} (active)" if name == info[active] else name for name in info[what]]
             parts.append(f"{what.replace('_', ' ')}: {', '.join(names)}")
     return "\n\n".join(part for part in parts if part)
+
+
+def _motors(info: dict[str, Any]) -> str:
+    count = sum(c["actuated"] for c in info["coordinates"])
+    return f"{count} motors, " if count else ""
 
 
 def describe_fmu(info: dict[str, Any]) -> str:

@@ -17,12 +17,12 @@ def add_plot(commands: Commands) -> None:
     parser = commands.add(
         "plot",
         _plot,
-        "Draw results over time: forces, tracking and errors, or what you name.",
+        "Draw results over time: forces, torques, tracking and errors, or what you name.",
         "cardsflow plot results --what forces,moment_arms -o arms.pdf",
     )
     parser.add_argument("results", type=Path, help=_RESULTS)
     add_output(parser, "a .png, .svg or .pdf; plot.png", default=Path("plot.png"), metavar="FILE")
-    panels = "forces, tracking, errors, lengths, moment_arms, solve_times, slack"
+    panels = "forces, torques, tracking, errors, lengths, moment_arms, solve_times, slack"
     add_words(parser, "--what", "NAME", panels)
     add_words(parser, "--columns", "PATTERN", "columns by name, such as 'q.*,f.cable_1'")
     add_json(parser, "the file")

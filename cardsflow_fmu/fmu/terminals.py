@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from cardsflow_fmu.signals.variables import Variable
 
 _GROUPS = {
-    "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d")),
+    "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d", "tau", "torque")),
     "muscles": ("Signals of muscles", ("f", "u", "l", "tension")),
     "tasks": ("Signals of task frames", ("y", "y_d", "yd_d", "ydd_d", "w")),
 }

@@ -7,12 +7,14 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from addin_sdfusion.robot import Coordinate
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.info import robot_info
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
+from cardsflow_fmu.signals.ports import force_unit
 from cardsflow_fmu.utils.overwrite import own_place, write_own
 from cardsflow_fmu.viewer.html.page import replay_page
 from cardsflow_fmu.viewer.scene.act import Act
@@ -88,13 +90,17 @@ def _robot(result: ExperimentRunData) -> Iterator[str]:
     for part in experiment.parts:
         named = {m.name: bounds[f"{part.name}_{m.name}"] for m in part.robot.muscles}
         yield f"<h3>{escape(part.name)}</h3>"
-        yield from _one_robot(part.files[0], part.robot.cable_set, named)
+        yield from _one_robot(part.files[0], part.robot.cable_set, named, part.robot.motors)
     if not experiment.parts:
-        yield from _one_robot(experiment.robot_path, experiment.robot.cable_set, bounds)
+        robot = experiment.robot
+        yield from _one_robot(experiment.robot_path, robot.cable_set, bounds, robot.motors)
 
 
 def _one_robot(
-    path: Path, cable_set: str, bounds: Mapping[str, tuple[float, float]]
+    path: Path,
+    cable_set: str,
+    bounds: Mapping[str, tuple[float, float]],
+    motors: Sequence[Coordinate],
 ) -> Iterator[str]:
     info = robot_info(path, cable_set or None)
     yield (
@@ -113,6 +119,10 @@ def _one_robot(
             [c["name"], c["unit"], c["lower"], c["upper"], c["initial"], c["damping"]]
             for c in info["coordinates"]
         ),
+    )
+    yield table(
+        ("motor", "tau_min", "tau_max", "unit"),
+        ([c.name, c.tau_min, c.tau_max, force_unit(c)] for c in motors),
     )
     yield table(
         ("muscle", "model", "f_min [N]", "f_max [N]", "length [m]", "via points", "links"),

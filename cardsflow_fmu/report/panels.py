@@ -64,7 +64,7 @@ def panels_of(
 
     Args:
         result: The data of a run.
-        what: Keys of `KINDS`; forces, tracking and errors when both are empty.
+        what: Keys of `KINDS`; forces, torques, tracking and errors when both are empty.
         columns: Patterns of names, such as `q.*`.
 
     Raises:
@@ -188,10 +188,11 @@ def _moment_arms(result: RunData) -> list[Panel]:
 
 _POSES = 1000
 _NO_ARM = 1e-12
-_USUAL = ("forces", "tracking", "errors")
+_USUAL = ("forces", "torques", "tracking", "errors")
 
 KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
     "forces": _starting("f", "force command"),
+    "torques": _starting("tau", "motor command"),
     "tracking": _tracking,
     "errors": _errors,
     "lengths": _starting("l", "muscle length"),

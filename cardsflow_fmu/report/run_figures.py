@@ -21,7 +21,7 @@ from cardsflow_fmu.signals.ports import identifier, muscle_signals
 
 from .downsample import every_few
 from .figures import STYLE, figure_of_panels, image, title_of
-from .panels import Curve, Panel, tracking_curves
+from .panels import KINDS, Curve, Panel, tracking_curves
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
 
@@ -45,9 +45,10 @@ def run_images(result: ExperimentRunData) -> dict[str, bytes]:
 def tracking_figure(result: ExperimentRunData) -> Figure:
     """Force commands, and positions against the dotted reference: the paper's figures 10 and 12.
 
-    Of muscles with laws, their commands and their tensions, with dots where these were to be.
+    Of motors at joints, their torques; of muscles with laws, their commands and their tensions,
+    with dots where these were to be.
     """
-    panels = [_forces(result), *_commands(result), _positions(result)]
+    panels = [_forces(result), *_commands(result), *KINDS["torques"](result), _positions(result)]
     return figure_of_panels([p for p in panels if p.curves], title=title_of(result))
 
 

@@ -16,6 +16,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
     """
     tracking = (summary.get("tracking") or {}).get("per_signal") or {}
     forces = (summary.get("forces") or {}).get("per_muscle") or {}
+    torques = (summary.get("torques") or {}).get("per_motor") or {}
     slack = (summary.get("slack") or {}).get("per_signal") or {}
     missing = {name: s for name, s in slack.items() if s["max"]}
     return [
@@ -29,6 +30,13 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
             table(
                 ("force", "smallest [N]", "largest [N]", "f_min [N]", "f_max [N]"),
                 ([n, f["min"], f["max"], f["f_min"], f["f_max"]] for n, f in forces.items()),
+            ),
+            table(
+                ("motor", "smallest", "largest", "tau_min", "tau_max", "unit"),
+                (
+                    [n, t["min"], t["max"], t["tau_min"], t["tau_max"], t["unit"]]
+                    for n, t in torques.items()
+                ),
             ),
             table(
                 ("missing at infeasible ticks", "largest", "unit"),

@@ -26,6 +26,7 @@ _KINDS: dict[str, tuple[type, ...]] = {
     "first_step_after_s": _NUMBER,
     "tracking": _TABLE,
     "forces": _TABLE,
+    "torques": _TABLE,
     "slack": _TABLE,
     "solve_time": _TABLE,
     "engine": _TABLE,
@@ -42,6 +43,7 @@ _INNER = {"hardware": "round_trip", "real_time": "lateness"}
 _ROWS = {
     "tracking": ("per_signal", ("rms", "max", "unit")),
     "forces": ("per_muscle", ("min", "max", "f_min", "f_max")),
+    "torques": ("per_motor", ("min", "max", "tau_min", "tau_max", "unit")),
     "slack": ("per_signal", ("max", "unit")),
 }
 

@@ -21,7 +21,7 @@ from cardsflow_fmu.signals.followed import (
     tracking_unit,
 )
 from cardsflow_fmu.signals.muscles import tension_signals
-from cardsflow_fmu.signals.ports import slack_signals
+from cardsflow_fmu.signals.ports import TORQUE, force_unit, motor_signals, slack_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
@@ -62,6 +62,10 @@ def summarize(
         for name, muscle in zip(tension_signals(robot), robot.muscles, strict=True)
     }
     slack = slack_signals(robot, experiment.controller.space)
+    motors = {
+        name: (_finite(motor.tau_min), _finite(motor.tau_max), force_unit(motor))
+        for name, motor in zip(motor_signals(TORQUE, robot), robot.motors, strict=True)
+    }
     return {
         "experiment": experiment.name,
         "robot": robot.name,
@@ -75,6 +79,7 @@ def summarize(
         **_contacts(experiment),
         "master": MASTERS[through],
         **(signals := _signals(recording, columns, followed, bounds, slack)),
+        **_torques(motors, columns),
         **_speed(recording, speed),
         "warnings": [*problems(signals), *experiment.warnings(), *recording.warnings],
         "versions": versions(),
@@ -117,6 +122,10 @@ def summarize_system(
         "engine": dict(engine),
         "master": MASTERS["fmu"],
         **(signals := _signals(recording, columns, followed, forces, {})),
+        **_torques(
+            {n: (None, None, recording.units.get(n, "")) for n in columns if n.startswith("tau.")},
+            columns,
+        ),
         **_speed(recording, speed),
         "warnings": problems(signals),
         "versions": versions(),
@@ -234,6 +243,28 @@ def _forces(
         "unit": "N",
         "per_muscle": per_muscle,
     }
+
+
+def _torques(
+    motors: Mapping[str, tuple[float | None, float | None, str]], columns: Columns
+) -> dict[str, Any]:
+    """The motors' torques or forces; nothing where there are none."""
+    rows = {
+        name: {
+            "min": float(columns[name].min()),
+            "max": float(columns[name].max()),
+            "tau_min": low,
+            "tau_max": high,
+            "unit": unit,
+        }
+        for name, (low, high, unit) in motors.items()
+        if name in columns and len(columns[name])
+    }
+    return {"torques": {"per_motor": rows}} if rows else {}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def _speed(recording: Recording, speed: Speed) -> dict[str, Any]:

@@ -16,6 +16,7 @@ def describe_summary(summary: Mapping[str, Any]) -> list[str]:
     """
     lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
     lines += [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
+    lines += _torque_lines(summary)
     lines += _infeasible_lines(summary)
     lines += _real_time_lines(summary)
     lines += _engine_lines(summary)
@@ -104,6 +105,21 @@ def _force_lines(summary: Mapping[str, Any]) -> list[str]:
         if muscle["f_min"] is not None:
             upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
             line += f", bounds {muscle['f_min']:.4g} to {upper}"
+        lines.append(line)
+    return lines
+
+
+def _torque_lines(summary: Mapping[str, Any]) -> list[str]:
+    """Torques or forces of motors at joints, where there are any."""
+    motors = (summary.get("torques") or {}).get("per_motor") or {}
+    lines = ["torques"] if motors else []
+    for name, motor in motors.items():
+        low, high = (_text(motor[side], digits=4) for side in ("min", "max"))
+        line = f"  {name:<9} {low} to {high} {motor['unit']}"
+        bounds = [motor["tau_min"], motor["tau_max"]]
+        if bounds != [None, None]:
+            words = ["unlimited" if bound is None else f"{bound:.4g}" for bound in bounds]
+            line += f", bounds {words[0]} to {words[1]}"
         lines.append(line)
     return lines
 

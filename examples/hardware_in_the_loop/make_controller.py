@@ -127,6 +127,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     frames = experiment.robot.task_frames if experiment.controller.tasks else ()
     if experiment.controller.period != experiment.run.step:
         raise InputError("controller.c sends at every tick: make run.step the controller's period")
+    if experiment.robot.motors:
+        raise InputError("controller.c commands muscles, not motors at joints")
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")
     if not (experiment.hardware.has_lengths and experiment.hardware.has_tensions):

@@ -21,7 +21,11 @@ from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
+from cardsflow_fmu.report.panels import all_panels
+from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.simulation.run import run, simulate
+from cardsflow_fmu.viewer.scene.motion import motion_of
+from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import CoreDynamics, DartDynamics, Plant
 
 MASS, REACH, ABOUT, GRAVITY = 2.0, 0.3, 0.05, 9.81
@@ -364,3 +368,42 @@ def test_devices_without_motors_have_the_signature_that_they_had() -> None:
     states.append(["torque.joint_2", "N.m"])
     hybrid = Experiment.load(PLANAR_2R, ELBOW)
     assert hardware_signature(hybrid.robot, hybrid.hardware) == signature()
+
+
+def test_results_tell_of_motors(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Text, summary, figures, the page, the scene: the arrow is along -y and as long as tau."""
+    load(pendulum, "[-50.0, 60.0]")
+    out = pendulum / "results"
+    assert main(["run", str(pendulum), "-o", str(out)]) == 0
+    assert "N.m, bounds -50 to 60" in capsys.readouterr().out
+    result = Result.load(out)
+    tau = result["tau.q"]
+    (row,) = result.summary["torques"]["per_motor"].values()
+    assert row == {
+        "min": tau.min(),
+        "max": tau.max(),
+        "tau_min": -50.0,
+        "tau_max": 60.0,
+        "unit": "N.m",
+    }
+    labels = [panel.label for panel in all_panels(result)["torques"]]
+    assert labels == ["motor command [N.m]"]
+    stage = Stage(result.experiment.robot, motion_of(result.experiment.robot, result))
+    torques = stage.motion.torques
+    assert torques is not None
+    for k in (0, len(stage) // 2, len(stage) - 1):
+        (arrow,) = [shape for shape in stage.scene(k) if shape.name == "forces/motor/q"]
+        way = arrow.end - arrow.start
+        part = torques[k, 0] / np.abs(torques).max()
+        np.testing.assert_allclose(way, [0.0, -0.16 * stage.reach * part, 0.0], atol=1e-12)
+        np.testing.assert_allclose(arrow.start, 0.0, atol=1e-12)
+    page = pendulum / "page.html"
+    assert main(["report", str(out), "-o", str(page)]) == 0
+    assert "tau_max" in page.read_text()
+
+
+def test_info_tells_of_motors(shared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(shared / "robots/caspr/FASTKIT_Planar")]) == 0
+    text = capsys.readouterr().out
+    assert "4 muscles, 4 motors" in text
+    assert "joint_1_gamma  -unlimited  unlimited  N·m" in text

@@ -8,7 +8,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Motion, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
-from sim_dart.core.frames import moving_frames
+from sim_dart.core.frames import moving_frames, transform
 
 Poses = Mapping[str, FloatArray]
 """T_world_link at every frame by the name of the link, `world` among them, shape (K, 4, 4)."""
@@ -32,6 +32,25 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
         link: (world if own.frame < 0 else T_world_frame[own.frame]) @ own.T_frame_link
         for link, own in frame_of.items()
     }
+
+
+def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArray, FloatArray]]:
+    """Where the axis of each motor is, in the order of q: points on it and directions, (K, 3) each.
+
+    Args:
+        robot: A valid robot.
+        q: Joint positions at K frames, shape (K, n), in [rad] or [m].
+        poses: Of the links there.
+    """
+    found: dict[str, tuple[FloatArray, FloatArray]] = {}
+    columns = {c.name: k for k, c in enumerate(robot.coordinates)}
+    for joint in robot.joints:
+        T = poses[joint.parent] @ transform(joint.T_parent_joint)
+        for motion in joint.motions:
+            name = joint.coordinates[motion.coordinate].name
+            T = T @ motion_transforms(motion, q[:, columns[name]])
+            found[name] = T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)
+    return [found[motor.name] for motor in robot.motors]
 
 
 def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:

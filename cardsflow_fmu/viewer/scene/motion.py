@@ -10,7 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import InputError, Link, Robot, TaskFrame
 from cardsflow_fmu.results.run_data import RunData
-from cardsflow_fmu.signals.ports import coordinate_signals, identifier, muscle_signals, signal_names
+from cardsflow_fmu.signals.ports import (
+    TORQUE,
+    coordinate_signals,
+    identifier,
+    motor_signals,
+    muscle_signals,
+    signal_names,
+)
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.scene import Scene
 
@@ -33,6 +40,7 @@ class Motion:
             axes without reference.
         contacts: Contact force on a link or an object, world axes, shape (K, 3), in [N], by name.
         objects: Poses of the objects that move, shape (K, 4, 4), by their names.
+        torques: Of motors at joints, shape (K, motors), in [N·m] or [N]; None where not known.
     """
 
     time: FloatArray
@@ -42,6 +50,7 @@ class Motion:
     y_d: dict[str, FloatArray] = field(default_factory=dict)
     contacts: dict[str, FloatArray] = field(default_factory=dict)
     objects: dict[str, FloatArray] = field(default_factory=dict)
+    torques: FloatArray | None = None
 
     @staticmethod
     def still(q: ArrayLike) -> Motion:
@@ -96,6 +105,7 @@ def motion_of(
         _followed_points(robot, columns),
         _contacts(robot.links, world, columns),
         {} if world is None else _objects(world, columns),
+        columns.all(motor_signals(TORQUE, robot)),
     )
 
 

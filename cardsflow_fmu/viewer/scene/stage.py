@@ -18,7 +18,7 @@ from . import colours
 from . import shapes as s
 from .environment import Environment
 from .link_capsules import link_capsules
-from .link_poses import link_poses, moved_point
+from .link_poses import link_poses, motor_axes, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, pulls
@@ -102,6 +102,7 @@ class Stage:
             *self._wrap_surfaces(k),
             *self._muscles(k),
             *self._forces(k),
+            *self._torques(k),
             *self._frames(k),
             *self._labels(k),
             *self._contacts(k),
@@ -211,6 +212,28 @@ class Stage:
                 end = start + per_newton * tension * self._pulls[i][k, v]
                 key, radius = f"{muscle.name}/{v}", 0.0026 * self.reach
                 yield s.Arrow(s.FORCES, key, colours.FORCE, start, end, radius)
+
+    def _torques(self, k: int) -> Iterator[s.Shape]:
+        """The motors' torques along their axes, by the right hand; the largest has a fixed length.
+
+        Torques and forces have scales of their own.
+        """
+        torques = self.motion.torques
+        if torques is None:
+            return
+        for i, (motor, (points, axes)) in enumerate(
+            zip(self.robot.motors, self._motor_axes, strict=True)
+        ):
+            same = [j for j, m in enumerate(self.robot.motors) if m.unit == motor.unit]
+            largest = float(np.nanmax(np.abs(torques[:, same]), initial=0.0))
+            length = 0.16 * self.reach / (largest or 1.0) * float(np.nan_to_num(torques[k, i]))
+            start, end = points[k], points[k] + length * axes[k]
+            key = f"motor/{motor.name}"
+            yield s.Arrow(s.FORCES, key, colours.MOTOR, start, end, 0.004 * self.reach)
+
+    @cached_property
+    def _motor_axes(self) -> list[tuple[FloatArray, FloatArray]]:
+        return motor_axes(self.robot, self.motion.q, self._poses)
 
     def _frames(self, k: int) -> Iterator[s.Shape]:
         for joint, poses in zip(self.robot.joints, self._joints, strict=True):
