@@ -89,7 +89,7 @@ class MeshShape:
     """The convex hull of a triangle mesh.
 
     Attributes:
-        file: Any file that trimesh reads.
+        file: STL, OBJ, PLY, OFF, COLLADA or glTF.
         scale: Factors along x, y, z that make metres of the file's units.
     """
 

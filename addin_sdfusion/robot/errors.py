@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from .finding import Finding
 
 
+_MOST_COMPARED, _LONGEST = 1000, 200
+
+
 class CardsflowError(Exception):
     """The root of every error that CARDSFlow raises on purpose."""
 
@@ -77,7 +80,8 @@ class UnknownNameError(InputError):
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        nearest = difflib.get_close_matches(name, self.known, n=1, cutoff=0.5)
+        compared = self.known[:_MOST_COMPARED]
+        nearest = difflib.get_close_matches(name[:_LONGEST], compared, n=1, cutoff=0.5)
         hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
         listed = ", ".join(self.known[:20]) + (", ..." if len(self.known) > 20 else "")
         what = f"no {kind} {name!r}{hint} (known: {listed or 'none'})"
@@ -108,6 +112,18 @@ class RobotError(InputError):
             check = "cardsflow check" if format_ is None else f"cardsflow check --for {format_}"
             what += f" (and {len(errors) - 1} more: `{check}` lists all)"
         super().__init__(what, file=first.file or file, line=first.line)
+
+
+class MachineError(CardsflowError):
+    """The machine fails, not what it was given: a full disk, a broken drive, too many open files.
+
+    Args:
+        what: What fails.
+        file: The file or folder concerned.
+    """
+
+    def __init__(self, what: str, file: str | Path) -> None:
+        super().__init__(f"{file}: {what}")
 
 
 class SimulationError(CardsflowError):

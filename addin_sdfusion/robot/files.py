@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
+from typing import BinaryIO
 
-from .errors import InputError
+from .errors import CardsflowError, InputError, MachineError
+from .limits import too_large
 
+_OF_THE_MACHINE = {
+    getattr(errno, name, None)
+    for name in ("ENOSPC", "EDQUOT", "EIO", "EMFILE", "ENFILE", "ENOMEM", "EFBIG")
+} - {None}
 _ASIDE = ".cardsflow.tmp"
 _LEFTOVER = re.compile(r"\..+\.\d+\.cardsflow\.tmp")
 
@@ -25,20 +32,47 @@ def read_file(file: Path, largest: int) -> bytes:
     Raises:
         InputError: It is missing, no regular file, too large, or may not be read.
     """
-    try:
-        info = file.stat()
-        if stat.S_ISDIR(info.st_mode):
-            raise InputError("is a folder, not a file", file=file)
-        if not stat.S_ISREG(info.st_mode):
-            raise InputError("is not a regular file", file=file)
-        if info.st_size > largest:
-            most = f"{largest >> 20} MiB" if largest >> 20 else f"{largest} bytes"
-            raise InputError(f"is larger than {most}", file=file)
-        with file.open("rb") as stream:
+    with opened_file(file, largest) as stream:
+        try:
             return stream.read(largest)
+        except OSError as error:
+            raise file_error(error, "cannot be read", file) from error
+
+
+def opened_file(file: Path, largest: int) -> BinaryIO:
+    """A regular file opened for reading; arguments and errors as for `read_file`."""
+    try:
+        if file.is_dir():
+            raise InputError("is a folder, not a file", file=file)
+        stream = open(file, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}", file=file) from error
+        raise file_error(error, "cannot be read", file) from error
+    status = os.fstat(stream.fileno())
+    fault = None if stat.S_ISREG(status.st_mode) else "is not a regular file"
+    if status.st_size > largest:
+        fault = fault or too_large(largest)
+    if fault is not None:
+        stream.close()
+        raise InputError(fault, file=file)
+    return stream
+
+
+def file_error(error: OSError | ValueError, what: str, file: str | Path) -> CardsflowError:
+    """The error of the system about a file: the user's, or the machine's as of a full disk.
+
+    Args:
+        error: What the system says; ValueError of a path that nothing can have.
+        what: What did not work, such as `cannot be written`.
+        file: The file or folder.
+    """
+    number = getattr(error, "errno", None)
+    what = f"{what}: {getattr(error, 'strerror', None) or error}"
+    return MachineError(what, file) if number in _OF_THE_MACHINE else InputError(what, file=file)
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open without waiting for the other end of a pipe."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def is_folder(path: Path) -> bool:
@@ -61,6 +95,7 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
 
     Raises:
         InputError: The folder cannot be made or written.
+        MachineError: There is no room.
     """
     folder = Path(folder)
     waiting = {folder / name: folder / f".{name}.{os.getpid()}{_ASIDE}" for name in contents}
@@ -71,8 +106,7 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
         for file, aside in waiting.items():
             aside.replace(file)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be written: {reason}", file=folder) from error
+        raise file_error(error, "cannot be written", folder) from error
     finally:
         for aside in waiting.values():
             with contextlib.suppress(OSError, ValueError):

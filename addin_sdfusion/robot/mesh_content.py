@@ -9,6 +9,9 @@ from collections.abc import Callable
 from typing import Any
 from xml.parsers import expat
 
+from . import limits
+
+_LONG_LINE = re.compile(rb"[^\r\n]{%d}" % limits.MESH_LINE)
 _BINARY_HEAD, _BINARY_FACET = 84, 50
 _STL_WORDS = rb"solid|facet|outer|vertex|endloop|endfacet|endsolid|color"
 _OBJ_WORDS = rb"v|vt|vn|vp|f|l|p|o|g|s|mg|usemtl|mtllib|usemap|maplib|cstype|deg|end|#.*"
@@ -29,16 +32,44 @@ def mesh_problem(suffix: str, data: bytes) -> str | None:
     if test is None:
         return f"{suffix or 'no suffix'!s} is no type of meshes ({', '.join(_TESTS)})"
     try:
-        return test(data)
+        return _too_much(suffix.lower(), data) or test(data)
     except (ValueError, RecursionError, struct.error, expat.ExpatError) as error:
         return f"it is no mesh of type {suffix}: {error}"
 
 
+def _too_much(suffix: str, data: bytes) -> str | None:
+    """What would take much memory to read; None where nothing would."""
+    if len(data) > limits.MESH:
+        return limits.too_large(limits.MESH)
+    if not _is_text(suffix, data):
+        return None
+    if len(data) > limits.MESH_TEXT:
+        return f"{limits.too_large(limits.MESH_TEXT)}, the limit of meshes as text"
+    if suffix == ".dae":
+        return limits.xml_fault(data)
+    if _LONG_LINE.search(data):
+        return f"it has a line of more than {limits.MESH_LINE} bytes"
+    return None
+
+
+def _is_text(suffix: str, data: bytes) -> bool:
+    if suffix == ".stl":
+        return not _is_binary_stl(data)
+    return suffix in (".obj", ".off", ".dae") or (
+        suffix == ".ply" and b"format ascii" in data[:999]
+    )
+
+
+def _is_binary_stl(data: bytes) -> bool:
+    if len(data) <= _BINARY_HEAD:
+        return False
+    (facets,) = struct.unpack_from("<I", data, _BINARY_HEAD - 4)
+    return bool(len(data) == _BINARY_HEAD + facets * _BINARY_FACET)
+
+
 def _stl(data: bytes) -> str | None:
-    if len(data) > _BINARY_HEAD:
-        (facets,) = struct.unpack_from("<I", data, _BINARY_HEAD - 4)
-        if len(data) == _BINARY_HEAD + facets * _BINARY_FACET:
-            return None
+    if _is_binary_stl(data):
+        return None
     return _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
 
 
@@ -116,6 +147,32 @@ def _scene(scene: Any, kind: str) -> str | None:
         uri = part.get("uri", "data:") if isinstance(part, dict) else ""
         if not str(uri).startswith("data:"):
             return f"it needs another file, {str(uri)[:80]!r}: make it a .glb with all in it"
+    return _too_many(scene)
+
+
+def _too_many(scene: dict[str, Any]) -> str | None:
+    """What is too much in a glTF scene, whose meshes can be placed often; None where nothing is."""
+    nodes, meshes, accessors = (scene.get(key) or [] for key in ("nodes", "meshes", "accessors"))
+    try:
+        children = [child for node in nodes for child in node.get("children") or ()]
+        if len(set(children)) < len(children):
+            return "it has a node below two others"
+        if any("bufferView" not in one or "sparse" in one for one in accessors):
+            return "it has numbers that stand in no buffer"
+        sizes = [
+            sum(
+                accessors[index]["count"]
+                for part in mesh.get("primitives") or ()
+                for index in (*part["attributes"].values(), part.get("indices"))
+                if index is not None
+            )
+            for mesh in meshes
+        ]
+        placed = [sizes[node["mesh"]] for node in nodes if "mesh" in node]
+    except (AttributeError, KeyError, IndexError, TypeError) as error:
+        raise ValueError(f"its scene is damaged ({error!r})") from None
+    if max(sum(sizes), sum(placed)) > limits.MESH_NUMBERS:
+        return f"its meshes have more than {limits.MESH_NUMBERS} corners and indices"
     return None
 
 

@@ -13,11 +13,11 @@ from urllib.parse import unquote
 
 from .errors import InputError
 from .files import read_file
+from .limits import MESH
 from .mesh_content import mesh_problem
 
 MODEL_URIS = ("model://", "package://")
 _FILE_URI = "file://"
-_MAX_BYTES = 256 * 2**20
 _NETWORK = ("//", "\\\\")  # to look there tells another machine who asks
 
 
@@ -81,22 +81,22 @@ def lies_in(file: Path, roots: Iterable[Path]) -> bool:
         return False
 
 
-def mesh_bytes(file: Path, roots: Iterable[Path]) -> bytes:
-    """The content of a mesh, to be packed.
+def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
+    """The content of a mesh, to be read or packed.
 
     Args:
         file: The file.
-        roots: As for `lies_in`.
+        roots: As for `lies_in`; None admits every file.
 
     Raises:
         InputError: It lies elsewhere, cannot be read, or is no mesh.
     """
-    if is_file(file) and not lies_in(file, roots):
+    if roots is not None and is_file(file) and not lies_in(file, roots):
         raise InputError(OUTSIDE, file=file)
-    data = read_file(file, _MAX_BYTES)
+    data = read_file(file, MESH)
     problem = mesh_problem(file.suffix, data)
     if problem is not None:
-        raise InputError(f"is not packed: {problem}", file=file)
+        raise InputError(f"is no mesh that can be used: {problem}", file=file)
     return data
 
 

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import WORLD, InputError, Muscle, Robot, Vector3, read_robot
+from addin_sdfusion.robot import WORLD, Muscle, Robot, Vector3, read_robot
 from addin_sdfusion.robot.model.tension_laws import law_of, states_of
 from cardsflow_fmu.utils.text_table import table
 from sim_dart.muscles.paths import MusclePaths
@@ -84,10 +84,9 @@ def fmu_info(path: str | Path) -> dict[str, Any]:
     """
     import fmpy  # not needed for robots
 
-    try:
-        description = fmpy.read_model_description(str(path), validate=False)
-    except Exception as error:
-        raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=path) from None
+    from cardsflow_fmu.cosim.fmu_description import read_description
+
+    description = read_description(Path(path))
     return {
         "name": description.modelName,
         "fmi_version": description.fmiVersion,

@@ -11,7 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from addin_sdfusion.robot import Coordinate, Finding, InputError, Robot, Subject, UnknownNameError
+from addin_sdfusion.robot import (
+    Coordinate,
+    Finding,
+    InputError,
+    Robot,
+    Subject,
+    UnknownNameError,
+    limits,
+)
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.readers import (
     Reading,
@@ -26,7 +34,6 @@ RANDOM = "random"
 _POSTURES = 500
 _WIDE = {"rad": math.pi, "m": 1.0}  # where a joint has no limits
 _TOUCHING = 1e-9  # in [m]
-_MAX_BYTES = 256 * 2**20
 
 
 @dataclass(frozen=True)
@@ -107,7 +114,10 @@ def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
 
 def _table(file: Path, robot: Robot) -> Motion:
     try:
-        rows = list(csv.reader(io.StringIO(read_file(file, _MAX_BYTES).decode("utf-8-sig"))))
+        data = read_file(file, limits.MOTION)
+        if data.count(b"\n") + data.count(b"\r") > 2 * limits.MOTION_ROWS:
+            raise InputError(f"holds more than {limits.MOTION_ROWS} rows", file=file)
+        rows = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
     except (UnicodeDecodeError, csv.Error):
         raise InputError("is no table of comma-separated values", file=file) from None
     if len(rows) < 2:

@@ -7,10 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
-
-_MAX_BYTES = 64 * 2**20
 
 
 def read_settings(file: Path) -> dict[str, Any]:
@@ -22,12 +20,13 @@ def read_settings(file: Path) -> dict[str, Any]:
     Raises:
         InputError: It cannot be read.
     """
+    is_json = file.suffix == ".json"
     try:
-        text = read_file(file, _MAX_BYTES).decode("utf-8-sig")
+        text = read_file(file, limits.JSON if is_json else limits.SETTINGS).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8 text", file=file) from None
     try:
-        data = json.loads(text) if file.suffix == ".json" else tomllib.loads(text)
+        data = json.loads(text) if is_json else tomllib.loads(text)
     except ValueError as error:
         raise InputError(" ".join(str(error).split()), file=file) from None
     except RecursionError:

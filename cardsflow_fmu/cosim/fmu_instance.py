@@ -9,13 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import fmpy
-
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from cardsflow_fmu.signals.units import Unit
 from cardsflow_fmu.utils.interrupts import interruptible
 
 from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
+from .fmu_description import unpacked_description
 from .fmu_variables import Row, Signal, read_signals
 
 _OWN_ERROR = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
@@ -174,13 +173,7 @@ def _user_text(text: str) -> str:
 
 def _description(file: Path, folder: Path) -> Any:
     """Unpack the FMU, unless that is done, and read its description."""
-    try:
-        if not (folder / "modelDescription.xml").is_file():
-            fmpy.extract(str(file), str(folder))
-        description = fmpy.read_model_description(str(folder), validate=False)
-    except Exception as error:
-        reason = re.sub(r"\s+", " ", str(error))
-        raise InputError(f"is no FMU: {reason}", file=file) from None
+    description = unpacked_description(file, folder)
     version = str(description.fmiVersion)
     if not version.startswith(("2.", "3.")):
         raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is needed", file=file)

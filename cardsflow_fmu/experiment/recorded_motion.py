@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -10,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import InputError, UnknownNameError, limits
+from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from cardsflow_fmu.config.names import Names
+from cardsflow_fmu.utils.archive import opened_archive
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import read_csv, require_table
 
@@ -74,14 +77,15 @@ def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None
 
 
 def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
-    try:
-        loaded = np.load(file, allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return _named(loaded, spaces)
-        with loaded:
-            arrays = {name: loaded[name] for name in loaded.files}
-    except (OSError, ValueError, EOFError, KeyError) as error:
-        raise InputError(f"cannot be read as NumPy's: {error}".splitlines()[0]) from None
+    if file.suffix.lower() == ".npy":
+        return _named(_array(read_file(file, limits.ARRAYS)), spaces)
+    with opened_archive(file, "NumPy file") as archive:
+        entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > limits.ARRAYS:
+            raise InputError(f"unpacked it {limits.too_large(limits.ARRAYS)}")
+        arrays = {
+            entry.filename.removesuffix(".npy"): _array(archive.read(entry)) for entry in entries
+        }
     columns: dict[str, FloatArray] = {}
     for name, array in arrays.items():
         numbers = _numbers(array, name)
@@ -97,6 +101,25 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
         else:
             raise InputError(f"has {numbers.ndim} dimensions, not 1 or 2", key=name)
     return columns
+
+
+def _array(data: bytes) -> np.ndarray[Any, Any]:
+    try:
+        version = np.lib.format.read_magic(stream := io.BytesIO(data))
+        read_header = np.lib.format.read_array_header_1_0
+        if version != (1, 0):
+            read_header = np.lib.format.read_array_header_2_0
+        shape, in_columns, kind = read_header(stream)
+        if kind.hasobject:
+            raise ValueError("it holds objects of Python")
+        count = math.prod(shape)
+        if kind.itemsize * count != len(data) - stream.tell() or not kind.itemsize:
+            raise ValueError("it has not as many bytes as its shape says")
+        array = np.frombuffer(data, kind, count, stream.tell())
+        return array.reshape(shape, order="F" if in_columns else "C")
+    except Exception as error:  # damage shows in errors of any kind, of its header's syntax too
+        what = " ".join(str(error).split())
+        raise InputError(f"cannot be read as NumPy's: {what}"[:300]) from None
 
 
 def _named(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Columns:

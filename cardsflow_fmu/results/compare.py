@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from .saved_run import read_results
 Rows = NDArray[np.int64]
 
 _SAME_TIME = 1e-9
+_BLOCK = 2**20
 
 
 def compare(
@@ -67,14 +69,20 @@ def compare_results(
             raise InputError("has no column 'time'", file=file)
     every = list(dict.fromkeys([*a.names, *b.names]))
     names = chosen_columns(every, columns) if columns else [n for n in every if n != "time"]
-    missing = [[n for n in names if n not in result.names] for result in (a, b)]
+    places = [{name: k for k, name in enumerate(result.names)} for result in (a, b)]
+    missing = [[n for n in names if n not in own] for own in places]
     rows_a, rows_b = _common_rows(a["time"], b["time"])
-    compared = {
-        name: _column(a[name][rows_a], b[name][rows_b], a["time"][rows_a], tol, rtol)
-        | {"unit": a.units.get(name) or b.units.get(name) or ""}
-        for name in names
-        if name in a.names and name in b.names
-    }
+    shared = [n for n in names if all(n in own for own in places)]
+    time, compared = a["time"][rows_a], {}
+    block = max(1, _BLOCK // max(1, len(time)))
+    for begin in range(0, len(shared), block):
+        part = shared[begin : begin + block]
+        own, other = (
+            np.take(result.rows, [places_of[n] for n in part], axis=1)[rows]
+            for result, rows, places_of in zip((a, b), (rows_a, rows_b), places, strict=True)
+        )
+        for name, column in zip(part, _columns(own, other, time, tol, rtol), strict=True):
+            compared[name] = column | {"unit": a.units.get(name) or b.units.get(name) or ""}
     counts = [len(a.rows), len(b.rows)]
     same_rows = counts == [len(rows_a), len(rows_a)]
     beyond = [name for name, column in compared.items() if column["beyond"]]
@@ -130,22 +138,28 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
     return rows, nearest[rows]
 
 
-def _column(a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float) -> Any:
-    """The largest difference, where it is, and whether it is beyond; None if it is no number."""
-    if not len(a):
-        return {"largest": None, "at": None, "beyond": True}
+def _columns(
+    a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float
+) -> list[dict[str, Any]]:
+    """Of every column the largest difference, where it is, and whether it is beyond.
+
+    None is a difference that is no number.
+    """
+    if not len(time):
+        return [{"largest": None, "at": None, "beyond": True}] * a.shape[1]
     alike = (a == b) | (np.isnan(a) & np.isnan(b))
     with np.errstate(invalid="ignore"):
         difference = np.where(alike, 0.0, np.abs(a - b))
         excess = np.where(alike, -np.inf, difference - (tol + rtol * np.abs(b)))
     difference[np.isnan(difference)] = np.inf
     excess[np.isnan(excess)] = np.inf
-    k = int(difference.argmax())
-    return {
-        "largest": float(difference[k]) if np.isfinite(difference[k]) else None,
-        "at": float(time[k]),
-        "beyond": bool((excess > 0).any()),
-    }
+    k = difference.argmax(axis=0)
+    largest = difference[k, np.arange(a.shape[1])].tolist()
+    beyond_any: list[bool] = np.any(excess > 0, axis=0).tolist()
+    return [
+        {"largest": value if math.isfinite(value) else None, "at": at, "beyond": beyond}
+        for value, at, beyond in zip(largest, time[k].tolist(), beyond_any, strict=True)
+    ]
 
 
 def _sortable(column: dict[str, Any]) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.native.model_file import NATIVE_FILE, missing_in_c
 from cardsflow_fmu.signals.roles import HARDWARE
+from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
 
 MASTERS = {
     "fmu": "Python, over FMUs",
@@ -59,15 +60,15 @@ def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
 def _fmu_engine(role: str, file: Path) -> str:
     """The engine in an FMU of this package, by its resources; else the FMU's name."""
     try:
-        with zipfile.ZipFile(file) as archive:
+        with opened_archive(file, "FMU") as archive:
             if f"resources/{NATIVE_FILE}" in archive.namelist():
                 return "native"
-            data = json.loads(archive.read(f"resources/{EXPERIMENT_FILE}"))
-            model = json.loads(archive.read("resources/model.json"))
+            names = (f"resources/{EXPERIMENT_FILE}", "resources/model.json")
+            data, model = (json.loads(entry_bytes(archive, name, limits.JSON)) for name in names)
         if model["class"].endswith("HardwareModel"):
             return HARDWARE
         has_world = role == "plant" and data.get("world") is not None
         in_dart = has_world or data[role]["engine"] == "dart"
-    except (OSError, KeyError, TypeError, ValueError, AttributeError, zipfile.BadZipFile):
+    except (InputError, KeyError, TypeError, ValueError, AttributeError, RecursionError):
         return file.name
     return "dart" if in_dart else "core"

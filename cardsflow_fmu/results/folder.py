@@ -10,8 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import remove_leftovers, write_files
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import read_file, remove_leftovers, write_files
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, is_recording
 from cardsflow_fmu.utils.folder_lock import FolderLock
 
@@ -121,6 +121,6 @@ class OutputFolder:
 def _is_summary(file: Path) -> bool:
     """Whether a run has written this file."""
     try:
-        return "cardsflow" in json.loads(file.read_text(encoding="utf-8"))["versions"]
-    except (OSError, ValueError, TypeError, KeyError):
+        return "cardsflow" in json.loads(read_file(file, limits.JSON))["versions"]
+    except (InputError, ValueError, TypeError, KeyError, RecursionError):
         return False

@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
-
-_MAX_BYTES = 256 * 2**20
 
 _NUMBER = (int, float, type(None))
 _TABLE = (dict, type(None))
@@ -99,7 +97,7 @@ def read_units(file: Path) -> dict[str, str]:
 
 def _read(file: Path) -> dict[str, Any]:
     try:
-        data = json.loads(read_file(file, _MAX_BYTES).decode("utf-8-sig"))
+        data = json.loads(read_file(file, limits.JSON).decode("utf-8-sig"))
     except RecursionError:
         raise InputError("is nested too deeply", file=file) from None
     except ValueError as error:

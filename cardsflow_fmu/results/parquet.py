@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import opened_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.utils.csv_table import require_table
 
 from .run_data import ExperimentRunData, RunData
 
+_FOOTER_LIMITS = {
+    "thrift_string_size_limit": 2 * limits.JSON,
+    "thrift_container_size_limit": 10 * limits.COLUMNS,
+}
 KEY = b"cardsflow"
 """Of the metadata: JSON with units, summary, versions, seed and experiment."""
 
@@ -73,10 +79,21 @@ def read_parquet(file: Path) -> RunData:
     import pyarrow.parquet as pq
 
     try:
-        table = pq.ParquetFile(file).read()
-        rows = np.column_stack([column.to_numpy() for column in table.columns])
-        rows = rows.astype(np.float64, copy=False)
-        metadata = json.loads((table.schema.metadata or {}).get(KEY, b"{}"))
+        with opened_file(file, limits.TABLE) as stream:
+            parquet = pq.ParquetFile(stream, **_FOOTER_LIMITS)
+            _require_bounded(parquet, pa, file)
+            schema, names = parquet.schema_arrow, parquet.schema_arrow.names
+            rows = np.empty((parquet.metadata.num_rows, len(names)))
+            for k, begin in _parts(parquet, len(names)):
+                columns = parquet.read_row_group(k)
+                for j, column in enumerate(columns.columns):
+                    rows[begin : begin + columns.num_rows, j] = column.to_numpy()
+        text = (schema.metadata or {}).get(KEY, b"{}")
+        if len(text) > limits.JSON:
+            raise InputError(f"its metadata {limits.too_large(limits.JSON)}", file=file)
+        metadata = json.loads(text)
+    except InputError:
+        raise
     except OSError as error:  # pyarrow's own errors of damaged files are OSErrors or ValueErrors
         reason = error.strerror or "is no Parquet file"
         raise InputError(f"cannot be read: {reason}", file=file) from None
@@ -85,11 +102,40 @@ def read_parquet(file: Path) -> RunData:
         raise InputError(what, file=file) from None
     if not isinstance(metadata, dict) or not isinstance(metadata.get("summary", {}), dict):
         raise InputError("is not what a run writes: its metadata", file=file)
-    require_table(table.column_names, rows, file)
-    units = {f.name: _unit(f.metadata) for f in table.schema}
-    return RunData(
-        tuple(table.column_names), rows, units, metadata.get("summary", {}), {file.name: file}
-    )
+    require_table(names, rows, file)
+    units = {f.name: _unit(f.metadata) for f in schema}
+    return RunData(tuple(names), rows, units, metadata.get("summary", {}), {file.name: file})
+
+
+def _require_bounded(parquet: Any, pa: Any, file: Path) -> None:
+    """Refuse a file that says it holds more than can be read, or what are no numbers."""
+    about, schema = parquet.metadata, parquet.schema_arrow
+    if len(schema) > limits.COLUMNS:
+        raise InputError(f"holds more than {limits.COLUMNS} columns", file=file)
+    if about.num_rows * len(schema) > limits.VALUES:
+        raise InputError(f"holds more than {limits.VALUES} numbers", file=file)
+    for field in schema:
+        kind = field.type
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or kind == pa.bool_()):
+            what = f"is no table of results: column {field.name!r} holds {kind}, and no numbers"
+            raise InputError(what, file=file)
+
+
+def _parts(parquet: Any, columns: int) -> Iterator[tuple[int, int]]:
+    """The groups of rows, and the row at which each begins.
+
+    Raises:
+        ValueError: They have more rows than the whole.
+    """
+    begin = 0
+    for k in range(parquet.num_row_groups):
+        group = parquet.metadata.row_group(k)
+        if group.num_columns != columns or begin + group.num_rows > parquet.metadata.num_rows:
+            raise ValueError("its groups of rows do not fit together")
+        yield k, begin
+        begin += group.num_rows
+    if begin != parquet.metadata.num_rows:
+        raise ValueError("its groups of rows do not fit together")
 
 
 def _unit(metadata: dict[bytes, bytes] | None) -> str:

@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.models.model import FmuModel
 
@@ -47,8 +48,8 @@ def read_model_file(folder: Path) -> ModelFile:
     """
     path = folder / MODEL_FILE
     try:
-        entries: Any = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError) as error:
+        entries: Any = json.loads(read_file(path, limits.JSON))
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{error}; unpack or build the FMU again", file=path) from None
     keys = ("package", "class", "ports")
     if not isinstance(entries, dict) or entries.get("format") != _FORMAT:

@@ -12,6 +12,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.config.multiples import require_multiple
 from cardsflow_fmu.config.table import Context, checked
 from cardsflow_fmu.cosim.coupling import Coupling
+from cardsflow_fmu.cosim.fmu_description import read_description
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
@@ -151,14 +152,9 @@ def _participants(
 
 def _start_values(component: Component, file: Path) -> dict[str, float]:
     """The component's parameters in the units of the FMU's variables."""
-    import fmpy
-
     units = {}
     if any(parameter.unit for parameter in component.parameters):
-        try:
-            units = variable_units(fmpy.read_model_description(str(file), validate=False))
-        except Exception as error:
-            raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
+        units = variable_units(read_description(file))
     values = {}
     for p in component.parameters:
         values[p.name] = p.value

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot import CardsflowError, InputError, limits
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.signals.roles import HARDWARE
-from cardsflow_fmu.utils.archive import archive_bytes, unpack_archive
+from cardsflow_fmu.utils.archive import (
+    archive_bytes,
+    entry_bytes,
+    inner_archive,
+    opened_archive,
+    unpack_archive,
+)
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 _RESOURCES = "resources/"
 _PARTS = ("robot", "robots", "world")
-_MOST_BYTES = 2**28
 
 
 def system_experiment(path: Path) -> bytes | None:
@@ -56,19 +59,20 @@ def system_hardware(path: Path) -> HardwareSettings | None:
 def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
     """Files of experiments in FMUs, those of an FMU of that name first."""
     try:
-        with zipfile.ZipFile(path) as system:
+        with opened_archive(path, ".ssp") as system:
             fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
-            for entry in sorted(fmus, key=lambda e: (not e.filename.endswith(first), e.filename)):
-                files = _carried(system.read(entry)) if entry.file_size <= _MOST_BYTES else {}
+            fmus.sort(key=lambda entry: (not entry.filename.endswith(first), entry.filename))
+            for fmu in fmus:
+                files = _carried(entry_bytes(system, fmu, limits.INNER_FMU))
                 if files:
                     yield files
-    except (OSError, ValueError, zipfile.BadZipFile, RuntimeError):
+    except InputError:
         return
 
 
 def _carried(fmu: bytes) -> dict[str, bytes]:
     """The experiment and its robot's files in an FMU; nothing where it has none."""
-    with zipfile.ZipFile(io.BytesIO(fmu)) as archive:
+    with inner_archive(fmu) as archive:
         entries = {
             entry.filename.removeprefix(_RESOURCES): entry
             for entry in archive.infolist()
@@ -76,7 +80,7 @@ def _carried(fmu: bytes) -> dict[str, bytes]:
         }
         if EXPERIMENT_FILE not in entries:
             return {}
-        if sum(entry.file_size for entry in entries.values()) > _MOST_BYTES:
+        if sum(entry.file_size for entry in entries.values()) > limits.UNPACKED_IN_MEMORY:
             return {}
         return {name: archive.read(entry) for name, entry in entries.items()}
 

@@ -80,12 +80,12 @@ class _Part:
     def __init__(
         self, role: str, file: Path, external: ExternalFmu | None, ports: Sequence[Port]
     ) -> None:
-        import fmpy  # takes a second
+        from cardsflow_fmu.cosim.fmu_description import read_description  # takes a second
 
         self.name = role
         self._file = file
         try:
-            description = fmpy.read_model_description(str(file), validate=False)
+            description = read_description(file)
         except Exception as error:  # damage shows in many errors
             raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
         self._variables = {v.name: v for v in description.modelVariables}

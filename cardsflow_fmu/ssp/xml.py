@@ -8,11 +8,9 @@ from typing import Any
 
 from lxml import etree
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 from cardsflow_fmu.signals.units import BASES, KNOWN_UNITS, Unit
-
-_MAX_BYTES = 64 * 2**20
 
 
 def parse(file: Path) -> Any:
@@ -30,7 +28,11 @@ def parse(file: Path) -> Any:
         remove_pis=True,
     )
     try:
-        return etree.fromstring(read_file(file, _MAX_BYTES), parser)
+        data = read_file(file, limits.XML)
+        fault = limits.xml_fault(data)
+        if fault is not None:
+            raise InputError(fault, file=file)
+        return etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
         raise InputError(f"is no XML: {error.msg}", file=file, line=error.lineno) from None
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import struct
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
+from typing import BinaryIO
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.errors import MachineError
+from addin_sdfusion.robot.files import file_error, opened_file, read_file
 
 _EARLIEST_TIME = (1980, 1, 1, 0, 0, 0)
 _UNIX = 3
 _READABLE = 0o644 << 16
-_MAX_FILES, _MAX_BYTES = 10_000, 2**31
+_DIRECTORY_END = struct.Struct("<4s4H2LH")
+_LARGE_DIRECTORY = b"PK\x06\x07"
+_LONGEST_COMMENT = 2**16
 
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
@@ -36,7 +43,7 @@ def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
         aside.write_bytes(archive_bytes(files))
         aside.replace(path)
     except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from None
+        raise file_error(error, "cannot be written", path) from None
     finally:
         aside.unlink(missing_ok=True)
 
@@ -49,10 +56,7 @@ def contents_of(source: bytes | Path) -> bytes:
     """
     if isinstance(source, bytes):
         return source
-    try:
-        return source.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=source) from None
+    return read_file(source, limits.ARCHIVE)
 
 
 def _entry(name: str) -> zipfile.ZipInfo:
@@ -78,21 +82,88 @@ def unpack_archive(path: Path, folder: Path, kind: str, contents: str) -> Path:
     Raises:
         InputError: It is no zip archive, or holds what it should not.
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(path.read_bytes())) as archive:
-            entries = archive.infolist()
-            if len(entries) > _MAX_FILES or sum(e.file_size for e in entries) > _MAX_BYTES:
-                raise InputError(f"is larger than {contents} may be", file=path)
-            for entry in entries:
-                require_inside(entry.filename, path)
-            archive.extractall(folder)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
-    except Exception as error:  # damage shows in many errors, of zlib too
-        raise InputError(f"is no {kind}: {' '.join(str(error).split())}", file=path) from None
+    with opened_archive(path, kind) as archive:
+        entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > limits.UNPACKED:
+            raise InputError(f"is larger than {contents} may be", file=path)
+        for entry in entries:
+            require_inside(entry.filename, path)
+        archive.extractall(folder)
     return folder
+
+
+@contextlib.contextmanager
+def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
+    """An archive opened for reading, whatever it holds.
+
+    Args:
+        path: The archive.
+        kind: What it should be, such as `.ssp`, for messages.
+
+    Raises:
+        InputError: It is no zip archive, is too large, or is damaged where it is read meanwhile.
+    """
+    try:
+        with opened_file(path, limits.ARCHIVE) as stream, _archive(stream) as archive:
+            yield archive
+    except InputError as error:
+        if error.file is None:
+            error.file = path
+        raise
+    except MachineError:
+        raise
+    except Exception as error:  # damage shows in many errors, of zlib and of seeking too
+        if isinstance(error, OSError) and isinstance(
+            full := file_error(error, "cannot be unpacked", path), MachineError
+        ):
+            raise full from None
+        raise InputError(f"is no {kind}: {' '.join(str(error).split())}", file=path) from None
+
+
+def inner_archive(data: bytes) -> zipfile.ZipFile:
+    """An archive that stood in another; errors of damage are those of `zipfile`.
+
+    Raises:
+        InputError: It is too large.
+    """
+    return _archive(io.BytesIO(data))
+
+
+def _archive(stream: BinaryIO) -> zipfile.ZipFile:
+    """An archive, whose directory is small enough to be read."""
+    stream.seek(0, os.SEEK_END)
+    length = stream.tell()
+    stream.seek(max(0, length - _LONGEST_COMMENT - 2 * _DIRECTORY_END.size))
+    tail = stream.read()
+    at = tail.rfind(b"PK\x05\x06")
+    if 0 <= at <= len(tail) - _DIRECTORY_END.size:
+        size = _DIRECTORY_END.unpack_from(tail, at)[5]
+        if size > limits.ARCHIVE_DIRECTORY or _LARGE_DIRECTORY in tail[max(0, at - 20) : at]:
+            raise InputError("is an archive of too many files")
+    stream.seek(0)
+    archive = zipfile.ZipFile(stream)
+    if len(archive.infolist()) > limits.ARCHIVE_ENTRIES:
+        archive.close()
+        raise InputError(f"is an archive of more than {limits.ARCHIVE_ENTRIES} files")
+    return archive
+
+
+def entry_bytes(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest: int) -> bytes:
+    """The content of a file in an archive.
+
+    Args:
+        archive: The archive.
+        entry: The file, or its name.
+        largest: So many bytes are taken; more are refused.
+
+    Raises:
+        InputError: It is larger.
+        KeyError: There is none.
+    """
+    info = archive.getinfo(entry) if isinstance(entry, str) else entry
+    if info.file_size > largest:
+        raise InputError(f"its {info.filename} {limits.too_large(largest)}")
+    return archive.read(info)
 
 
 def require_inside(name: str, path: Path) -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import opened_file
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _BLOCK = 4096
@@ -53,7 +57,9 @@ def read_csv(
         InputError: It is no table of numbers.
     """
     try:
-        with file.open(encoding="utf-8-sig") as stream:
+        with opened_file(file, limits.TABLE) as binary:
+            _require_bounded(binary, file)
+            stream = io.TextIOWrapper(binary, encoding="utf-8-sig")
             header = stream.readline().rstrip("\n")
             delimiter = next((sign for sign in ",;\t" if sign in header), ",")
             names = tuple(name.strip().strip('"') for name in header.split(delimiter))
@@ -61,7 +67,7 @@ def read_csv(
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # about a table without rows
                 rows = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise InputError(_reason(error, what), file=file) from None
     if not rows.size:
         rows = rows.reshape(0, len(names))
@@ -72,9 +78,27 @@ def read_csv(
     return names, rows
 
 
+def _require_bounded(stream: BinaryIO, file: Path) -> None:
+    """Refuse a table that would take too much memory, and go back to its beginning.
+
+    Raises:
+        InputError: It has too many numbers or columns, or a line that is too long.
+    """
+    values = length = 0
+    while block := stream.read(limits.MIB):
+        values += sum(map(block.count, (b",", b";", b"\t", b"\n", b"\r")))
+        first, newline, _ = block.partition(b"\n")
+        length += len(first)
+        if length > limits.LINE:
+            raise InputError(f"holds a line of more than {limits.LINE} bytes", file=file)
+        if newline:
+            length = len(block) - block.rindex(b"\n") - 1
+    if values > limits.VALUES:
+        raise InputError(f"holds more than {limits.VALUES} numbers", file=file)
+    stream.seek(0)
+
+
 def _reason(error: Exception, expected: str) -> str:
-    if isinstance(error, OSError):
-        return f"cannot be read: {error.strerror}"
     if isinstance(error, UnicodeDecodeError):
         return f"is no {expected}: it is not UTF-8 text"
     what = str(error).partition(";")[0].replace("\0", "\\0")  # what follows is for programmers
@@ -102,12 +126,14 @@ def require_table(
 
 def _fault(names: Sequence[str], rows: FloatArray) -> str | None:
     """What is wrong with a table; None for nothing."""
+    if len(names) > limits.COLUMNS:
+        return f"there are more than {limits.COLUMNS} columns"
     if not any(names):
         return "is empty: there is no line with the names of columns"
     if not all(names):
         return f"column {names.index('') + 1} has no name"
     if len(set(names)) < len(names):
-        twice = next(name for k, name in enumerate(names) if name in names[:k])
+        twice = next(name for name, count in Counter(names).items() if count > 1)
         return f"there are two columns {twice[:_LONG]!r}"
     if "time" not in names:
         return None

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import is_folder, write_files
+from addin_sdfusion.robot.files import is_folder, opened_file, write_files
 
 MARK = "cardsflow"
 """Who has made a picture or a page, where its format says so."""
@@ -49,12 +50,12 @@ def write_own(place: Path, content: str | bytes) -> Path:
 def _is_free(file: Path) -> bool:
     """Whether there is nothing, or something of ours."""
     try:
-        with file.open("rb") as stream:
+        if not file.exists():
+            return True
+        with opened_file(file, sys.maxsize) as stream:
             head = stream.read(_FAR)
             stream.seek(max(file.stat().st_size - _FAR, 0))
             return not head or MARK.encode() in head or MARK.encode() in stream.read(_FAR)
-    except FileNotFoundError:
-        return True
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be written: {reason}", file=file) from None

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import read_file
+from sim_dart.core.mesh_file import read_mesh
 
 if TYPE_CHECKING:
     import trimesh  # takes a second
 
-_MAX_BYTES = 256 * 2**20
 _MOST_FACES = 2000  # of a hull: more cost time at every contact, and nobody sees them
 _FLAT = 1e-9
 
@@ -32,7 +31,7 @@ def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh
     """A triangle mesh, in metres.
 
     Args:
-        file: Any file that trimesh reads.
+        file: As `read_mesh` takes it.
         scale: Factors along x, y, z that make metres of the file's units.
 
     Raises:
@@ -40,17 +39,7 @@ def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh
     """
     import trimesh
 
-    data = read_file(file, _MAX_BYTES)
-    with _naming(file, "is no mesh that can be read"):
-        stream = trimesh.util.wrap_as_stream(data)
-        mesh = trimesh.load_mesh(stream, file_type=file.suffix.lstrip(".").lower())
-        if isinstance(mesh, trimesh.Scene):
-            mesh = mesh.to_mesh()
-        vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces)
-    if not len(faces):
-        raise InputError("holds no triangles", file=file)
-    if not np.isfinite(vertices).all():
-        raise InputError("holds a corner that is not finite", file=file)
+    vertices, faces = read_mesh(file)
     return trimesh.Trimesh(vertices * np.asarray(scale, float), faces, process=True)
 
 
@@ -58,7 +47,7 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
     """The convex hull of a mesh.
 
     Args:
-        file: Any file that trimesh reads.
+        file: As `read_mesh` takes it.
         scale: Factors along x, y, z that make metres of the file's units.
 
     Raises:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..files import read_file
+from ..limits import TRAJECTORY
 from ..model.trajectory import TrajectoryPoint
 from ..writers.caspr.trajectories import TIME_TOLERANCE
-from .xml import MAX_BYTES, NUMBER, shortened
+from .xml import NUMBER, shortened
 
 WORDS = ("t", "p", "v", "a")
 """What begins the time, the positions, the velocities and the accelerations of a sample."""
@@ -22,7 +23,7 @@ def read_samples(file: Path) -> tuple[float, tuple[TrajectoryPoint, ...]]:
     Raises:
         InputError: It cannot be read, or is not what CASPR would read.
     """
-    lines = read_file(file, MAX_BYTES).decode("ascii", "replace").splitlines()
+    lines = read_file(file, TRAJECTORY).decode("ascii", "replace").splitlines()
     word, _, step = lines[0].partition(",") if lines else ("", "", "")
     if word != "time_step":
         raise InputError("the first line is not 'time_step,<seconds>'", file=file, line=1)

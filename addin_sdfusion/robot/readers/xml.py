@@ -15,12 +15,10 @@ from ..errors import InputError
 from ..files import read_file
 from ..finding import Finding, Severity, Subject
 from ..finding_builders import label
+from ..limits import XML, XML_ELEMENTS, xml_fault
 from ..model.pose import Vector3
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
-MAX_BYTES = 16 * 2**20
-MAX_ELEMENTS = 100_000
-"""A large robot has some thousand; this many keep memory and time within bounds."""
 ENTITIES = "uses XML entities, which are not allowed here; write the text in full"
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 INFINITY = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
@@ -239,6 +237,9 @@ def parse(file: Path, subject: Subject, notes: Notes) -> Node:
     declared = _declared_entity(data)
     if declared is not None:
         raise InputError(ENTITIES, file=file, line=declared)
+    fault = xml_fault(data)
+    if fault is not None:
+        raise InputError(fault, file=file)
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
@@ -246,14 +247,14 @@ def parse(file: Path, subject: Subject, notes: Notes) -> Node:
         reason = str(getattr(error, "msg", None) or error).splitlines()[0]
         raise InputError(f"is not well-formed XML: {reason}", file=file, line=line) from error
     _refuse_entities(root, parser, file)
-    if any(True for _ in islice(root.iter(), MAX_ELEMENTS, None)):
-        raise InputError(f"holds more than {MAX_ELEMENTS} elements", file=file)
+    if any(True for _ in islice(root.iter(), XML_ELEMENTS, None)):
+        raise InputError(f"holds more than {XML_ELEMENTS} elements", file=file)
     return Node(root, file, subject, notes)
 
 
 def _bytes(file: Path) -> bytes:
     """The content of a file that exists, is a file and is not too large."""
-    data = read_file(file, MAX_BYTES)
+    data = read_file(file, XML)
     if not data.strip():
         raise InputError("is empty", file=file)
     return data

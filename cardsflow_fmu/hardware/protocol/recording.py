@@ -24,6 +24,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+import sys
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,8 +33,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import opened_file, read_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -51,7 +52,6 @@ _PREAMBLE = struct.Struct("<8sIII")
 _FIXED = struct.Struct("<dddII")
 _ENDING = struct.Struct("<II")
 _MAX_HEADER = 2**20
-_MAX_BYTES = 2**31
 
 
 class Recorder:
@@ -176,7 +176,7 @@ def read_recording(file: str | Path) -> HardwareRecording:
         InputError: It is no recording, of another version, or its header is damaged.
     """
     file = Path(file)
-    data = read_file(file, _MAX_BYTES)
+    data = read_file(file, limits.RECORDING)
     header, begin = _read_header(data, file)
     rows = np.dtype(
         [
@@ -246,5 +246,5 @@ def _require_recording(file: Path) -> None:
 
 def is_recording(file: Path) -> bool:
     """Whether a file begins as a recording does, or is empty, as of a run that was killed."""
-    with file.open("rb") as stream:
+    with opened_file(file, sys.maxsize) as stream:
         return stream.read(len(_MAGIC)) in (b"", _MAGIC)

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import CardsflowError, InputError
-from addin_sdfusion.robot.files import remove_leftovers, write_files
+from addin_sdfusion.robot import CardsflowError, InputError, limits
+from addin_sdfusion.robot.files import read_file, remove_leftovers, write_files
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
@@ -84,10 +84,10 @@ class RunStore:
 
     def _content(self, file: Path) -> dict[str, Any] | None:
         try:
-            content = json.loads(file.read_text(encoding="utf-8"))
+            content = json.loads(read_file(file, limits.JSON))
             check = content.pop("check")
             return content if check == _check(content) else None
-        except (OSError, ValueError, KeyError, AttributeError):
+        except (InputError, ValueError, KeyError, AttributeError, RecursionError):
             return None
 
 

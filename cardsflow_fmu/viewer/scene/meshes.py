@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import Mesh, Robot
-from addin_sdfusion.robot.mesh_files import mesh_bytes
+from addin_sdfusion.robot import InputError, Mesh, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.visual_meshes import visual_files, visuals
 from sim_dart.core.frames import transform
+from sim_dart.core.mesh_file import read_mesh
 
 from .shapes import Triangles
 
@@ -45,19 +43,10 @@ def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None)
 
 def read_triangles(file: Path) -> Triangles | None:
     """The surface in a file alone, which may name others; None where trimesh cannot read it."""
-    import trimesh
-
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
-        stream = trimesh.util.wrap_as_stream(mesh_bytes(file, [file]))
-        mesh: Any = trimesh.load(stream, file_type=file.suffix[1:].lower(), force="mesh")
-        vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-        faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
-    except Exception:  # readers of damaged files raise anything
+        return simplified(Triangles(*read_mesh(file)))
+    except InputError:
         return None
-    if not len(faces) or not np.isfinite(vertices).all():
-        return None
-    return simplified(Triangles(vertices, faces))
 
 
 def _placed(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:

@@ -147,8 +147,8 @@ def test_a_hull_closes_what_is_hollow(tmp_path: Path) -> None:
 
 BAD_MESHES = {
     "missing": (None, "none.stl: cannot be read: No such file"),
-    "nonsense": (b"what is this", "holds no triangles"),
-    "empty": (b"", "holds no triangles"),
+    "nonsense": (b"what is this", "line 1 is of another kind"),
+    "empty": (b"", "no line begins with solid"),
     "flat": (
         trimesh.exchange.stl.export_stl(
             trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -171,7 +171,7 @@ def test_a_bad_mesh_is_named(case: str, tmp_path: Path) -> None:
 
 def test_an_unknown_format_is_named(tmp_path: Path) -> None:
     (tmp_path / "mesh.xyz123").write_bytes(b"1 2 3")
-    with pytest.raises(InputError, match="is no mesh that can be read"):
+    with pytest.raises(InputError, match="is no mesh that can be used"):
         load_mesh(tmp_path / "mesh.xyz123")
 
 

@@ -10,9 +10,10 @@ from ...caspr_vocabulary import CASPR_DERIVATIVES, CASPR_SPLINES
 from ...errors import InputError, UnknownNameError
 from ...finding import Finding, Subject
 from ...finding_builders import label
+from ...limits import MIB, TRAJECTORY
 from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from ..traj import read_samples
-from ..xml import MAX_BYTES, Node, Notes, parse, shortened
+from ..xml import Node, Notes, parse, shortened
 from .model import BODIES
 
 AVERAGE = "cubic_spline_average_velocity_trajectory"
@@ -20,7 +21,7 @@ AVERAGE = "cubic_spline_average_velocity_trajectory"
 
 SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
 SPLINES[AVERAGE] = "cubic"
-TOO_MANY = f"the .traj files are larger than {MAX_BYTES >> 20} MiB together"
+TOO_MANY = f"the .traj files are larger than {TRAJECTORY // MIB} MiB together"
 LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 
 
@@ -68,7 +69,7 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
     """
     notes, findings = Notes(), []
     trajectories: dict[str, Trajectory] = {}
-    left = MAX_BYTES
+    left = TRAJECTORY
     file = trajectories_file(Path(robot))
     try:
         groups = {} if file is None else _nodes(file, notes)

@@ -1,0 +1,75 @@
+"""Limits of files from outside: reading any of them takes less than 1 GB and 10 s, or is refused.
+
+What a file may be made of is limited beside its bytes wherever a few bytes become much memory.
+"""
+
+from __future__ import annotations
+
+KIB, MIB = 2**10, 2**20
+
+SETTINGS = 4 * MIB
+"""Bytes of a TOML file: tomllib takes half a second a MiB."""
+JSON = 16 * MIB
+"""Bytes of JSON, of which each may become 20 in memory."""
+
+XML = 16 * MIB
+XML_ELEMENTS = 100_000
+"""Elements of a robot's file; a large robot has some thousand."""
+DESCRIPTION = 32 * MIB
+DESCRIPTION_TAGS = 600_000
+"""Opening and closing tags of an FMU's description: 100000 variables have as many."""
+XML_ATTRIBUTES = 1_500_000
+
+TRAJECTORY = 16 * MIB
+"""Bytes of all of CASPR's .traj files of a robot."""
+
+COLUMNS = 100_000
+"""Columns of a table, and variables of an FMU with the elements of its arrays."""
+VALUES = 2**26
+"""Numbers in a table of results: 512 MiB."""
+TABLE = 512 * MIB
+"""Bytes of a table as text."""
+LINE = 4 * MIB
+"""Bytes of a line in a table."""
+ARRAYS = 128 * MIB
+"""Bytes of NumPy's arrays, unpacked."""
+MOTION = 16 * MIB
+MOTION_ROWS = 1_000_000
+RECORDING = 256 * MIB
+
+MESH = 32 * MIB
+"""Bytes of a binary mesh: 670000 triangles as STL."""
+MESH_TEXT = 12 * MIB
+MESH_LINE = 4 * KIB
+"""Bytes of a line in a mesh as text: a longer one is a polygon of hundreds of corners."""
+MESH_NUMBERS = 6_000_000
+"""Corners and indices of all meshes placed in a glTF scene."""
+
+ARCHIVE = 256 * MIB
+"""Bytes of a zip archive: an FMU, an .ssp, an experiment.zip."""
+ARCHIVE_ENTRIES = 10_000
+ARCHIVE_DIRECTORY = 4 * MIB
+UNPACKED = 1024 * MIB
+"""Bytes that an archive unpacks to, on disk."""
+UNPACKED_IN_MEMORY = 64 * MIB
+INNER_FMU = 128 * MIB
+"""Bytes of an FMU in an .ssp whose experiment is looked for."""
+
+
+def too_large(largest: int) -> str:
+    """What is wrong with a file of more bytes."""
+    return f"is larger than {f'{largest // MIB} MiB' if largest >= MIB else f'{largest} bytes'}"
+
+
+def xml_fault(data: bytes, tags: int = 3 * XML_ELEMENTS) -> str | None:
+    """What is too much in XML, before a parser sees it; None where nothing is.
+
+    Args:
+        data: The text.
+        tags: So many opening and closing tags it may have.
+    """
+    if data.count(b"<") > tags:
+        return f"holds more than {tags} tags"
+    if data.count(b"=") > XML_ATTRIBUTES:
+        return f"holds more than {XML_ATTRIBUTES} attributes"
+    return None

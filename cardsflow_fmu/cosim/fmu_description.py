@@ -1,0 +1,75 @@
+"""Descriptions of FMUs, read by FMPy from files that may come from anywhere."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import read_file
+from cardsflow_fmu.utils.archive import entry_bytes, opened_archive, unpack_archive
+
+DESCRIPTION = "modelDescription.xml"
+
+
+def read_description(file: Path) -> Any:
+    """FMPy's description of an FMU, which stays packed.
+
+    Args:
+        file: The .fmu.
+
+    Raises:
+        InputError: It is no FMU.
+    """
+    with opened_archive(file, "FMU") as archive:
+        data = entry_bytes(archive, DESCRIPTION, limits.DESCRIPTION)
+    return _description(data, file)
+
+
+def unpacked_description(file: Path, folder: Path) -> Any:
+    """FMPy's description of an FMU, which is unpacked.
+
+    Args:
+        file: The .fmu.
+        folder: An empty folder, or one that holds it unpacked.
+
+    Raises:
+        InputError: It is no FMU.
+    """
+    if not (folder / DESCRIPTION).is_file():
+        unpack_archive(file, folder, "FMU", "an FMU")
+    if not (folder / DESCRIPTION).is_file():
+        raise InputError(f"is no FMU: it has no {DESCRIPTION}", file=file)
+    return _description(read_file(folder / DESCRIPTION, limits.DESCRIPTION), file)
+
+
+def _description(data: bytes, file: Path) -> Any:
+    fault = limits.xml_fault(data, limits.DESCRIPTION_TAGS)
+    if fault is None and b"<!" in re.sub(rb"<!(--|\[CDATA\[)", b"", data.replace(b"\0", b"")):
+        fault = "has a document type or entities, which are not allowed here"
+    if fault is not None:
+        raise InputError(f"is no FMU that can be used: its {DESCRIPTION} {fault}", file=file)
+    try:
+        description = fmpy.read_model_description(_packed(data), validate=False)
+        sizes = [math.prod(variable.shape or ()) for variable in description.modelVariables]
+    except Exception as error:
+        reason = re.sub(r"\s+", " ", str(error))
+        raise InputError(f"is no FMU: {reason}", file=file) from None
+    if sum(sizes) > limits.COLUMNS or min(sizes, default=0) < 0:
+        what = f"is no FMU that can be used: it has more than {limits.COLUMNS} variables"
+        raise InputError(what, file=file)
+    return description
+
+
+def _packed(data: bytes) -> io.BytesIO:
+    """A description as FMPy takes it from memory: in an archive, of its own."""
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w") as archive:
+        archive.writestr(DESCRIPTION, data)
+    return memory

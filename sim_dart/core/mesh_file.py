@@ -1,0 +1,51 @@
+"""Triangles from files of meshes, read by trimesh."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.mesh_files import mesh_bytes
+
+
+def read_mesh(
+    file: Path, roots: Iterable[Path] | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The triangles in a file, in its units.
+
+    Args:
+        file: A mesh of a type that `mesh_problem` knows, whole in this file.
+        roots: Folders and files that it may lie in, as for `mesh_bytes`.
+
+    Returns:
+        The corners, shape (n, 3), and the corners' indices of each triangle, shape (m, 3).
+
+    Raises:
+        InputError: It cannot be read, holds no triangles, or a corner that is not finite.
+    """
+    import trimesh  # takes a second
+
+    data = mesh_bytes(file, roots)
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
+    try:
+        stream, kind = trimesh.util.wrap_as_stream(data), file.suffix.lstrip(".").lower()
+        mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
+        if isinstance(mesh, trimesh.Scene):
+            mesh = mesh.to_mesh()
+        vertices = np.array(mesh.vertices, np.float64).reshape(-1, 3)
+        faces = np.array(mesh.faces, np.int64).reshape(-1, 3)
+    except Exception as error:  # readers of damaged files raise anything
+        reason = next(iter(str(error).splitlines()), "") or type(error).__name__
+        raise InputError(f"is no mesh that can be read: {reason}", file=file) from error
+    if not len(faces):
+        raise InputError("holds no triangles", file=file)
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError("holds a triangle of corners that are not there", file=file)
+    if not np.isfinite(vertices).all():
+        raise InputError("holds a corner that is not finite", file=file)
+    return vertices, faces

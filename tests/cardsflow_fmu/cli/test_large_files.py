@@ -1,0 +1,275 @@
+"""Files made to exhaust memory, or to be waited for, are refused within 1 GB."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import zipfile
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.robots.robots import PLANAR_2R
+
+pytestmark = pytest.mark.slow
+
+MIB = 2**20
+MOST = 1000 * MIB
+LONGEST = 120.0  # in [s], so that a pipe that is waited for does not hold the tests up
+
+
+MEASURED = """
+import sys
+from cardsflow_fmu.cli.main import main
+try:
+    code = main(sys.argv[1:])
+finally:
+    status = open("/proc/self/status").read()
+    open("peak", "w").write(status.partition("VmHWM:")[2].split()[0])
+sys.exit(code)
+"""
+
+
+def peak(folder: Path, *words: object) -> tuple[int, str, int]:
+    """Exit code, messages, and the most memory in bytes of a command in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURED, *map(str, words)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        cwd=folder,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        timeout=LONGEST,
+        check=False,
+    )
+    return done.returncode, done.stderr.decode(), 1024 * int((folder / "peak").read_text())
+
+
+def archive(file: Path, **entries: bytes) -> Path:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as out:
+        for name, data in entries.items():
+            out.writestr(name.replace("__", "."), data)
+    return file
+
+
+def description(variables: str, version: str = "2.0", more: str = "") -> bytes:
+    return (
+        f'<?xml version="1.0"?>{more}<fmiModelDescription fmiVersion="{version}" modelName="a" '
+        f'guid="a" instantiationToken="a"><CoSimulation modelIdentifier="a"/>'
+        f"<ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"
+    ).encode()
+
+
+def many_variables(folder: Path) -> Path:
+    one = '<ScalarVariable name="v" valueReference="0"><Real/></ScalarVariable>'
+    return archive(folder / "a.fmu", modelDescription__xml=description(one * 2_000_000))
+
+
+def huge_array(folder: Path) -> Path:
+    one = '<Float64 name="v" valueReference="0"><Dimension start="2000000000"/></Float64>'
+    return archive(folder / "a.fmu", modelDescription__xml=description(one, "3.0"))
+
+
+def many_laughs(folder: Path) -> Path:
+    entities = "".join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10}">' for k in range(1, 10))
+    doctype = f'<!DOCTYPE a [<!ENTITY a0 "ha">{entities}]>'
+    data = description('<ScalarVariable name="&a9;"/>', more=doctype)
+    return archive(folder / "a.fmu", modelDescription__xml=data)
+
+
+def many_files(folder: Path) -> Path:
+    """A directory of two million files, of which only the directory is there."""
+    entry = struct.pack("<4s6H3L5H2L", b"PK\x01\x02", *([0] * 16))
+    directory = entry * 2_000_000
+    end = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 0xFFFF, 0xFFFF, len(directory), 0, 0)
+    (folder / "a.fmu").write_bytes(directory + end)
+    return folder / "a.fmu"
+
+
+def pipe(folder: Path, name: str = "a.fmu") -> Path:
+    os.mkfifo(folder / name)
+    return folder / name
+
+
+def sparse(folder: Path, name: str = "a.fmu") -> Path:
+    with (folder / name).open("wb") as stream:
+        stream.truncate(6_000 * MIB)
+    return folder / name
+
+
+FMUS: dict[str, Callable[[Path], Path]] = {
+    "two million variables": many_variables,
+    "an array of two thousand million": huge_array,
+    "entities of entities": many_laughs,
+    "a directory of two million files": many_files,
+    "a pipe": pipe,
+    "a sparse file": sparse,
+}
+
+
+def refused(result: tuple[int, str, int]) -> str:
+    code, err, memory = result
+    assert memory < MOST, f"{memory / MIB:.0f} MiB"
+    assert code == 2, err
+    assert err.startswith("cardsflow: "), err
+    assert "internal" not in err
+    return err
+
+
+@pytest.mark.parametrize("make", FMUS.values(), ids=FMUS)
+def test_fmus(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+    refused(peak(tmp_path, "info", make(tmp_path)))
+
+
+def experiment(folder: Path, text: str = "") -> Path:
+    shutil.copytree(PLANAR_2R, folder / "example")
+    with (folder / "example" / "experiment.toml").open("a") as stream:
+        stream.write(text)
+    return folder / "example"
+
+
+@pytest.mark.parametrize("name", ["a.ssp", "experiment.toml", "model.sdf", "a_bodies.xml"])
+@pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
+def test_files_that_are_none(tmp_path: Path, name: str, make: Callable[[Path, str], Path]) -> None:
+    command = "info" if name.endswith((".ssp", ".sdf", ".xml")) else "run"
+    refused(peak(tmp_path, command, make(tmp_path, name)))
+
+
+@pytest.mark.parametrize("name", ["results.csv", "results.parquet", "summary.json"])
+@pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
+def test_results_that_are_none(
+    tmp_path: Path, name: str, make: Callable[[Path, str], Path]
+) -> None:
+    if name == "summary.json":
+        (tmp_path / "results.csv").write_text("time,a\n0,1\n")
+        (tmp_path / "results.units.json").write_text("{}")
+    file = make(tmp_path, name)
+    refused(peak(tmp_path, "compare", tmp_path if name == "summary.json" else file, file))
+
+
+def constants(folder: Path) -> Path:
+    """A column of a hundred million zeros, which is some kilobytes."""
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    with parquet.ParquetWriter(folder / "a.parquet", pa.schema([("time", pa.float64())])) as out:
+        part = pa.table({"time": np.zeros(10_000_000)})
+        for _ in range(10):
+            out.write_table(part)
+    return folder / "a.parquet"
+
+
+def texts(folder: Path) -> Path:
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    column = pa.array(["a" * 10 * MIB] * 20).dictionary_encode()
+    parquet.write_table(pa.table({"time": column}), folder / "a.parquet")
+    return folder / "a.parquet"
+
+
+def commas(folder: Path) -> Path:
+    (folder / "a.csv").write_bytes(b"time\n" + b"0,0\n" * 35 * MIB)
+    return folder / "a.csv"
+
+
+def one_line(folder: Path) -> Path:
+    (folder / "a.csv").write_bytes(b"time\n" + b"0" * 500 * MIB)
+    return folder / "a.csv"
+
+
+def many_columns(folder: Path) -> Path:
+    (folder / "a.csv").write_bytes(b",".join(b"a%d" % k for k in range(3_000_000)) + b"\n")
+    return folder / "a.csv"
+
+
+@pytest.mark.parametrize("make", [constants, texts, commas, one_line, many_columns])
+def test_tables(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+    file = make(tmp_path)
+    refused(peak(tmp_path, "compare", file, file))
+
+
+def test_a_table_at_the_limit_of_columns_is_compared(tmp_path: Path) -> None:
+    """Time is that of the columns, not of their square."""
+    names = b",".join([b"time", *(b"a%d" % k for k in range(99_999))])
+    row = b",".join([b"0"] * 100_000)
+    (tmp_path / "a.csv").write_bytes(names + b"\n" + row + b"\n")
+    code, err, memory = peak(tmp_path, "compare", "a.csv", "a.csv")
+    assert (code, memory < MOST) == (0, True), err
+
+
+def solid(name: str, data: bytes) -> Callable[[Path], Path]:
+    def make(folder: Path) -> Path:
+        (folder / name).write_bytes(data)
+        return folder / name
+
+    return make
+
+
+def zipped_mesh(folder: Path) -> Path:
+    return archive(folder / "a.zip", a__stl=bytes(200 * MIB))
+
+
+def scene_of_scenes(folder: Path) -> Path:
+    """A glTF whose nodes stand below one another, twice each."""
+    nodes = [{"children": [k + 1, k + 1]} for k in range(30)] + [{"mesh": 0}]
+    part = {"attributes": {"POSITION": 0}}
+    scene = {
+        "asset": {"version": "2.0"},
+        "nodes": nodes,
+        "meshes": [{"primitives": [part]}],
+        "accessors": [{"componentType": 5126, "type": "VEC3", "count": 3, "bufferView": 0}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"uri": "data:,", "byteLength": 36}],
+    }
+    (folder / "a.gltf").write_text(json.dumps(scene))
+    return folder / "a.gltf"
+
+
+MESHES: dict[str, Callable[[Path], Path]] = {
+    "an archive": zipped_mesh,
+    "sparse": lambda folder: sparse(folder, "a.stl"),
+    "a pipe": lambda folder: pipe(folder, "a.stl"),
+    "a polygon of millions of corners": solid(
+        "a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + b"1 2 3 " * 1_500_000
+    ),
+    "a header that promises": solid(
+        "a.ply",
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
+        b"element face 4000000000\nproperty list uchar int vertex_indices\nend_header\n",
+    ),
+    "nodes of nodes": scene_of_scenes,
+}
+
+
+@pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
+def test_meshes(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+    folder = experiment(tmp_path)
+    mesh = f'shape = "mesh"\nfile = "{make(folder).name}"\nmass = 1.0\n'
+    with (folder / "experiment.toml").open("a") as stream:
+        stream.write('\n[[world.objects]]\nname = "thing"\n' + mesh)
+    words = ["--direct", "--set", "run.duration=0.01"]
+    assert "outside" not in refused(peak(tmp_path, "run", folder, *words))
+
+
+def test_settings_of_many_bytes(tmp_path: Path) -> None:
+    refused(peak(tmp_path, "run", experiment(tmp_path, "a = [" + "[]," * 2 * MIB + "]")))
+
+
+def test_an_archive_that_unpacks_to_much(tmp_path: Path) -> None:
+    """Zeros of 1.1 GiB, a hundredth of which is not even written."""
+    packer, block = zlib.compressobj(1, zlib.DEFLATED, -15), bytes(MIB)
+    data = b"".join(packer.compress(block) for _ in range(1100)) + packer.flush()
+    head = struct.pack("<HHHHHLLLHH", 20, 0, 8, 0, 0, 0, len(data), 1100 * MIB, 1, 0)
+    local = b"PK\x03\x04" + head + b"a" + data
+    entry = b"PK\x01\x02\x14\0" + head + struct.pack("<HHHLL", 0, 0, 0, 0, 0) + b"a"
+    end = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 1, 1, len(entry), len(local), 0)
+    (tmp_path / "a.ssp").write_bytes(local + entry + end)
+    assert zipfile.ZipFile(io.BytesIO(local + entry + end)).infolist()[0].file_size == 1100 * MIB
+    assert "larger" in refused(peak(tmp_path, "info", tmp_path / "a.ssp"))
