@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, cast, get_args
 
 from ..finding import member
@@ -25,6 +26,7 @@ from ..model.pose import Pose, Vector3
 from ..model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
 from ..writers.cardsflow_xml import INSIDE, WRAP_STATES, WRAP_TYPES
 from .actuator import read_actuator
+from .distinct import distinct
 from .xml import Node, shortened
 
 SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
@@ -54,7 +56,8 @@ class MuscleReader:
         self.surfaces = list(surfaces)
         self._links = [WORLD, *links]
         self._known = set(self._links)
-        self._folded = {name.casefold(): name for name in self._links}
+        folded = Counter(name.casefold() for name in self._links)
+        self._folded = {n.casefold(): n for n in self._links if folded[n.casefold()] == 1}
         self._names: dict[WrapSurface, list[str]] = {}
         self._taken = {surface.name for surface in surfaces}
         self._made: Counter[str] = Counter()
@@ -64,7 +67,8 @@ class MuscleReader:
     def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
         """The `<myoMuscle>` children of an element as a cable set."""
         muscles = []
-        for node in parent.all("myoMuscle"):
+        nodes = distinct(parent.all("myoMuscle"), partial(member, "muscle", of=name, active=active))
+        for node in nodes:
             subject = member("muscle", node.attribute("name"), name, active)
             muscles.append(self._muscle(node.about(subject)))
         return CableSet(name, tuple(muscles))
@@ -90,8 +94,9 @@ class MuscleReader:
                 problem = f"via point on {unknown('link', link, self._links)}"
                 block.error("unknown-via-link", problem)
             else:
-                problem = f"link {link!r} is called {nearest!r} in the model; write it like that"
-                block.error("link-name-case", problem)
+                problem = f"link {link!r} is called {nearest!r} in the model, which it is taken for"
+                block.warning("link-name-case", problem)
+                link = nearest
         for node in block.all("viaPoint"):
             kind = node.attribute("type")
             if node.has("type") and kind != "FIXPOINT" and kind not in SHAPES:
@@ -159,7 +164,8 @@ def read_surface(node: Node) -> WrapSurface:
 def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
     """The `<endEffector>` or `<marker>` children of an element as a task set."""
     frames = []
-    for i, node in enumerate(parent.all(tag)):
+    nodes = distinct(parent.all(tag), partial(member, "task_frame", of=name, active=active))
+    for i, node in enumerate(nodes):
         called = node.attribute("name", f"{tag.lower()}{i}")
         subject = member("task_frame", called, name, active)
         frames.append(_task_frame(node.about(subject), called))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, Property
 from ...errors import UnknownNameError
@@ -10,6 +11,7 @@ from ...finding import Subject, member
 from ...model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint
 from ...model.robot import WORLD, Link
 from ...model.rotations import add
+from ..distinct import distinct
 from ..xml import Node, shortened
 from .links import link_by_number
 
@@ -84,7 +86,7 @@ def _unsupported(cable_set: Node) -> Node | None:
 def _cable_set(node: Node, links: Sequence[Link], active: str) -> CableSet:
     name = node.subject.name
     muscles = []
-    for cable in node.all():
+    for cable in distinct(node.all(), partial(member, "muscle", of=name, active=active)):
         subject = member("muscle", cable.attribute("name"), name, active)
         muscles.append(_muscle(cable.about(subject), links))
     return CableSet(name, tuple(muscles))

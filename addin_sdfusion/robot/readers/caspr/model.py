@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ...errors import UnknownNameError
@@ -12,6 +13,7 @@ from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD, Inertia, Link, Robot
 from ...model.rotations import normalized, point_inertia
 from ...writers.caspr.joints import CASPR_AXIS_JOINTS, CASPR_JOINTS, CasprJoint
+from ..distinct import distinct
 from ..xml import Node, Notes, parse, shortened
 from .cables import read_cables
 from .tasks import read_operational_spaces
@@ -78,7 +80,8 @@ def _links_and_joints(root: Node) -> tuple[list[Link], list[Joint]]:
     group = root.required("links")
     links: list[Link] = []
     joints: list[Joint] = []
-    for i, node in enumerate(group.all() if group else [], start=1):
+    nodes = distinct(group.all() if group else [], partial(Subject, "link"))
+    for i, node in enumerate(nodes, start=1):
         if node.tag != "link_rigid":
             node.error("unexpected-element", f"<{node.tag}> among the links; CASPR has link_rigid")
         node = node.about(Subject("link", node.attribute("name")))

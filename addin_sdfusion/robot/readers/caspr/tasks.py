@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from ...caspr_vocabulary import CASPR_AXES, CASPR_TASKS, ORIENTATION
 from ...errors import UnknownNameError
 from ...finding import Subject, member
 from ...model.robot import WORLD, Axis, Link, TaskFrame, TaskSet
+from ..distinct import distinct
 from ..xml import ZERO, Node, shortened
 from .links import link_by_number
 
@@ -57,7 +59,8 @@ def _active(root: Node, names: list[str]) -> str:
 def _task_set(node: Node, links: Sequence[Link], active: str) -> TaskSet:
     name = node.subject.name
     frames: list[TaskFrame] = []
-    for item in node.all(*CASPR_TASKS):
+    items = node.all(*CASPR_TASKS)
+    for item in distinct(items, partial(member, "task_frame", of=name, active=active)):
         subject = member("task_frame", item.attribute("name"), name, active)
         for frame in _task_frames(item.about(subject), links):
             item.about(member("task_frame", frame.name, name, active))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ...finding import Subject
@@ -11,6 +12,7 @@ from ...model.robot import Robot
 from ...model.rotations import compose, inverse
 from ...transforms.repair import diagnose
 from ...transforms.repair import repair as repair_inertias
+from ..distinct import distinct
 from ..xml import Node, Notes, parse, shortened
 from .chains import join_chains
 from .extras import read_extras
@@ -44,6 +46,8 @@ def read_sdf(
     if node is None:
         return None
     node = node.about(Subject("robot", node.attribute("name")))
+    for kind in ("link", "joint"):
+        distinct(node.all(kind), partial(Subject, kind))
     frames = Frames(node)
     model = Model(frames, _placed(node, frames), root.attribute("version", ""))
     joints = [read_joint(_about(child, "joint"), model) for child in node.all("joint")]

@@ -135,7 +135,6 @@ DEFECTS = [
     ("bodies", '"R_Y"', '"R_AXIS" axis="1.7e308 1.7e308 0"', "axis-not-unit", 6),
     ("bodies", 'ref="com"', 'ref="here"', "bad-reference", 11),
     ("bodies", LINK_2, LINK_2.replace("2", "1", 1), "wrong-number", 25),
-    ("bodies", LINK_2, LINK_2.replace("link_2", "link_1"), "duplicate-link", 25),
     ("bodies", LINK_2, LINK_2.replace("link_2", "world"), "reserved-name", 25),
     ("bodies", LINK_2, LINK_2.replace("link_2", ""), "bad-name", 25),
     ("bodies", LINK_2, '<link_rigid num="2">', "missing-attribute", 25),
@@ -146,7 +145,6 @@ DEFECTS = [
     ("cables", "<force_min>10.0", "<force_min>1000.0", "force-limits-reversed", 5),
     ("cables", "<force_min>10.0", "<force_min>-1", "negative-force", 5),
     ("cables", "<force_min>10.0", "<force_min>inf", "bad-number", 7),
-    ("cables", 'name="cable_2"', 'name="cable_1"', "duplicate-muscle", 21),
     ("cables", 'attachment_reference="joint"', "", "missing-attribute", 5),
     ("cables", '"joint"', '"base"', "bad-reference", 5),
     ("cables", 'id="basic_2018_07"', 'id="basic"', "duplicate-cable-set", None),
@@ -171,8 +169,31 @@ def test_a_defect_in_a_file_is_found_with_its_line(folder, part, old, new, code,
     assert refusal(folder).startswith(str(file))
 
 
+@pytest.mark.parametrize(
+    ("part", "old", "new", "code", "line", "name"),
+    [
+        ("bodies", LINK_2, LINK_2.replace("link_2", "link_1"), "duplicate-link", 25, "link_1_2"),
+        ("cables", '"cable_2"', '"cable_1"', "duplicate-muscle", 21, "cable_1_2"),
+    ],
+)
+def test_a_name_used_twice_gets_a_number_and_nothing_else_changes(
+    folder, part, old, new, code, line, name
+):
+    before, file = read_robot(folder), folder / f"planar_2r_{part}.xml"
+    file.write_text(file.read_text().replace(old, new, 1))
+    reading = read(folder)
+    (finding,) = [finding for finding in reading.findings if finding.code == code]
+    assert (finding.severity, finding.line, finding.subject.name) == ("warning", line, name)
+    robot = reading.require()
+    names = [part.name for part in (*robot.links, *robot.muscles)]
+    assert name in names
+    assert len(set(names)) == len(names)
+    ways = [[point.position for point in muscle.via_points] for muscle in robot.muscles]
+    assert ways == [[p.position for p in muscle.via_points] for muscle in before.muscles]
+
+
 def test_everything_wrong_in_all_files_is_found_at_once(folder):
-    for part, old, new, _, _ in (DEFECTS[0], DEFECTS[24], DEFECTS[34]):
+    for part, old, new, _, _ in (DEFECTS[0], DEFECTS[23], DEFECTS[32]):
         file = folder / f"planar_2r_{part}.xml"
         file.write_text(file.read_text().replace(old, new, 1))
     codes = {finding.code for finding in read(folder).findings if finding.is_error}
@@ -198,7 +219,7 @@ SDF_DEFECTS = [
     ('relative_to="link_1"', 'relative_to="link_2"', "pose-loop"),
     ('relative_to="link_1"', 'rotation_format="axis_angle"', "unsupported-pose"),
     ('<pose relative_to="link_1">', '<pose relative_to="link_1">1 ', "bad-vector"),
-    ('link name="link_2"', 'link name="link_1"', "duplicate-link"),
+    ('link name="link_2"', 'link name="link_1"', "unknown-child"),
     ('type="FIXPOINT"', 'type="MESH"', "unsupported-via-point"),
     ('type="FIXPOINT"', 'type="SPHERICAL" radius="1"', "wrap-not-between-points"),
     ('type="FIXPOINT"', "", "missing-attribute"),

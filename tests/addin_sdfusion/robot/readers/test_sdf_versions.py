@@ -274,8 +274,7 @@ def test_all_that_is_wrong_with_the_tree_is_found_at_once(tmp_path):
     links = [link(name) for name in ("base", "arm", "hand", "l1", "l2", "base")]
     reading = read(write(tmp_path, *links, *joints))
     errors = {f.code: f for f in reading.findings if f.is_error}
-    codes = {"two-parents", "unknown-child", "unknown-parent", "closed-loop", "duplicate-link"}
-    assert set(errors) == codes
+    assert set(errors) == {"two-parents", "unknown-child", "unknown-parent", "closed-loop"}
     assert all(finding.line is not None for finding in errors.values())
 
 
@@ -417,7 +416,6 @@ SPHERE = 'type="SPHERICAL" radius="0.1" state="0"'
         ([START, ("base", SPHERE.replace("0.1", "x"), "0 0 0"), END], "bad-number"),
         ([START, ("base", SPHERE.replace('"0"', '"7"'), "0 0 0"), END], "bad-number"),
         ([START, ("base", 'type="MESH"', "0 0 0"), END], "unsupported-via-point"),
-        ([START, ("Arm", FIX, "0 0 0")], "link-name-case"),
         ([START, ("leg", FIX, "0 0 0")], "unknown-via-link"),
         ([START], "too-few-via-points"),
         ([START, ("base", FIX, "0 0 0")], "no-moment-arm"),
@@ -430,6 +428,33 @@ def test_unusable_muscles_are_found_with_their_lines(tmp_path, points, code):
     for finding in findings:
         assert (finding.file.name, finding.subject.name) == ("cardsflow.xml", "biceps")
         assert finding.line is not None
+
+
+def test_a_link_in_other_letters_is_found_where_only_one_can_be_meant(tmp_path):
+    beside = muscle(START, ("Arm", FIX, "0 0 1"))
+    reading = read(write(tmp_path, *TWO, beside=beside))
+    (finding,) = [f for f in reading.findings if f.code == "link-name-case"]
+    assert (finding.severity, finding.file.name) == ("warning", "cardsflow.xml")
+    assert finding.line is not None
+    assert [p.link for p in reading.require().muscles[0].via_points] == ["base", "arm"]
+    both = read(write(tmp_path, *TWO, link("ARM"), beside=beside))
+    assert "unknown-via-link" in {finding.code for finding in both.findings}
+
+
+def test_names_used_twice_in_an_sdf_mean_the_first(tmp_path):
+    again = muscle(START, ("arm", FIX, "0 0 1"))
+    beside = muscle(START, END) + again + again + EFFECTOR + EFFECTOR
+    fixed = hinge(type_="fixed").replace("arm", "hand")
+    reading = read(write(tmp_path, *TWO, link("arm"), link("hand"), fixed, beside=beside))
+    robot = reading.require()
+    assert [m.name for m in robot.muscles] == ["biceps", "biceps_2", "biceps_3"]
+    assert [f.name for f in robot.task_frames] == ["hand", "hand_2"]
+    assert {link.name for link in robot.links} == {"base", "arm", "arm_2", "hand"}
+    assert {joint.name for joint in robot.joints} >= {"elbow", "elbow_2"}
+    twice = [f for f in reading.findings if f.code.startswith("duplicate")]
+    codes = {"duplicate-link", "duplicate-joint", "duplicate-muscle", "duplicate-task-frame"}
+    assert {finding.code for finding in twice} == codes
+    assert all(finding.line is not None for finding in twice)
 
 
 EFFECTOR = '<endEffector link="arm" name="hand">1 2 3</endEffector>'
