@@ -19,7 +19,6 @@ from addin_sdfusion.robot import (
     Joint,
     Link,
     Mesh,
-    Motion,
     Muscle,
     Pose,
     Robot,
@@ -140,6 +139,12 @@ def _pulley() -> BasePulley:
     return BasePulley("rotating", numbers)
 
 
+def _winch() -> BasePulley:
+    rows = (("winch_vector", (1.0, 0.0, 0.0)), ("cable_pulley_entry_vector", (0.0, 0.6, 0.8)))
+    sizes = ("pulley_radius", "winch_radius", "winch_groove_width")
+    return BasePulley("screw", (*rows, *((name, (0.05,)) for name in sizes)))
+
+
 class Variant(NamedTuple):
     """A robot with one field changed.
 
@@ -179,6 +184,24 @@ def _changes(part: Any, within: tuple[Any, ...]) -> Iterator[tuple[str, tuple[An
             yield f"{label} number", within, replace(part, **{name: value[:-1]})
         for new in _others(robot, part, name, value):
             yield label, within, replace(part, **{name: new})
+    if isinstance(part, Joint) and part.motions:
+        yield from _other_motions(part, within)
+
+
+def _other_motions(
+    joint: Joint, within: tuple[Any, ...]
+) -> Iterator[tuple[str, tuple[Any, ...], Joint]]:
+    """The last motion of the other kind; the coordinates of the first and the last one changed."""
+    *others, last = joint.motions
+    moved, unit = ("translation", "m") if last.kind == "rotation" else ("rotation", "rad")
+    k, c = last.coordinate, joint.coordinates
+    coordinates = (*c[:k], replace(c[k], unit=unit), *c[k + 1 :])  # type: ignore[arg-type]
+    motions = (*others, replace(last, kind=moved))  # type: ignore[arg-type]
+    yield "Motion.kind", within, replace(joint, motions=motions, coordinates=coordinates)
+    if len(joint.motions) > 1:
+        first, *between = others
+        new = (replace(first, coordinate=k), *between, replace(last, coordinate=first.coordinate))
+        yield "Motion.coordinate", within, replace(joint, motions=new)
 
 
 def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
@@ -198,13 +221,9 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "end": [None, (0.0, 0.0, 0.0), (0.1, 0.2, 0.3)],
         "uri": ["a.stl", "c.stl"],
         "axes": [("x",), ("y", "x"), ("alpha",), ("gamma", "beta", "alpha")],
-        "model": [CableModel()],
-        "pulley": [None],
+        "model": [CableModel(), CableModel("elastic_cable", (("stiffness", 1e3),))],
+        "pulley": [None, _winch()],
     }
-    if name == "kind" and isinstance(part, BasePulley):
-        choices["kind"] = ["rotating", "screw"]
-    if name == "coordinate" and isinstance(part, Motion):
-        choices["coordinate"] = [0, 1, 2]
     if name in choices:
         yield from (other for other in choices[name] if other != value)
     elif isinstance(value, bool):

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, cable_tag
 from ...checks.names import named
 from ...finding import Finding, Subject, errors_first
-from ...finding_builders import all_muscles, all_task_frames, error, listed, warning
+from ...finding_builders import all_muscles, all_task_frames, error, warning
 from ...model.joint import Joint
 from ...model.muscle import BasePulley, Muscle
 from ...model.pose import IDENTITY
@@ -48,20 +48,18 @@ def _whole_robot(robot: Robot) -> Iterator[Finding]:
         yield error(subject, "caspr-gravity", f"CASPR's gravity is {GRAVITY}, not {robot.gravity}")
     without = [link.name for link in robot.links if link.end is None]
     if without:
-        problem = f"CASPR needs far ends of links, for drawing; 0 0 0 for {listed(without, 5)}"
+        problem = (
+            f"CASPR needs far ends of links, for drawing; 0 0 0 for {', '.join(map(repr, without))}"
+        )
         yield warning(subject, "caspr-link-ends", problem)
-    renamed = [
-        name
+    renamed = {
+        f"{name!r} becomes {given}": None
         for i, joint in enumerate(robot.joints, start=1)
         for name, given in _names(joint, f"joint_{i}")
         if name != given
-    ]
+    }
     if renamed:
-        problem = (
-            f"CASPR names no joints nor coordinates; {listed(list(dict.fromkeys(renamed)), 5)} "
-            "become joint_1, "
-            "joint_2, ..."
-        )
+        problem = f"CASPR names no joints nor coordinates; {', '.join(renamed)}"
         yield warning(subject, "caspr-joint-names", problem)
 
 

@@ -118,6 +118,18 @@ def test_what_is_left_out_is_a_warning_and_the_rest_is_written(code, tmp_path):
     assert read_robot(tmp_path).name == ROBOT.name
 
 
+def test_every_name_that_becomes_another_is_listed():
+    robot = replace(ROBOT, links=(replace(ROBOT.links[0], end=None), ROBOT.links[1]))
+    coordinate = replace(ROBOT.coordinates[1], name="bend")
+    elbow = replace(ROBOT.joints[1], name="elbow", coordinates=(coordinate,))
+    robot = replace(robot, joints=(ROBOT.joints[0], elbow))
+    assert [finding.message for finding in caspr_losses(robot)] == [
+        "robot 'planar_2r': CASPR needs far ends of links, for drawing; 0 0 0 for 'link_1'",
+        "robot 'planar_2r': CASPR names no joints nor coordinates; 'elbow' becomes joint_2, "
+        "'bend' becomes joint_2",
+    ]
+
+
 def test_a_wrap_is_lost_with_its_surface_and_the_cable_runs_straight(tmp_path):
     robot = replace(with_muscle(wraps=(Wrap("ball", 0),)), wrap_surfaces=(BALL,))
     assert reported(robot) == [("warning", "caspr-wrap")] * 2

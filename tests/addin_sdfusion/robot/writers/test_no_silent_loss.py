@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
+from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -120,12 +121,34 @@ def _is_other(parts: list[Any], kind: type, active: str) -> bool:
     return any(isinstance(part, kind) and part.name != active for part in parts)
 
 
+OF_THE_TREE = {"Joint.child", "Robot.joints", "Coordinate.unit"}
+"""What none can be changed of alone; names and parents of links are."""
+WITHIN = {"CableModel.kind": "Muscle.model", "BasePulley.kind": "Muscle.pulley"}
+"""What is changed with all that belongs to it."""
+
+
+def test_every_field_is_changed() -> None:
+    """A field that is added to the description must be one that the variants change."""
+    robot = robot_of_every_field(1)
+    changed: set[str] = set()
+    every: set[str] = set()
+    for variant in variants(robot):
+        field = variant.field.split()[0]
+        if field not in changed and not any(f.is_error for f in check(variant.robot)):
+            changed.add(field)
+        part = variant.within[-1]
+        plain = [f.name for f in fields(part) if not is_dataclass(getattr(part, f.name))]
+        every |= {f"{type(part).__name__}.{name}" for name in plain}
+    assert {WITHIN.get(field, field) for field in every} - changed == OF_THE_TREE
+
+
 CASES = [
     *(pytest.param(1, 1, format_) for format_ in FORMATS),
     *(
         pytest.param(seed, 4, format_, marks=pytest.mark.slow)
         for seed in (0, 3, 4, 5)
         for format_ in FORMATS
+        if seed % 2 or format_ != "caspr"  # which refuses joints of turned frames
     ),
 ]
 
@@ -135,7 +158,7 @@ def test_nothing_is_lost_in_silence(seed: int, each: int, format_: str) -> None:
     """So many changes of each field, of random parts of the robot."""
     robot = robot_of_every_field(seed)
     before, rng = _written(robot, format_), np.random.default_rng(seed)
-    assert before.files or (format_ == "caspr" and seed % 2 == 0)
+    assert before.files
     every = [v for v in variants(robot) if _means_something(v)]
     counts: Counter[str] = Counter()
     silent = []
