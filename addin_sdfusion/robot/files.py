@@ -83,6 +83,16 @@ def is_folder(path: Path) -> bool:
         return False
 
 
+def write_new(file: Path, content: bytes) -> None:
+    """Write a file anew: what is there, such as a link to another file, goes and is not followed.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    file.unlink(missing_ok=True)
+    file.write_bytes(content)
+
+
 def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list[Path]:
     """Write files into a folder: all of them aside first, then each into place.
 
@@ -102,7 +112,7 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for content, aside in zip(contents.values(), waiting.values(), strict=True):
-            aside.write_bytes(content if isinstance(content, bytes) else content.encode())
+            write_new(aside, content if isinstance(content, bytes) else content.encode())
         for file, aside in waiting.items():
             aside.replace(file)
     except (OSError, ValueError) as error:

@@ -21,12 +21,13 @@ from .panels import Panel, panels_of
 
 FORMATS = ("png", "svg", "pdf")
 
-# Text stays text in an SVG, and equal results give equal files.
+# Text stays text in an SVG, names are no formulas, and equal results give equal files.
 STYLE: Any = {
     "font.size": 9,
     "axes.grid": True,
     "grid.alpha": 0.3,
     "svg.fonttype": "none",
+    "text.parse_math": False,
     "svg.hashsalt": "cardsflow",
 }
 _MOST_IN_LEGEND = 32

@@ -96,6 +96,10 @@ class OutputFolder:
 
     def _refuse_unowned_files(self) -> None:
         """Results of an earlier run are replaced; files of the same names by others are not."""
+        link = next((name for name in _OWN if (self.path / name).is_symlink()), None)
+        if link is not None:  # whoever gave the folder would choose what is written over
+            what = f"holds {link}, which is a link; remove it, or choose another output folder"
+            raise InputError(what, file=self.path)
         there = [name for name in _OWN if (self.path / name).exists()]
         if RECORDING_FILE in there and is_recording(self.path / RECORDING_FILE):
             there.remove(RECORDING_FILE)  # of a run that was killed

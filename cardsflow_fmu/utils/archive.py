@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.errors import MachineError
-from addin_sdfusion.robot.files import file_error, opened_file, read_file
+from addin_sdfusion.robot.files import file_error, opened_file, read_file, write_new
 
 _EARLIEST_TIME = (1980, 1, 1, 0, 0, 0)
 _UNIX = 3
@@ -40,7 +40,7 @@ def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
     """
     aside = path.with_name(f"{path.name}.{os.getpid()}")
     try:
-        aside.write_bytes(archive_bytes(files))
+        write_new(aside, archive_bytes(files))
         aside.replace(path)
     except OSError as error:
         raise file_error(error, "cannot be written", path) from None

@@ -58,6 +58,7 @@ def write_tables(folder: Path, kinds: Iterable[TableKind], columns: Columns, row
         file = folder / f"table.{kind}"
         aside = folder / f".table.{kind}.tmp"
         try:
+            aside.unlink(missing_ok=True)  # it may be a link to another file
             writers[kind](aside, columns, rows())
             aside.replace(file)
         except OSError as error:
@@ -78,7 +79,7 @@ def row_values(columns: Columns, run: Run, outcome: Outcome) -> list[Any]:
 
 
 def _write_csv(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]) -> None:
-    with file.open("w", encoding="utf-8", newline="") as stream:
+    with file.open("x", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns.names)
         for run, outcome in rows:
@@ -100,7 +101,7 @@ def _write_parquet(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outco
 
     numeric = {"run": pa.int64()} | {name: pa.float64() for name in columns.metrics}
     kinds = {name: numeric.get(name, pa.string()) for name in columns.names}
-    with file.open("wb") as stream:
+    with file.open("xb") as stream:
         writer: Any = None
         for block in _blocks(rows):
             values = [row_values(columns, run, outcome) for run, outcome in block]

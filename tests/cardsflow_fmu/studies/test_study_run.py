@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 from support.command_line import CommandLine
-from support.small_studies import run_here, small_study, write_study
+from support.small_studies import KP, run_here, small_study, write_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study
@@ -297,3 +297,12 @@ def test_memory_does_not_grow_with_the_runs(tmp_path: Path) -> None:
         tracemalloc.stop()
     assert len(table(tmp_path / "10000")) == 10_000
     assert peaks[1] - peaks[0] < 20e6
+
+
+def test_names_are_neither_markup_nor_formulas_in_the_report(tmp_path: Path) -> None:
+    """Of Matplotlib, dollar signs begin formulas, and half of one is an error."""
+    name = "<img src=x onerror=alert(1)>$\\\\frac{$"
+    result = run_here(small_study(tmp_path, KP + f'name = "{name}"\n'), tmp_path / "out")
+    text = result.files["report.html"].read_text()
+    assert "<img" not in text
+    assert "&lt;img src=x" in text
