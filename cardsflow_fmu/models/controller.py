@@ -228,8 +228,9 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
 
 
 def _report(solution: ForceSolution, seconds: float) -> tuple[float, ...]:
-    """Number of actuators at a bound, time, infeasible; whether joint limits had to be dropped."""
-    report = solution.count_at_bounds, seconds, solution.status == "soft"
+    """Number of actuators at a bound, time, status; whether joint limits had to be dropped."""
+    status = solution.status
+    report = solution.count_at_bounds, seconds, status == "soft", status == "not converged"
     if isinstance(solution, OperationalSpaceSolution):
         return *report, solution.limits_dropped
     return report

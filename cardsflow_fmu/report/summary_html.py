@@ -39,7 +39,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
                 ),
             ),
             table(
-                ("missing at infeasible ticks", "largest", "unit"),
+                ("missing at ticks not solved", "largest", "unit"),
                 ([name, s["max"], s["unit"]] for name, s in missing.items()),
             ),
         )
@@ -79,6 +79,7 @@ _ROWS = (
     ("tracking, largest [{unit}]", "tracking.max"),
     ("ticks", "ticks"),
     ("infeasible ticks", "infeasible_ticks"),
+    ("ticks not converged", "not_converged_ticks"),
     ("time of a tick, median [s]", "solve_time.median"),
     ("time of a tick, largest [s]", "solve_time.max"),
     ("master", "master"),

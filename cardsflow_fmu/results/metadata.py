@@ -20,6 +20,7 @@ _KINDS: dict[str, tuple[type, ...]] = {
     "step": _NUMBER,
     "ticks": _NUMBER,
     "infeasible_ticks": _NUMBER,
+    "not_converged_ticks": _NUMBER,
     "real_time_factor": _NUMBER,
     "first_step_after_s": _NUMBER,
     "tracking": _TABLE,

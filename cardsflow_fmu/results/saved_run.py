@@ -119,10 +119,8 @@ def _findings(result: ExperimentRunData) -> dict[str, Any]:
     ticks = list(range(0, rows, every))
     recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0), "fmu")
-    return {
-        key: summary[key]
-        for key in ("tracking", "forces", "infeasible_ticks", "ticks", "slack", "warnings")
-    }
+    counts = ("infeasible_ticks", "not_converged_ticks", "ticks")
+    return {key: summary[key] for key in ("tracking", "forces", *counts, "slack", "warnings")}
 
 
 def read_results(path: Path) -> RunData:

@@ -160,14 +160,17 @@ def _signals(
 ) -> dict[str, Any]:
     ticks = [k for k in recording.ticks if k < len(recording.rows)]
     recorded = [signal for signal in followed if {signal.actual, signal.desired} <= set(columns)]
-    known = "infeasible" in columns
-    infeasible = columns["infeasible"][ticks] != 0 if known else np.zeros(len(ticks), bool)
+    counts, unsolved = {}, np.zeros(len(ticks), bool)
+    for name in ("infeasible", "not_converged"):
+        raised = columns[name][ticks] != 0 if name in columns else None
+        counts[f"{name}_ticks"] = None if raised is None else int(np.count_nonzero(raised))
+        unsolved = unsolved if raised is None else unsolved | raised
     return {
         "tracking": _tracking(recorded, columns),
         "forces": _forces({n: b for n, b in bounds.items() if n in columns}, columns),
-        "infeasible_ticks": int(np.count_nonzero(infeasible)) if known else None,
+        **counts,
         "ticks": len(recording.ticks),
-        "slack": _slack(slack, columns, ticks, infeasible),
+        "slack": _slack(slack, columns, ticks, unsolved),
         "solve_time": _solve_time(recording.solve_times),
     }
 
@@ -194,11 +197,11 @@ def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
 
 
 def _slack(
-    signals: Mapping[str, str], columns: Columns, ticks: list[int], infeasible: NDArray[np.bool_]
+    signals: Mapping[str, str], columns: Columns, ticks: list[int], unsolved: NDArray[np.bool_]
 ) -> dict[str, Any]:
-    """Slack at infeasible ticks: the largest by signal, first and last time."""
-    missing = {n: np.abs(columns[n][ticks][infeasible]) for n in signals if n in columns}
-    times = columns["time"][ticks][infeasible]
+    """Slack at ticks that are not solved: the largest by signal, first and last time."""
+    missing = {n: np.abs(columns[n][ticks][unsolved]) for n in signals if n in columns}
+    times = columns["time"][ticks][unsolved]
     dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
     return {
         "limits_dropped_ticks": int(np.count_nonzero(dropped[ticks])),

@@ -128,6 +128,9 @@ def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
     if summary["infeasible_ticks"] is None:
         return []
     lines = [f"infeasible  {summary['infeasible_ticks']} of {summary['ticks']} ticks"]
+    undecided = summary.get("not_converged_ticks")
+    if undecided:
+        lines[0] += f", and {undecided} not converged"
     slack = summary["slack"]
     if slack["first_at_s"] is not None:
         lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"

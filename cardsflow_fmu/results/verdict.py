@@ -19,7 +19,7 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
     Args:
         summary: From `summarize` or `summarize_system`, or as a run has written it.
     """
-    return [*_infeasible(summary), *_astray(summary)]
+    return [*_infeasible(summary), *_undecided(summary), *_astray(summary)]
 
 
 def _infeasible(summary: Mapping[str, Any]) -> list[str]:
@@ -39,6 +39,13 @@ def _infeasible(summary: Mapping[str, Any]) -> list[str]:
     if len(worst) > _NAMED:
         lacks.append(f"{len(worst) - _NAMED} more lack less")
     return ["; ".join([line, ", ".join(lacks)] if lacks else [line])]
+
+
+def _undecided(summary: Mapping[str, Any]) -> list[str]:
+    count, ticks = summary.get("not_converged_ticks"), summary.get("ticks")
+    if not count:
+        return []
+    return [f"{count} of {ticks} ticks not converged: forces that fit may exist, none were found"]
 
 
 def _astray(summary: Mapping[str, Any]) -> list[str]:

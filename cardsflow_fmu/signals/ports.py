@@ -279,6 +279,7 @@ def controller_groups(
         torque_gains: Whether the gains make torques of errors, instead of accelerations.
     """
     infeasible = "No force within the bounds fits"
+    undecided = "No force that fits was found, though there may be one"
     return {
         "q": _coordinate_ports("q", "", "Position", robot, "input", "continuous"),
         "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
@@ -295,6 +296,7 @@ def controller_groups(
             Port("at_bound", "", "output", "discrete", "Number of muscles and motors at a bound"),
             Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
             Port("infeasible", "", "output", "discrete", infeasible, boolean=True),
+            Port("not_converged", "", "output", "discrete", undecided, boolean=True),
             *_limit_ports(space),
         ],
         **_gain_ports(robot, space, kp, kd, torque_gains),

@@ -247,7 +247,7 @@ class _Search:
 
 
 def _judged(robot: Robot, summary: Mapping[str, Any]) -> Trial:
-    infeasible = summary["infeasible_ticks"]
+    infeasible = summary["infeasible_ticks"] + summary["not_converged_ticks"]
     rows = summary["slack" if infeasible else "tracking"]["per_signal"].values()
     sizes = [float(row["max"]) for row in rows]
     error, peak = summary["tracking"]["max"], summary["forces"]["max"]

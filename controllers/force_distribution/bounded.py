@@ -27,6 +27,8 @@ from controllers.validation import float_array, force_bounds, is_finite
 if TYPE_CHECKING:
     import qpsolvers
 
+Status = Literal["solved", "soft", "not converged"]
+
 _Answer = tuple[FloatArray, FloatArray, float]  # forces, slack, largest |slack|
 
 _SOFTNESS = 1e-8  # eps, relative to the size of LL'
@@ -39,7 +41,8 @@ class ForceSolution:
 
     Attributes:
         forces: f, shape (m,), in [N]; always within the bounds.
-        status: `solved`, or `soft` when no force within the bounds makes the torque.
+        status: `solved`; `soft` where it is proven that no force within the bounds makes the
+            torque; `not converged` where none was found, and none may or may not be.
         slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
         f_min, f_max: The bounds, shape (m,), in [N].
         coordinate_names: n names.
@@ -47,7 +50,7 @@ class ForceSolution:
     """
 
     forces: FloatArray
-    status: Literal["solved", "soft"]
+    status: Status
     slack: FloatArray
     f_min: FloatArray
     f_max: FloatArray
@@ -281,16 +284,26 @@ class ForceDistribution:
             answer = self._try_fallbacks(self.build_problem(L, tau), L, tau, allowed)
         if answer is not None and answer[2] <= allowed:
             return self._solution(answer[0], "solved", answer[1])
-        return self._solve_soft(soft, L, tau, M, allowed)
+        forces, slack = self._least_error(soft, L, tau, M)
+        if float(np.abs(slack).max()) <= allowed:
+            return self._solution(forces, "solved", slack)
+        proven = status == dual_newton.INFEASIBLE or self._is_infeasible(L, tau)
+        return self._solution(forces, "soft" if proven else "not converged", slack)
 
-    def _solve_soft(
+    def _is_infeasible(self, L: FloatArray, tau: FloatArray) -> bool:
+        """What a linear programme says, where there is no certificate."""
+        from .feasibility import is_infeasible  # late: SciPy takes its time
+
+        return is_infeasible(-L.T, tau, self.f_min, self.f_max)
+
+    def _least_error(
         self,
         newton: dual_newton.DualNewton,
         L: FloatArray,
         tau: FloatArray,
         M: FloatArray | None,
-        allowed: float,
-    ) -> ForceSolution:
+    ) -> tuple[FloatArray, FloatArray]:
+        """Forces within the bounds whose error is smallest, and what is missing."""
         rows, goal = _accelerations(L, tau, M)
         newton.softness[:] = self._softness(rows)
         _, answer = self._try_dual_newton(newton, rows, goal)
@@ -299,9 +312,7 @@ class ForceDistribution:
             answer = self._try_fallbacks(problem, L, tau, np.inf)
         if answer is None:
             raise SimulationError(f"no forces found for the torque {tau} within the bounds")
-        slack = tau + L.T @ answer[0]
-        met = float(np.abs(slack).max()) <= allowed
-        return self._solution(answer[0], "solved" if met else "soft", slack)
+        return answer[0], tau + L.T @ answer[0]
 
     def _softness(self, L: FloatArray) -> float:
         """The eps of the soft problem."""
@@ -356,9 +367,7 @@ class ForceDistribution:
         if not (np.isfinite(tau).all() and np.isfinite(L).all()):
             raise SimulationError("the desired torque or the muscle Jacobian is not finite")
 
-    def _solution(
-        self, forces: FloatArray, status: Literal["solved", "soft"], slack: FloatArray
-    ) -> ForceSolution:
+    def _solution(self, forces: FloatArray, status: Status, slack: FloatArray) -> ForceSolution:
         names = self.coordinate_names or tuple(f"coordinate {k + 1}" for k in range(slack.size))
         bounds = self.f_min.copy(), self.f_max.copy()
         return ForceSolution(forces, status, slack, *bounds, names, self.muscle_names)

@@ -14,7 +14,7 @@ way; of one with an infinite weight s = 0. Tasks of a later priority never distu
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
 from controllers.dynamics import TaskDynamics, actuator_names, bias_torque
+from controllers.force_distribution.bounded import Status
 from controllers.qp.problem import BoxProblem, row_softness
 from controllers.qp.solver import DEFAULT_SOLVER
 from controllers.validation import (
@@ -43,6 +44,9 @@ FORCE_WEIGHT = 1e-6
 
 LIMIT_BANDWIDTH = 20.0
 """Default of w, in [rad/s]: how late and how hard joint limits are kept."""
+
+
+_WORSE: tuple[Status, ...] = ("solved", "soft", "not converged")
 
 
 class _Terms(NamedTuple):
@@ -228,12 +232,12 @@ class OperationalSpaceController:
         check_sizes(robot.coordinate_names, q=q, qd=qd, w_e=w_e)
         check_sizes(robot.task_names, y_d=y_d, yd_d=yd_d, ydd_d=ydd_d, correction=correction)
         terms = self._terms(q, qd, y_d, yd_d, ydd_d, w_e, correction)
-        target, soft = terms.desired.copy(), False
+        target, statuses = terms.desired.copy(), set[Status]()
         for level in self._levels:
-            x, gave_way, terms = self._solve_level(level, terms, target)
-            soft = soft or gave_way
+            x, status, terms = self._solve_level(level, terms, target)
+            statuses.add(status)
             target[level.tasks] = terms.J[level.tasks] @ x[: self._n]
-        return self._solution(x, terms, soft)
+        return self._solution(x, terms, max(statuses, key=_WORSE.index))
 
     def _terms(
         self,
@@ -270,20 +274,27 @@ class OperationalSpaceController:
 
     def _solve_level(
         self, level: PriorityLevel, terms: _Terms, target: FloatArray
-    ) -> tuple[FloatArray, bool, _Terms]:
-        """[qdd, f, ...], whether tasks gave way in it, and the terms with the limits it keeps."""
+    ) -> tuple[FloatArray, Status, _Terms]:
+        """[qdd, f, ...], its status, and the terms with the limits it keeps.
+
+        What gives way does so softly only where every programme before is proven infeasible.
+        """
+        proven: Status = "soft"
         without = () if terms.limits is None else (terms._replace(limits=None),)
         for kept in (terms, *without):
             for row_weights in (None, level.soft_rows):
                 problem = self._problem(level, kept, target, row_weights)
                 solution = level.solver.solve(problem)
                 gave_way = row_weights is not None
+                status: Status = proven if gave_way or kept is not terms else "solved"
                 if solution.status == "solved":
-                    return solution.x, gave_way, kept
+                    return solution.x, status, kept
                 if gave_way or level.is_weighted or solution.status == "not converged":
                     x = self._least_error(level, problem, kept, target)
                     if x is not None:
-                        return x, gave_way, kept
+                        return x, status, kept
+                if solution.status == "not converged":
+                    proven = "not converged"
         raise SimulationError("no forces within the bounds move the robot as it must: QP failed")
 
     def _least_error(
@@ -336,12 +347,11 @@ class OperationalSpaceController:
         g[n:p] = -self._H_f * self._f_p - self._H_r * self._f_last
         return BoxProblem(level.H, g, A, b, lb, ub, row_weights)
 
-    def _solution(self, x: FloatArray, terms: _Terms, soft: bool) -> OperationalSpaceSolution:
+    def _solution(self, x: FloatArray, terms: _Terms, status: Status) -> OperationalSpaceSolution:
         n, m = self._n, self._m
         dropped = terms.limits is None and self._w is not None
         forces, qdd = x[n : n + m].copy(), x[:n].copy()
         self._f_last[:] = forces
-        status: Literal["solved", "soft"] = "soft" if soft or dropped else "solved"
         return OperationalSpaceSolution(
             forces,
             status,

@@ -233,7 +233,7 @@ static const char *drive(void)
     for (int missed = 0; !ended && !wrong && next_reference(reference); tick++) {
         const double t = (double)tick * STEP;
         pace(t);
-        if (tick_law(STEP, state, reference, found) > COMPUTED_TORQUE_SOFT || !are_finite(found)) {
+        if (tick_law(STEP, state, reference, found) >= COMPUTED_TORQUE_FAILED || !are_finite(found)) {
             wrong = "no forces are found";
             break;
         }

@@ -154,9 +154,12 @@ def _energy(result: Result, box: Box | None, muscle: str | None) -> float:
     return float(sum(work))
 
 
-def _infeasible(result: Result, box: Box | None, muscle: str | None) -> float:
-    count = result.summary["infeasible_ticks"]
-    return math.nan if count is None else count
+def _count(key: str) -> Callable[[Result, Box | None, str | None], float]:
+    def count(result: Result, box: Box | None, muscle: str | None) -> float:
+        found = result.summary[key]
+        return math.nan if found is None else found
+
+    return count
 
 
 def _missed(result: Result, box: Box | None, muscle: str | None) -> float:
@@ -263,7 +266,10 @@ METRICS: Mapping[str, Metric] = {
         "N", "Smallest muscle force", _of_forces(np.min), is_per_muscle=True, large_is_good=True
     ),
     "energy": Metric("J", "Work of the muscles, both ways", _energy, is_per_muscle=True),
-    "infeasible_ticks": Metric("", "Ticks without a force that fits", _infeasible),
+    "infeasible_ticks": Metric("", "Ticks without a force that fits", _count("infeasible_ticks")),
+    "not_converged_ticks": Metric(
+        "", "Ticks without an answer whether a force fits", _count("not_converged_ticks")
+    ),
     "missed": Metric("", "Exchanges with the robot without an answer", _missed),
     "stiffness.min": Metric(
         "N.m/rad", "Smallest joint stiffness, forces held", _stiffness, large_is_good=True

@@ -13,9 +13,10 @@ typedef struct computed_torque computed_torque;
 
 enum computed_torque_status {
     COMPUTED_TORQUE_SOLVED = 0,
-    COMPUTED_TORQUE_SOFT = 1,   /* no forces within the bounds fit: the smallest error */
-    COMPUTED_TORQUE_FAILED = 2, /* not even that was found; the forces stay those of the call before */
-    COMPUTED_TORQUE_WRONG = 3   /* a number that was written is not finite or not allowed */
+    COMPUTED_TORQUE_SOFT = 1,          /* proven: no forces within the bounds fit; the smallest error */
+    COMPUTED_TORQUE_NOT_CONVERGED = 2, /* none were found, and none may or may not fit; the smallest error */
+    COMPUTED_TORQUE_FAILED = 3,        /* not even that was found; the forces stay those of the call before */
+    COMPUTED_TORQUE_WRONG = 4          /* a number that was written is not finite or not allowed */
 };
 
 /* Bytes of working memory for a robot of n coordinates and m muscles, with k task coordinates or, for the

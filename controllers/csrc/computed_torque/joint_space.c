@@ -39,7 +39,7 @@ static real take(computed_torque *s, const real *tau, const real *forces)
 /* The smallest softness that is a normal number. */
 static const real LEAST_SOFTNESS = PRECISE(2.3e-308, 1.2e-38);
 
-static int solve_soft(computed_torque *s, const real *tau, real allowed)
+static int solve_soft(computed_torque *s, const real *tau, real allowed, int is_proven)
 {
     const size_t n = s->n, m = s->m;
     dual_newton *program = s->soft;
@@ -62,7 +62,8 @@ static int solve_soft(computed_torque *s, const real *tau, real allowed)
         status = solve_from(program, s->memory + m + s->rows);
     }
     if (status != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_FAILED;
-    return take(s, tau, program->x) <= allowed ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_SOFT;
+    if (take(s, tau, program->x) <= allowed) return COMPUTED_TORQUE_SOLVED;
+    return is_proven ? COMPUTED_TORQUE_SOFT : COMPUTED_TORQUE_NOT_CONVERGED;
 }
 
 int joint_space_solve(computed_torque *s)
@@ -83,5 +84,5 @@ int joint_space_solve(computed_torque *s)
     const int status = solve_from(program, s->memory + m);
     if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
     if (status == DUAL_NEWTON_SOLVED && take(s, tau, program->x) <= allowed) return COMPUTED_TORQUE_SOLVED;
-    return solve_soft(s, tau, allowed);
+    return solve_soft(s, tau, allowed, status == DUAL_NEWTON_INFEASIBLE);
 }

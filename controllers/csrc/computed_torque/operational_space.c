@@ -88,7 +88,7 @@ static int answer(computed_torque *s, const dual_newton *program, int limited, i
     for (size_t i = 0; i < s->k; i++) s->slack[i] = s->desired[i] - dot(s->n, s->J + i * s->n, qdd);
     const int dropped = s->limit_bandwidth[0] > 0 && !limited;
     s->limits_dropped[0] = dropped;
-    return dropped ? COMPUTED_TORQUE_SOFT : status;
+    return status;
 }
 
 int operational_space_solve(computed_torque *s)
@@ -102,20 +102,26 @@ int operational_space_solve(computed_torque *s)
     fill(s, s->hard);
     fill(s, s->soft);
     weigh_tasks(s, s->hard);
+    int otherwise = COMPUTED_TORQUE_SOFT; /* while every program before is proven infeasible */
     for (int limited = s->limit_bandwidth[0] > 0; limited >= 0; limited--) {
         const real w = limited ? s->limit_bandwidth[0] : 0;
         bound_accelerations(s, s->hard, w);
         int status = solve_from(s->hard, hard);
         if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
-        if (status == DUAL_NEWTON_SOLVED) return answer(s, s->hard, limited, COMPUTED_TORQUE_SOLVED);
+        if (status == DUAL_NEWTON_SOLVED) {
+            const int dropped = s->limit_bandwidth[0] > 0 && !limited;
+            return answer(s, s->hard, limited, dropped ? otherwise : COMPUTED_TORQUE_SOLVED);
+        }
+        if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
         if (all_weighted(s)) continue;
         bound_accelerations(s, s->soft, w);
         for (int attempt = 0; attempt < 2; attempt++) {
             soften_tasks(s, s->soft, SOFTNESS[attempt]);
             status = solve_from(s->soft, soft);
-            if (status == DUAL_NEWTON_SOLVED) return answer(s, s->soft, limited, COMPUTED_TORQUE_SOFT);
+            if (status == DUAL_NEWTON_SOLVED) return answer(s, s->soft, limited, otherwise);
             if (status == DUAL_NEWTON_INFEASIBLE) break; /* the motion equation itself */
         }
+        if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
     }
     return COMPUTED_TORQUE_FAILED;
 }

@@ -76,6 +76,6 @@ void computed_torque_reset(computed_torque *s)
 int computed_torque_solve(computed_torque *s)
 {
     const int status = s->k ? operational_space_solve(s) : joint_space_solve(s);
-    if (status <= COMPUTED_TORQUE_SOFT) memcpy(s->memory, s->forces, s->m * sizeof(real));
+    if (status < COMPUTED_TORQUE_FAILED) memcpy(s->memory, s->forces, s->m * sizeof(real));
     return status;
 }

@@ -101,3 +101,10 @@ def test_a_reference_that_is_not_followed_is_told() -> None:
     assert problems(followed(0.009, 0.0)) == []
     assert "elbow is up to 0.06 rad off" in problems(followed(0.06, 0.1))[0]
     assert problems({}) == []
+
+
+def test_ticks_that_did_not_converge_are_not_called_infeasible() -> None:
+    summary = {"infeasible_ticks": 0, "not_converged_ticks": 2, "ticks": 10}
+    assert problems(summary) == [
+        "2 of 10 ticks not converged: forces that fit may exist, none were found"
+    ]

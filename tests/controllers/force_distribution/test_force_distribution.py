@@ -263,3 +263,20 @@ def test_with_a_mass_matrix_the_smallest_acceleration_error_is_sought() -> None:
         error = np.linalg.norm(np.linalg.solve(M, solution.slack))
         assert error == pytest.approx(np.sqrt(2.0 * best.cost), rel=1e-6)
         np.testing.assert_allclose(solution.slack, tau + L.T @ solution.forces, atol=1e-9)
+
+
+def test_what_is_not_proven_infeasible_is_not_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a certificate a linear programme decides, here once each way."""
+    L, f, _ = random_problem(1, 3, 7)
+    solve, distribution = dual_newton.DualNewton.solve, ForceDistribution([10.0] * 7, [100.0] * 7)
+
+    def fail(newton: dual_newton.DualNewton) -> int:
+        if not newton.softness.any():
+            return dual_newton.NOT_CONVERGED
+        newton.b[:] += 1.0
+        return solve(newton)
+
+    monkeypatch.setattr(dual_newton.DualNewton, "solve", fail)
+    monkeypatch.setattr(qp, "fallbacks", list)
+    assert distribution.solve(L, -L.T @ f).status == "not converged"
+    assert distribution.solve(L, np.full(3, 1e3)).status == "soft"

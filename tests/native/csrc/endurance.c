@@ -42,7 +42,7 @@ static int loop_once(void)
     const int status = control_loop_tick(loop, PERIOD, q, qd, REFERENCE, still);
     memcpy(robot_part("q"), q, sizeof q);
     core_move(robot, q);
-    return status > COMPUTED_TORQUE_SOFT || !control_loop_array(loop, "acting", &length);
+    return status >= COMPUTED_TORQUE_FAILED || !control_loop_array(loop, "acting", &length);
 }
 
 int main(int argc, char **argv)

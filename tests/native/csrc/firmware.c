@@ -36,7 +36,7 @@ void _start(void)
         stack(0);
         const int status = control_loop_tick(loop, PERIOD, q, qd, REFERENCE, still);
         const size_t used = stack(1);
-        if (status > COMPUTED_TORQUE_SOFT) end(1);
+        if (status >= COMPUTED_TORQUE_FAILED) end(1);
         most = used > most ? used : most;
     }
     say_number("stack", most);

@@ -136,7 +136,7 @@ static void run(const real *values, uint64_t count)
     memcpy(qd, values + 3 + n, n * sizeof(real));
     control_loop_reset(loop);
     for (size_t t = 0; t < ticks; t++) {
-        if (control_loop_tick(loop, period, q, qd, reference + 3 * r * t, still) > COMPUTED_TORQUE_SOFT)
+        if (control_loop_tick(loop, period, q, qd, reference + 3 * r * t, still) >= COMPUTED_TORQUE_FAILED)
             fail("the law fails", "run");
         const real *acting = control_loop_array(loop, "acting", &length);
         memcpy(core_part("q"), q, n * sizeof(real));

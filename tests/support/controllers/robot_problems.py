@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +31,9 @@ AT_THE_EDGE = 1e-7
 
 FAR = 1e7
 """A certificate holds but for unbounded variables beyond this: accelerations, in [rad/s²]."""
+
+INSIDE = 1e-6
+"""How far inside of its bounds a point is to be, relative to what is between them."""
 
 STATES = 4
 KINDS = ("tasks", "limited", "torque")
@@ -97,7 +99,7 @@ def _problem(kind: str, now: _State, b: FloatArray) -> BoxProblem:
     )
 
 
-def _of_robot(seed: int, is_feasible: Callable[[BoxProblem], bool]) -> Iterator[BoxProblem]:
+def _of_robot(seed: int, judge: Callable[[BoxProblem], bool]) -> Iterator[BoxProblem]:
     robot = _Robot(seed)
     rng = robot.rng
     for _ in range(STATES):
@@ -113,21 +115,19 @@ def _of_robot(seed: int, is_feasible: Callable[[BoxProblem], bool]) -> Iterator[
                 middle = 0.5 * (low + high)
                 problem = _problem(kind, now, made + middle * way)
                 yield problem
-                low, high = (middle, high) if is_feasible(problem) else (low, middle)
+                low, high = (middle, high) if judge(problem) else (low, middle)
 
 
-def robot_problems(
-    is_feasible: Callable[[BoxProblem], bool], count: int = COUNT
-) -> Iterator[BoxProblem]:
+def robot_problems(judge: Callable[[BoxProblem], bool], count: int = COUNT) -> Iterator[BoxProblem]:
     """Problems of one robot after another.
 
     Args:
-        is_feasible: What was said of the problem that came last.
+        judge: Whether it was said to be feasible, of the problem that came last.
         count: How many.
     """
     found, seed = 0, 0
     while found < count:
-        for problem in _of_robot(seed, is_feasible):
+        for problem in _of_robot(seed, judge):
             yield problem
             found += 1
         seed += 1
@@ -154,32 +154,27 @@ def is_certificate(problem: BoxProblem, y: FloatArray) -> bool:
     return bool(gap - FAR * np.abs(pull[free]).sum() > 1e-13 * terms)
 
 
-@dataclass(frozen=True)
-class Distance:
-    """What a linear programme says: by how much rows must be off, relative to the largest one."""
-
-    value: float
-
-    @property
-    def is_feasible(self) -> bool:
-        """Beyond the programme's own tolerance."""
-        return self.value < 1e-10
-
-    @property
-    def is_infeasible(self) -> bool:
-        """Beyond the programme's own tolerance."""
-        return self.value > 1e-6
+def is_feasible(problem: BoxProblem) -> bool:
+    """Whether HiGHS finds a point that is inside of all bounds, beyond its tolerance."""
+    return _least_error(problem, INSIDE) < 1e-9
 
 
-def distance(problem: BoxProblem) -> Distance:
-    """The least sum of row errors within the bounds, by HiGHS."""
+def is_infeasible(problem: BoxProblem) -> bool:
+    """Whether HiGHS finds none, beyond its tolerance."""
+    return _least_error(problem, 0.0) > 1e-6
+
+
+def _least_error(problem: BoxProblem, inside: float) -> float:
+    """The least sum of row errors, relative to the largest row."""
     m_eq, n = problem.A.shape
     unit = np.where(np.isinf(problem.lb), 1.0, 1e-2)  # accelerations beside forces
     A = problem.A / unit
     size = np.where(A.any(axis=1), np.abs(A).max(axis=1), 1.0)
     A, b = A / size[:, None], problem.b / size
     scale = np.abs(b).max() + 1.0
-    bounds = np.column_stack([problem.lb * unit, problem.ub * unit]) / scale
+    between = np.where(np.isinf(problem.ub), 0.0, problem.ub - np.maximum(problem.lb, -1e300))
+    low, high = problem.lb + inside * between, problem.ub - inside * between
+    bounds = np.column_stack([low * unit, high * unit]) / scale
     answer = linprog(
         np.concatenate([np.zeros(n), np.ones(2 * m_eq)]),
         A_eq=np.hstack([A, np.eye(m_eq), -np.eye(m_eq)]),
@@ -188,4 +183,4 @@ def distance(problem: BoxProblem) -> Distance:
         options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
     assert answer.status == 0, answer.message
-    return Distance(float(answer.fun))
+    return float(answer.fun)

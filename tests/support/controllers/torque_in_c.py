@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from controllers.arrays import FloatArray
 from controllers.qp.dual_newton import library
 
-SOLVED, SOFT, FAILED, WRONG = range(4)
+SOLVED, SOFT, NOT_CONVERGED, FAILED, WRONG = range(5)
 
 
 class TorqueInC:

@@ -59,7 +59,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     FIELD(uint32_t, integrator, 1, models)                                                                    \
     FIELD(double, fixed_energy, 1, models)
 
-/* The report: number of actuators at a bound, time that the tick took, infeasible, limits dropped.
+/* The report: number of actuators at a bound, time that the tick took, infeasible, not converged, limits
+ *     dropped.
  *     is_angle          whether each task coordinate is one
  *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
  *     start_forces      tensions before the first tick, where muscles have laws; start_commands their commands
@@ -74,7 +75,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     GROUP(forces, a)                                                                                          \
     GROUP(commands, ANY)                                                                                      \
     GROUP(slack, r)                                                                                           \
-    GROUP(report, k ? 4 : 3)                                                                                  \
+    GROUP(report, k ? 5 : 4)                                                                                  \
     GROUP(kp, r)                                                                                              \
     GROUP(kd, r)                                                                                              \
     GROUP(f_min, a)                                                                                           \

@@ -204,7 +204,7 @@ static int step(struct model *model)
     if (c->muscles.are_modelled)
         bound_by_muscles(native, period);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
-    if (status > COMPUTED_TORQUE_SOFT) {
+    if (status >= COMPUTED_TORQUE_FAILED) {
         text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
         return 1;
     }
@@ -217,8 +217,9 @@ static int step(struct model *model)
     c->report[0] = (double)count_at_bounds(c, c->a);
     c->report[1] = monotonic_seconds() - begin;
     c->report[2] = status == COMPUTED_TORQUE_SOFT;
+    c->report[3] = status == COMPUTED_TORQUE_NOT_CONVERGED;
     if (c->k)
-        c->report[3] = law_array(c, "limits_dropped")[0];
+        c->report[4] = law_array(c, "limits_dropped")[0];
     return 0;
 }
 
