@@ -25,11 +25,11 @@ OURS = ("hill_arm", "planar_2r", "pick_up", "pneumatic_elbow", "roboy_left_arm")
 PUBLISHED = tuple(
     f"caspr/{name}"
     for name in ("BMArm", "Example_2R_planar_XZ", "Example_planar_XY", "Example_spatial",
-                 "Example_spherical", "FASTKIT_Planar", "RoboyLeftArm", "RoboyUpperBody")
+                 "Example_spherical", "FASTKIT_Planar", "MACARM", "RoboyLeftArm", "RoboyUpperBody")
 ) + tuple(
     f"cardsflow/{name}"
-    for name in ("VRpuppet", "msj_platform", "musc-le", "roboy_upper_body", "shoulder_testbed",
-                 "test_robot", "theClaw")
+    for name in ("VRpuppet", "exosuit", "msj_platform", "musc-le", "roboy_icecream",
+                 "roboy_upper_body", "shoulder_testbed", "test_robot", "theClaw")
 )  # fmt: skip
 """Those that have no errors once they are repaired."""
 PATHS = {"via-point-inside-wrap", "wrap-left-out", "turns-left-out", "side-by-place",
