@@ -32,6 +32,10 @@ def read_description(file: Path) -> Any:
     return _description(data, file)
 
 
+_FOR_PEOPLE = ("sources/", "documentation/", "terminalsAndIcons/")
+"""Folders of an FMU that are for people and compilers, and not for instances."""
+
+
 def unpacked_description(file: Path, folder: Path) -> Any:
     """FMPy's description of an FMU, which is unpacked.
 
@@ -43,7 +47,7 @@ def unpacked_description(file: Path, folder: Path) -> Any:
         InputError: It is no FMU.
     """
     if not (folder / DESCRIPTION).is_file():
-        unpack_archive(file, folder, "FMU", "an FMU")
+        unpack_archive(file, folder, "FMU", "an FMU", without=_FOR_PEOPLE)
     if not (folder / DESCRIPTION).is_file():
         raise InputError(f"is no FMU: it has no {DESCRIPTION}", file=file)
     return _description(read_file(folder / DESCRIPTION, limits.DESCRIPTION), file)

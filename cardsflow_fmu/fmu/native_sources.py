@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from functools import cache
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.runtime.sources import FLAGS, NATIVE, ROOT
@@ -32,16 +33,21 @@ def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
     """
     folder = "linux64" if fmi == "2.0" else "x86_64-linux"
     text = _README.format(options=_OPTIONS, folder=folder, name=model_name)
-    try:
-        files = {
-            name: (ROOT / name).read_bytes() for name in [*NATIVE.sources(), *NATIVE.headers()]
-        }
-    except OSError:
-        raise InputError("the C sources are missing: install the package again") from None
+    files = dict(_contents())
     if fmi == "3.0":
         files["buildDescription.xml"] = _build_description(model_name)
     files["README.txt"] = text.encode()
     return {f"sources/{name}": contents for name, contents in files.items()}
+
+
+@cache
+def _contents() -> dict[str, bytes]:
+    """Sources and headers, which every native FMU has."""
+    names = [*NATIVE.sources(), *NATIVE.headers()]
+    try:
+        return {name: (ROOT / name).read_bytes() for name in names}
+    except OSError:
+        raise InputError("the C sources are missing: install the package again") from None
 
 
 def compiled_files() -> list[str]:

@@ -104,6 +104,7 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
     memory = io.BytesIO()
     with mpl.rc_context(STYLE | {"svg.hashsalt": salt}):
         figure.savefig(memory, format=form, dpi=150, metadata=metadata)
+    figure.set_layout_engine("none")  # it is laid out now, for other formats as well
     return memory.getvalue()
 
 

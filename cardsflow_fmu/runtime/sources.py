@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,10 +52,7 @@ class Library(NamedTuple):
         return self._files(root, "*.h")
 
     def _files(self, root: Path, pattern: str) -> list[str]:
-        paths = [path for folder in self.folders for path in (root / folder).rglob(pattern)]
-        without = [root / name for name in self.without]
-        mine = (path for path in paths if not any(map(path.is_relative_to, without)))
-        return sorted(path.relative_to(root).as_posix() for path in mine)
+        return list(_found(self.folders, self.without, root, pattern))
 
     def fingerprint(self, root: Path = ROOT) -> str:
         """Hash of all sources: a compiled library beside other sources is not theirs."""
@@ -63,6 +61,16 @@ class Library(NamedTuple):
             contents = (root / name).read_bytes()
             digest.update(f"{name}\0{len(contents)}\0".encode() + contents)
         return digest.hexdigest()
+
+
+@cache
+def _found(
+    folders: tuple[str, ...], without: tuple[str, ...], root: Path, pattern: str
+) -> list[str]:
+    paths = [path for folder in folders for path in (root / folder).rglob(pattern)]
+    others = [root / name for name in without]
+    mine = (path for path in paths if not any(map(path.is_relative_to, others)))
+    return sorted(path.relative_to(root).as_posix() for path in mine)
 
 
 _LIB = "cardsflow_fmu/runtime/lib"

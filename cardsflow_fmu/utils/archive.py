@@ -67,7 +67,9 @@ def _entry(name: str) -> zipfile.ZipInfo:
     return entry
 
 
-def unpack_archive(path: Path, folder: Path, kind: str, contents: str) -> Path:
+def unpack_archive(
+    path: Path, folder: Path, kind: str, contents: str, *, without: tuple[str, ...] = ()
+) -> Path:
     """Unpack an archive, refusing names that lead out of the folder.
 
     Args:
@@ -75,6 +77,7 @@ def unpack_archive(path: Path, folder: Path, kind: str, contents: str) -> Path:
         folder: An empty folder.
         kind: What it should be, such as `.ssp`, for messages.
         contents: What it should hold, such as `a system of FMUs`, for messages.
+        without: Beginnings of names of files that stay packed.
 
     Returns:
         The folder.
@@ -88,7 +91,8 @@ def unpack_archive(path: Path, folder: Path, kind: str, contents: str) -> Path:
             raise InputError(f"is larger than {contents} may be", file=path)
         for entry in entries:
             require_inside(entry.filename, path)
-        archive.extractall(folder)
+        names = (entry.filename for entry in entries)
+        archive.extractall(folder, [name for name in names if not name.startswith(without)])
     return folder
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares, lsq_linear
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
@@ -88,6 +87,8 @@ def forward_kinematics(
 
     def error(q: FloatArray) -> FloatArray:
         return robot.muscle_lengths(q) - desired
+
+    from scipy.optimize import least_squares  # takes half a second
 
     best: ForwardKinematics | None = None
     for start in _starts(first, robot.q_min, robot.q_max, starts, seed):
@@ -220,8 +221,13 @@ def _step(
         return dq
     rows = np.vstack([J, mu * np.eye(len(q))])[:, ~locked]
     goal = np.concatenate([error, mu * to_posture])
-    bounds = low[~locked], high[~locked]
-    dq[~locked] = lsq_linear(rows, goal, bounds=bounds, method="bvls", tol=1e-15).x
+    free = np.linalg.lstsq(rows, goal)[0]
+    if (free < low[~locked]).any() or (free > high[~locked]).any():
+        from scipy.optimize import lsq_linear  # takes half a second, and steps are mostly free
+
+        bounds = low[~locked], high[~locked]
+        free = lsq_linear(rows, goal, bounds=bounds, method="bvls", tol=1e-15).x
+    dq[~locked] = free
     return np.clip(dq, low, high)
 
 
