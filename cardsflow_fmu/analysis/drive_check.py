@@ -30,7 +30,7 @@ def drive_findings(robot: Robot) -> list[Finding]:
     Args:
         robot: A robot without errors.
     """
-    if not robot.coordinates or not robot.muscles:
+    if not robot.coordinates or not (robot.muscles or robot.motors):
         return []
     dynamics = CoreDynamics(robot, may_be_singular=True)
     return [*_massless(robot, dynamics), *_held(robot, dynamics, None)]
@@ -63,11 +63,11 @@ def _massless(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
 
 def _held(robot: Robot, dynamics: CoreDynamics, start: FloatArray | None) -> Iterator[Finding]:
     """Coordinates that no muscle moves, and those that muscles cannot hold at the start."""
-    arms = [np.abs(dynamics.muscle_jacobian(q)).max(axis=0) for q in _poses(robot)]
+    arms = [np.abs(dynamics.actuator_jacobian(q)).max(axis=0) for q in _poses(robot)]
     still = np.max(arms, axis=0) <= _NO_ARM * max(float(np.max(arms)), 1e-300)
     free = []
     for k, c in enumerate(robot.coordinates):
-        if c.actuated or not c.lower < c.upper:
+        if not c.lower < c.upper:
             continue
         if still[k]:
             problem = (
@@ -101,8 +101,6 @@ def _poses(robot: Robot) -> FloatArray:
 
 def _motion(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
     """Points of the reference at which no forces fit."""
-    if any(c.actuated for c in experiment.robot.coordinates):
-        return
     try:
         motion = reference_motion(experiment, _POINTS)
         terms = motion_terms(CoreDynamics(experiment.robot), motion)

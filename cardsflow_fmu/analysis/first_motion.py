@@ -37,7 +37,7 @@ _UNLIMITED = 100.0  # times the robot's weight: what a muscle without a limit is
 _GRAVITY = 9.81  # where the robot has none, in [m/s²]
 _PATH = np.linspace(0.0, 1.0, 9)[1:]
 _HALVINGS = 4
-_SEARCHED = 2000  # poses that are tried, over the square of the number of coordinates
+_SEARCHED = 1000  # poses that are tried, over the square of the number of coordinates
 
 NO_ROOM, NO_MASS = "its limits leave it no room", "it moves no mass"
 
@@ -100,7 +100,7 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
 
 
 def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatArray) -> Terms:
-    """What the muscles of a robot have to hold at a pose, and what they have for it.
+    """What the muscles and motors of a robot have to hold at a pose, and what they have for it.
 
     Args:
         robot: The robot.
@@ -108,13 +108,15 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
         q: The pose, shape (n,), in [rad] or [m].
         qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
     """
-    M = dynamics.mass_matrix(q)
+    M, force = dynamics.mass_matrix(q), counted_force(robot)
+    arms = [_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
+    counted = force * np.append(np.ones(dynamics.m), arms)
     return Terms(
         M,
-        -dynamics.muscle_jacobian(q).T,
+        -dynamics.actuator_jacobian(q).T,
         M @ qdd + dynamics.gravity(q),
-        dynamics.f_min,
-        np.minimum(dynamics.f_max, counted_force(robot)),
+        np.maximum(dynamics.f_min, -counted),
+        np.minimum(dynamics.f_max, counted),
         np.array([ACCELERATION[c.unit] for c in robot.coordinates]),
     )
 
@@ -122,7 +124,7 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
 def counted_force(robot: Robot) -> float:
     """What a muscle without a limit is counted on for, in [N]."""
     weight = sum(link.inertia.mass for link in robot.links) * _GRAVITY
-    return max(_UNLIMITED * weight, 10.0 * max(m.f_min for m in robot.muscles), 1e-9)
+    return max(_UNLIMITED * weight, *(10.0 * m.f_min for m in robot.muscles), 1e-9)
 
 
 def initial_pose(robot: Robot) -> FloatArray:
@@ -166,12 +168,17 @@ def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]
     return drivable(terms, [k for k in free if robot.coordinates[k].name not in massless])
 
 
+def _size(robot: Robot) -> float:
+    """How large the robot is, roughly, in [m]."""
+    points = [p.position for m in robot.muscles for p in m.via_points]
+    size = float(np.ptp(np.array(points), axis=0).max()) if points else 0.0
+    offsets = [abs(x) for j in robot.joints for x in j.T_parent_joint.position]
+    return max([size, *offsets]) or 1.0
+
+
 def _slide(robot: Robot) -> float:
     """How far a sliding coordinate goes, in [m]: as becomes the robot's size."""
-    points = [p.position for m in robot.muscles for p in m.via_points]
-    size = float(np.ptp(np.array(points), axis=0).max()) if points else 1.0
-    offsets = [abs(x) for j in robot.joints for x in j.T_parent_joint.position]
-    return min(REACH["m"], _OF_REACH * max(size, *offsets, 1e-6))
+    return min(REACH["m"], _OF_REACH * _size(robot))
 
 
 def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:
@@ -220,13 +227,15 @@ def lacks(robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable) 
     if not found.missing:
         return {}
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
-    strong = replace(terms, high=np.maximum(terms.high, counted_force(robot)))
+    counted = np.full(dynamics.m, counted_force(robot))
+    high = np.append(np.maximum(terms.high[: dynamics.m], counted), terms.high[dynamics.m :])
+    strong = replace(terms, high=high)
     driven = drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
     words = {}
     for k, lack in found.missing.items():
         name = robot.coordinates[k].name
         if k in driven:
-            words[k] = "its muscles are too weak; `cardsflow size` says what they need"
+            words[k] = "what drives it is too weak; `cardsflow size` says what it needs"
         elif lack == "any muscle":
             words[k] = "no muscle moves it"
         elif lack == "one of its own":

@@ -114,6 +114,8 @@ def _locked(robot: Robot, locked: Mapping[str, tuple[float, str]]) -> Iterator[s
 
 
 def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:
+    if not robot.muscles:
+        return
     muscle, keys = robot.muscles[0], form["additionalProperties"]
     yield ""
     yield f"# {_meaning(form)}"

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.exporting.experiment_text import can_run
 from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
@@ -25,6 +24,7 @@ from cardsflow_fmu.native.loop import NativeLoop
 from cardsflow_fmu.results.summary import Speed, summarize
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from controllers.analysis.stiffness import stiffness
+from controllers.force_distribution.one_way import one_way
 from controllers.force_distribution.quadratic import least_squares
 from sim_dart import CoreDynamics
 
@@ -109,8 +109,8 @@ def init(
         raise InputError("an experiment is a .toml", file=file, key="-o")
     _require_new(file)
     found = read(robot, cable_set).require()
-    if not can_run(found):
-        lack = "no muscles" if found.coordinates else "no joints that move"
+    if not (found.coordinates and (found.muscles or found.motors)):
+        lack = "no muscles and no motors" if found.coordinates else "no joints that move"
         raise InputError(f"robot {found.name!r} has {lack}: there is nothing to run", file=robot)
     path = _path_from(file.parent, Path(robot))
     beginning, trial = _Search(found, Path(robot), cable_set).best()
@@ -180,7 +180,7 @@ class _Search:
             if not math.isfinite(muscle.f_max) and k not in modelled
         ]
         for stronger in (_STRONGER, 3.0 * _STRONGER) if unlimited else ():
-            f_max = _round_up(max(stronger * trial.peak, *(m.f_min for m in self.robot.muscles)))
+            f_max = _round_up(max([stronger * trial.peak, *(m.f_min for m in self.robot.muscles)]))
             reason = (
                 f"The robot's files have no f_max; this is some {stronger:g} times the "
                 f"{trial.peak:.3g} N that the motion needs:"
@@ -263,10 +263,11 @@ def _judged(robot: Robot, summary: Mapping[str, Any]) -> Trial:
 def _growth(motion: FirstMotion) -> float:
     """The fastest that a displacement grows, or swings, at held forces, in [1/s]."""
     dynamics, q = CoreDynamics(motion.robot), np.array(motion.start)
-    L, G = dynamics.muscle_jacobian(q), dynamics.gravity(q)
+    motors = len(dynamics.motor_names)
+    L, low, high = one_way(dynamics.actuator_jacobian(q), dynamics.f_min, dynamics.f_max, motors)
     try:
-        forces = least_squares(L, G, dynamics.f_min, dynamics.f_max).forces
-        rates = stiffness(dynamics, q, forces).rates(dynamics.mass_matrix(q))
+        forces = least_squares(L, dynamics.gravity(q), low, high).forces
+        rates = stiffness(dynamics, q, forces[: dynamics.m]).rates(dynamics.mass_matrix(q))
     except CardsflowError:
         return 0.0
     return float(np.sqrt(np.abs(rates).max()))

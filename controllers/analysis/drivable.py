@@ -28,6 +28,7 @@ MARGIN = 1e-3
 ACCELERATION = {"rad": 0.3, "m": 0.03}
 """What each coordinate must be able to do either way, in [rad/s²] or [m/s²]."""
 
+_STRONGEST = 1e3  # times the median of the drives: more does not make the others weak
 _RANK = 1e-5  # a direction that muscles accelerate by less than this part of the best is none
 
 
@@ -128,6 +129,9 @@ def _scaled(terms: Terms, rows: Sequence[int]) -> FloatArray:
     """What the ranges of the drives can do to some coordinates, over the roots of inertias."""
     root = np.sqrt(np.diag(terms.M)[list(rows)])
     scaled: FloatArray = terms.A[list(rows)] * (terms.high - terms.low) / root[:, None]
+    sizes = np.linalg.norm(scaled, axis=0)
+    most = _STRONGEST * float(np.median(sizes[sizes > 0.0])) if sizes.any() else 1.0
+    scaled *= np.minimum(1.0, most / np.maximum(sizes, 1e-300))
     return scaled
 
 
