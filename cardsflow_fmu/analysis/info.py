@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import WORLD, Muscle, Robot, Vector3, read_robot
+from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.model.tension_laws import law_of, states_of
 from cardsflow_fmu.utils.text_table import table
 from sim_dart.muscles.paths import MusclePaths
@@ -50,6 +51,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
             }
             for c in robot.coordinates
         ],
+        "not_simulated": not_simulated(robot),
         "cable_set": robot.cable_set,
         "cable_sets": [cable_set.name for cable_set in robot.cable_sets],
         "muscles": [
@@ -114,7 +116,7 @@ def describe_robot(info: dict[str, Any]) -> str:
         f"{len(info['muscles'])} muscles, "
         f"{_motors(info)}{info['mass']:.6g} kg, reach {info['reach']:.4g} m"
     )
-    parts = [title]
+    parts = [*(f"WARNING: {line}" for line in info["not_simulated"]), title]
     joints = [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]]
     parts.append(table(["joint", "type", "parent", "child"], joints))
     coordinates = [

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.utils.key_file import key_warning
 
@@ -130,12 +131,14 @@ class Experiment:
         return replace(self.robot, links=links)
 
     def warnings(self) -> list[str]:
-        """What will probably go wrong or is left out, a line each: gains, keys, meshes."""
+        """What will probably go wrong or is left out, a line each: gains, keys, cables, meshes."""
         file = self.hardware.key_file if self.hardware.use else None
         key = None if file is None else key_warning(file, "hardware.key_file")
         robots = self.parts or (self,)
         meshes = [line for it in robots for line in left_out(it.robot, it.folder, self.roots)]
-        return [warning for warning in (self._gain_warning(), key, *meshes) if warning is not None]
+        cables = [] if self.hardware.use else not_simulated(self.robot)
+        found = (self._gain_warning(), key, *cables, *meshes)
+        return [warning for warning in found if warning is not None]
 
     @property
     def folder(self) -> Path:

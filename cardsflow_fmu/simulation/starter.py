@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
+from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read
@@ -209,6 +210,7 @@ class _Search:
         ]
         if still:
             remarks.append(f"muscles hold {', '.join(still)}, with no room for a motion")
+        remarks += not_simulated(self.robot)
         if beginning.f_max:
             value = next(iter(beginning.f_max.values()))
             remarks.append(f"the robot's files have no f_max; it is set to {value:g} N")

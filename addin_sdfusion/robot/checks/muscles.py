@@ -87,9 +87,18 @@ def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     kind = muscle.model.kind
     if kind not in TENSION_LAWS:
         problem = f"a {kind} cable; it is simulated as an ideal one, whose force is as commanded"
+        problem += _stretch(muscle)
         yield warning(subject, "cable-model-not-simulated", problem)
     if muscle.pulley is not None and muscle.pulley.kind == "screw":
         yield warning(subject, "winch-travel-left-out", _travel(muscle.pulley))
+
+
+def _stretch(muscle: Muscle) -> str:
+    """How far CASPR's spring, of stiffness K over its length, would stretch, and does not here."""
+    K = dict(muscle.model.parameters).get("K", 0.0)
+    if K <= 0.0 or not math.isfinite(muscle.f_max):
+        return ""
+    return f" (its {muscle.f_max:g} N would stretch it by {100.0 * muscle.f_max / K:.3g} %)"
 
 
 def _travel(pulley: BasePulley) -> str:

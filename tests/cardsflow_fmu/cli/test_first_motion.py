@@ -124,7 +124,7 @@ def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: Comma
     ("roots", "f_max", "words"),
     [
         ((BELOW,), np.inf, "nothing pulls q down"),  # q turns the link down: the strand as well
-        ((ABOVE,), 1.0, "too weak; `cardsflow size` says what they need"),
+        ((ABOVE,), 1.0, "too weak; `cardsflow size` says what it needs"),
     ],
 )
 def test_a_robot_that_nothing_holds_is_refused_in_words(
@@ -193,3 +193,14 @@ def test_published_robots_track(
     code, out, _ = cardsflow("run", tmp_path, "--direct", "--json", "--strict")
     assert code == 0
     assert_tracks(json.loads(out))
+
+
+@pytest.mark.native
+def test_a_motor_drives_what_no_muscle_moves(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = two_links(*strands(ABOVE, BELOW))
+    motor = Coordinate("wrist", actuated=True, tau_min=-20.0, tau_max=20.0)
+    joints = (robot.joints[0], replace(robot.joints[1], coordinates=(motor,)))
+    summary, err = started(replace(robot, joints=joints), tmp_path, cardsflow)
+    assert_tracks(summary)
+    assert "locked" not in err
+    assert list(summary["tracking"]["per_signal"]) == ["q.q", "q.wrist"]

@@ -1,0 +1,25 @@
+"""What a robot's description holds and no engine simulates: a line a kind, for every run."""
+
+from __future__ import annotations
+
+from ..model.robot import Robot
+from .muscles import cable_models
+
+_CODES = ("cable-model-not-simulated", "winch-travel-left-out")
+
+
+def not_simulated(robot: Robot) -> list[str]:
+    """What of a robot is left out of its simulation, in a line a kind; empty for nothing."""
+    first: dict[str, str] = {}
+    names: dict[str, list[str]] = {}
+    for finding in cable_models(robot):
+        if finding.code in _CODES:
+            problem = finding.message.partition(": ")[2]
+            first.setdefault(finding.code, problem)
+            names.setdefault(finding.code, []).append(finding.subject.name)
+    return [_line(problem, names[code]) for code, problem in first.items()]
+
+
+def _line(problem: str, names: list[str]) -> str:
+    others = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f"not simulated: muscle {names[0]!r}{others}: {problem}"

@@ -1,0 +1,41 @@
+"""What a robot's files hold and no engine simulates is told by init, info and run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R, planar_2r
+
+from addin_sdfusion.robot import CableModel, write_caspr
+
+SPRING = CableModel("linear_spring", (("K", 2000.0),))
+
+
+@pytest.mark.native
+def test_springs_in_cables_are_told_with_their_size(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = planar_2r()
+    muscles = [replace(m, model=SPRING) for m in robot.muscles]
+    write_caspr(robot.with_muscles(muscles), tmp_path / "robot")
+    line = "not simulated: muscle 'cable_1' and 3 more: a linear_spring cable"
+    size = "its 100 N would stretch it by 5 %"  # 100 N over 2000 N
+    code, out, _ = cardsflow("info", tmp_path / "robot")
+    assert code == 0
+    assert out.startswith(f"WARNING: {line}")
+    assert size in out
+    code, _, err = cardsflow("init", tmp_path / "robot", "-o", tmp_path)
+    assert code == 0
+    assert line in err
+    code, out, err = cardsflow("run", tmp_path, "--direct", "--set", "run.duration=0.05")
+    assert code == 0
+    assert line in err
+    assert out.startswith(f"WARNING: {line}")
+    summary = json.loads((tmp_path / "results/summary.json").read_text())
+    assert size in summary["warnings"][0]
+
+
+def test_ideal_cables_are_no_news(cardsflow: CommandLine) -> None:
+    assert cardsflow.json("info", PLANAR_2R / "robot")["not_simulated"] == []
