@@ -15,8 +15,7 @@ from .errors import CardsflowError, InputError, MachineError
 from .limits import too_large
 
 _OF_THE_MACHINE = {
-    getattr(errno, name, None)
-    for name in ("ENOSPC", "EDQUOT", "EIO", "EMFILE", "ENFILE", "ENOMEM", "EFBIG")
+    getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT", "EIO", "EMFILE", "ENFILE", "ENOMEM")
 } - {None}
 _ASIDE = ".cardsflow.tmp"
 _LEFTOVER = re.compile(r"\..+\.\d+\.cardsflow\.tmp")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import Finding, InputError
 from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.config.file import require_sizes
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
@@ -129,6 +130,7 @@ def settings_of(words: Sequence[str]) -> dict[str, Any]:
             raise InputError(f"must be KEY=VALUE, not {word!r}", key="--set")
         try:
             settings[key] = tomllib.loads(f"value = {value}")["value"]
+            require_sizes(settings[key], None, f"--set {key}")
         except tomllib.TOMLDecodeError:
             settings[key] = value
         except (ValueError, RecursionError):

@@ -7,7 +7,6 @@ import time
 _STARTED = time.perf_counter()
 
 import argparse  # noqa: E402
-import os  # noqa: E402
 import sys  # noqa: E402
 import traceback  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
@@ -24,6 +23,7 @@ from .init import add_completion, add_init, add_schema  # noqa: E402
 from .results import add_compare, add_plot, add_report  # noqa: E402
 from .robot import add_check, add_convert, add_info, add_size  # noqa: E402
 from .run import add_run  # noqa: E402
+from .streams import let_go, printable_streams  # noqa: E402
 from .study import add_study  # noqa: E402
 from .view import add_view  # noqa: E402
 
@@ -57,28 +57,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code; see `EXIT_CODES`.
     """
-    try:
-        with interrupts.terminable():
-            given = argparse.Namespace(started=_STARTED)
-            return _run(_parser().parse_args(arguments, given))
-    except KeyboardInterrupt:
-        print(f"cardsflow: {interrupts.INTERRUPTED}", file=sys.stderr)
-        return INTERRUPTED
+    with printable_streams():
+        try:
+            with interrupts.terminable():
+                given = argparse.Namespace(started=_STARTED)
+                return _run(_parser().parse_args(arguments, given))
+        except KeyboardInterrupt:
+            print(f"cardsflow: {interrupts.INTERRUPTED}", file=sys.stderr)
+            return INTERRUPTED
 
 
 def _run(options: argparse.Namespace) -> int:
     try:
         code = int(options.command(options))
-        sys.stdout.flush()
-        return code
+        return code if _is_printed() else FAILED
     except BrokenPipeError:  # the reader has stopped reading, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        let_go(sys.stdout)
         return GOOD
     except Exception as error:
         if options.debug:
             traceback.print_exc()
         if isinstance(error, OSError):
-            print(f"cardsflow: {error.strerror or error}", file=sys.stderr)
+            place = "" if error.filename is None else f"{error.filename}: "
+            print(f"cardsflow: {place}{error.strerror or error}", file=sys.stderr)
+            _is_printed()
             return FAILED
         if isinstance(error, CardsflowError):
             print(f"cardsflow: {error}", file=sys.stderr)
@@ -86,6 +88,23 @@ def _run(options: argparse.Namespace) -> int:
         what = f"{type(error).__name__}: {error}"
         print(f"cardsflow: internal error: {what} (--debug shows where)", file=sys.stderr)
         return FAILED
+
+
+def _is_printed() -> bool:
+    """Whether all output is where it should be, as it is not on a full disk.
+
+    Raises:
+        BrokenPipeError: Nobody reads it any more.
+    """
+    try:
+        sys.stdout.flush()
+        return True
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        print(f"cardsflow: the output cannot be written: {error.strerror}", file=sys.stderr)
+        let_go(sys.stdout)
+        return False
 
 
 def _code_of(error: CardsflowError) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Progress
@@ -24,7 +24,7 @@ def progress_bar(steps: int | None = None) -> Iterator[Progress | None]:
         return
     from tqdm import tqdm
 
-    with tqdm(total=steps, unit="step", leave=False) as bar:
+    with tqdm(total=steps, unit="step", leave=False, file=_terminal()) as bar:
 
         def show(done: int) -> None:
             bar.update(done - bar.n)
@@ -40,7 +40,7 @@ def study_progress() -> Iterator[StudyProgress | None]:
         return
     from tqdm import tqdm
 
-    with tqdm(unit="run", leave=False, smoothing=0.1) as bar:
+    with tqdm(unit="run", leave=False, smoothing=0.1, file=_terminal()) as bar:
 
         def show(done: int, total: int, failed: int) -> None:
             bar.total = total
@@ -49,3 +49,9 @@ def study_progress() -> Iterator[StudyProgress | None]:
             bar.update(done - bar.n)
 
         yield show
+
+
+def _terminal() -> TextIO:
+    """Standard error, to be steered."""
+    terminal: TextIO = getattr(sys.stderr, "inner", sys.stderr)
+    return terminal

@@ -10,6 +10,8 @@ from typing import Any
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 
+_LARGEST = 2**63
+
 
 def read_settings(file: Path) -> dict[str, Any]:
     """A file's content as plain data.
@@ -33,4 +35,26 @@ def read_settings(file: Path) -> dict[str, Any]:
         raise InputError("is nested too deeply", file=file) from None
     if not isinstance(data, dict):
         raise InputError("must hold a table", file=file)
+    require_sizes(data, file)
     return data
+
+
+def require_sizes(data: Any, file: Path | None, key: str = "") -> None:
+    """Refuse whole numbers that no number of a machine can hold.
+
+    Args:
+        data: Plain data.
+        file: Where it comes from, for messages.
+        key: Its key.
+
+    Raises:
+        InputError: There is one.
+    """
+    if isinstance(data, dict):
+        for name, inner in data.items():
+            require_sizes(inner, file, f"{key}.{name}" if key else str(name))
+    elif isinstance(data, list):
+        for k, inner in enumerate(data):
+            require_sizes(inner, file, f"{key}[{k}]")
+    elif isinstance(data, int) and abs(data) > _LARGEST:
+        raise InputError("must be a number of less than 64 bits", file=file, key=key or None)

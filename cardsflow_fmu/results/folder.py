@@ -10,8 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import read_file, remove_leftovers, write_files
+from addin_sdfusion.robot import CardsflowError, InputError, limits
+from addin_sdfusion.robot.files import file_error, read_file, remove_leftovers, write_files
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, is_recording
 from cardsflow_fmu.utils.folder_lock import FolderLock
 
@@ -76,14 +76,12 @@ class OutputFolder:
             remove_leftovers(self.path)
             with tempfile.TemporaryFile(dir=self.path):
                 pass
-        except InputError:
+        except CardsflowError:
             self._undo()
             raise
         except (OSError, ValueError) as error:
             self._undo()
-            reason = getattr(error, "strerror", None) or str(error)
-            what = f"the output folder cannot be written: {reason}"
-            raise InputError(what, file=self.path) from None
+            raise file_error(error, "the output folder cannot be written", self.path) from None
         return self
 
     def __exit__(

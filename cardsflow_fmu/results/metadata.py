@@ -54,6 +54,16 @@ def read_summary(file: Path) -> dict[str, Any]:
         InputError: It is missing, or not what a run writes.
     """
     summary = _read(file)
+    require_summary(summary, file)
+    return summary
+
+
+def require_summary(summary: Mapping[str, Any], file: Path) -> None:
+    """Refuse what is no summary of a run.
+
+    Raises:
+        InputError: It is none.
+    """
     if summary.get("status") not in ("complete", "incomplete"):
         raise _malformed(file, "status")
     for key, kinds in _KINDS.items():
@@ -69,7 +79,6 @@ def read_summary(file: Path) -> dict[str, Any]:
         group, name = key.split(".")
         if not isinstance((summary.get(group) or {}).get(name), _NUMBER):
             raise _malformed(file, key)
-    return summary
 
 
 def _are_rows(rows: Any, columns: tuple[str, ...]) -> bool:

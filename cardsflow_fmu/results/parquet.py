@@ -16,6 +16,7 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.utils.csv_table import require_table
 
+from .metadata import require_summary
 from .run_data import ExperimentRunData, RunData
 
 _FOOTER_LIMITS = {
@@ -103,7 +104,12 @@ def read_parquet(file: Path) -> RunData:
     if not isinstance(metadata, dict) or not isinstance(metadata.get("summary", {}), dict):
         raise InputError("is not what a run writes: its metadata", file=file)
     require_table(names, rows, file)
-    units = {f.name: _unit(f.metadata) for f in schema}
+    try:
+        units = {f.name: _unit(f.metadata) for f in schema}
+    except UnicodeDecodeError:
+        raise InputError("is not what a run writes: a unit is not UTF-8", file=file) from None
+    if metadata.get("summary"):
+        require_summary(metadata["summary"], file)
     return RunData(tuple(names), rows, units, metadata.get("summary", {}), {file.name: file})
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import file_error
 from cardsflow_fmu.utils.arrays import FloatArray
 
 IN_MEMORY = 2**25
@@ -35,7 +35,8 @@ class RowStore:
         rows: The table, shape (count, columns).
 
     Raises:
-        InputError: The folder has no room for it.
+        InputError: No folder has room for it.
+        MachineError: The disk is full.
     """
 
     def __init__(self, count: int, columns: int, folder: Path) -> None:
@@ -50,8 +51,8 @@ class RowStore:
                 _reserve(file.fileno(), size)
                 self._memory = mmap.mmap(file.fileno(), size)
         except OSError as error:
-            what = f"has no room for a run of {count} rows, {size >> 20} MiB: {error.strerror}"
-            raise InputError(what, file=folder) from None
+            what = f"has no room for a run of {count} rows, {size >> 20} MiB"
+            raise file_error(error, what, folder) from None
         self.rows = np.frombuffer(self._memory).reshape(count, columns)
 
     def release(self, filled: int) -> None:

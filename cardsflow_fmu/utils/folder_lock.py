@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import file_error
 
 LOCK = ".cardsflow.lock"
 """Name of the file; it says who holds the lock."""
@@ -40,8 +41,7 @@ class FolderLock:
             what = f"another program is at work in it{_holder(self._file)}; wait for its end, or"
             raise InputError(f"{what} choose another folder", file=folder) from None
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(f"cannot be written: {reason}", file=folder) from None
+            raise file_error(error, "cannot be written", folder) from None
         since = datetime.datetime.now().astimezone().isoformat(" ", "seconds")
         words = f"{work} of process {os.getpid()} on {socket.gethostname()} since {since}\n"
         with contextlib.suppress(OSError):  # a full disk: locked, without a name

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import file_error
 
 from .folder_lock import LOCK, FolderLock
 
@@ -41,8 +42,7 @@ class TemporaryFolder:
                     raise
             except OSError as error:
                 place = tempfile.gettempdir() if error.filename is None else error.filename
-                what = f"no temporary folder can be made: {error.strerror}"
-                raise InputError(what, file=place) from None
+                raise file_error(error, "no temporary folder can be made", place) from None
 
     def remove(self) -> None:
         """Remove it with all that is in it."""

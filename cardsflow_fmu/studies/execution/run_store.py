@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import CardsflowError, InputError, limits
-from addin_sdfusion.robot.files import read_file, remove_leftovers, write_files
+from addin_sdfusion.robot.files import file_error, read_file, remove_leftovers, write_files
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
@@ -37,8 +37,7 @@ class RunStore:
         try:
             self._runs.mkdir(parents=True, exist_ok=True)
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(f"cannot be written: {reason}", file=self.folder) from None
+            raise file_error(error, "cannot be written", self.folder) from None
         with locked_folder(self.folder, "study"):
             remove_leftovers(self.folder)
             remove_leftovers(self._runs)

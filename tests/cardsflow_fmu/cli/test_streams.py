@@ -1,0 +1,117 @@
+"""Output that is closed, full, of few letters, or not to be trusted; numbers of many digits."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.errors import MachineError
+from addin_sdfusion.robot.files import file_error
+from cardsflow_fmu.cli.streams import printable
+
+CARDSFLOW = f"{sys.executable} -m cardsflow_fmu.cli"
+INFO = f"{CARDSFLOW} info {PLANAR_2R / 'robot'}"
+WRONG = f"{CARDSFLOW} info /nowhere"
+
+
+def shell(command: str, **variables: str) -> tuple[int, str, str]:
+    done = subprocess.run(
+        command, shell=True, capture_output=True, check=False, env=os.environ | variables
+    )
+    return done.returncode, done.stdout.decode(), done.stderr.decode()
+
+
+@pytest.mark.slow
+def test_a_closed_end_of_the_output_changes_nothing(tmp_path: Path) -> None:
+    assert shell(f"{INFO} >&-") == (0, "", "")
+    assert shell(f"{INFO} >&- 2>&- <&-") == (0, "", "")
+    assert shell(f"{WRONG} 2>&-") == (2, "", "")
+    assert shell(f"{WRONG} 2>/dev/full") == (2, "", "")
+    run = f"{CARDSFLOW} run {PLANAR_2R} --direct --set run.duration=0.02 -o {tmp_path / 'out'}"
+    assert shell(f"{run} >&- 2>&-")[0] == 0
+    assert json.loads((tmp_path / "out/summary.json").read_text())["status"] == "complete"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_an_output_that_is_full_is_a_failure_and_not_a_wrong_input() -> None:
+    code, _, err = shell(f"{INFO} >/dev/full")
+    assert (code, err.count("\n")) == (1, 1)
+    assert "No space left" in err
+
+
+@pytest.mark.slow
+def test_an_output_of_few_letters_has_escapes(tmp_path: Path) -> None:
+    folder = tmp_path / "r\u00e9sultats"
+    words = f"{CARDSFLOW} run {PLANAR_2R} --direct --set run.duration=0.02 -o {folder}"
+    code, out, err = shell(words, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert code == 0, err
+    assert "r\\xe9sultats" in out
+
+
+def test_a_full_disk_is_a_failure_of_the_machine() -> None:
+    full = file_error(OSError(28, "No space left on device"), "cannot be written", "here")
+    assert isinstance(full, MachineError)
+    assert str(full) == "here: cannot be written: No space left on device"
+    denied = file_error(OSError(13, "Permission denied"), "cannot be written", "here")
+    assert isinstance(denied, InputError)
+
+
+def test_what_steers_a_terminal_is_written_as_escapes() -> None:
+    text = "a\x1b[31m\x9b31m\x00\r\x7f\u202e\u2028b\n\tc \u00e4\u4e2d"
+    expected = "a\\x1b[31m\\x9b31m\\x00\\x0d\\x7f\\u202e\\u2028b\n\tc \u00e4\u4e2d"
+    assert printable(text) == expected
+    assert printable("\u00e4\udcff", "ascii") == "\\xe4\\udcff"
+
+
+def test_messages_have_no_control_characters(cardsflow: CommandLine) -> None:
+    err = cardsflow.refused("info", "/nowhere\x1b[31m\x9b31m")
+    assert "\\x1b[31m\\x9b31m" in err
+    assert not {"\x1b", "\x9b"} & set(err)
+
+
+@pytest.mark.parametrize("digits", [20, 400, 5000])
+@pytest.mark.parametrize("key", ["controller.period", "run.duration", "world.ignore"])
+def test_numbers_of_many_digits(
+    tmp_path: Path, cardsflow: CommandLine, digits: int, key: str
+) -> None:
+    message = cardsflow.refused("run", PLANAR_2R, "--set", f"{key}=1{'0' * digits}")
+    assert key in message
+    (tmp_path / "experiment.toml").write_text(f"a = 1{'0' * digits}\n")
+    assert "experiment.toml" in cardsflow.refused("run", tmp_path)
+
+
+def test_units_of_a_table_that_are_no_text(tmp_path: Path, cardsflow: CommandLine) -> None:
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    fields = [pa.field("time", pa.float64(), metadata={b"unit": b"\xff\xfe"})]
+    table = pa.table([pa.array(np.zeros(3))], schema=pa.schema(fields))
+    parquet.write_table(table, tmp_path / "a.parquet")
+    file = tmp_path / "a.parquet"
+    assert "not UTF-8" in cardsflow.refused("compare", file, file)
+
+
+@pytest.mark.parametrize("summary", [3, [], {"status": 3}, {"status": "complete", "tracking": 3}])
+def test_wrong_types_in_the_metadata_of_a_table(
+    tmp_path: Path, cardsflow: CommandLine, summary: object
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    metadata = {b"cardsflow": json.dumps({"summary": summary}).encode()}
+    table = pa.table({"time": np.zeros(3)}).replace_schema_metadata(metadata)
+    parquet.write_table(table, tmp_path / "a.parquet")
+    file = tmp_path / "a.parquet"
+    code, _, err = cardsflow("compare", file, file)
+    assert "internal" not in err
+    assert code in (1, 2)
