@@ -15,6 +15,7 @@ from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.studies.definition.tables import TableKind
 
 _BLOCK = 1024
+_FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # what begins one in a spreadsheet
 
 Rows = Callable[[], Iterator[tuple[Run, Outcome]]]
 
@@ -81,18 +82,23 @@ def row_values(columns: Columns, run: Run, outcome: Outcome) -> list[Any]:
 def _write_csv(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]) -> None:
     with file.open("x", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns.names)
+        writer.writerow(map(_no_formula, columns.names))
         for run, outcome in rows:
             writer.writerow(map(_text, row_values(columns, run, outcome)))
 
 
 def _text(value: Any) -> str:
-    """A value such that it reads back exactly; nothing for None."""
+    """A value such that numbers read back exactly; nothing for None."""
     if value is None:
         return ""
     if isinstance(value, str):
-        return value
+        return _no_formula(value)
     return repr(value) if isinstance(value, float) else json_text(value)
+
+
+def _no_formula(text: str) -> str:
+    """A text that no spreadsheet takes for a formula: names and values may be by someone else."""
+    return f"'{text}" if text.startswith(_FORMULAS) else text
 
 
 def _write_parquet(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]) -> None:

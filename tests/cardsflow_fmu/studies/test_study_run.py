@@ -306,3 +306,18 @@ def test_names_are_neither_markup_nor_formulas_in_the_report(tmp_path: Path) -> 
     text = result.files["report.html"].read_text()
     assert "<img" not in text
     assert "&lt;img src=x" in text
+
+
+def test_no_text_of_a_table_is_a_formula_of_a_spreadsheet(tmp_path: Path) -> None:
+    text = """
+[[vary]]
+name = "=HYPERLINK(1)"
+path = "controller.type"
+values = ["@SUM(1)", "joint_space"]
+"""
+    result = run_here(small_study(tmp_path, text), tmp_path / "out")
+    with result.files["table.csv"].open(newline="") as stream:
+        header, first, second = csv.reader(stream)
+    assert header[2] == "'=HYPERLINK(1)"
+    assert (first[2], second[2]) == ("'@SUM(1)", "joint_space")
+    assert not [cell for cell in (*header, *first, *second) if cell[:1] in tuple("=+@")]
