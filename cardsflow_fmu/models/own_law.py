@@ -16,6 +16,7 @@ from addin_sdfusion.robot import CardsflowError, InputError, SimulationError, Un
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.experiment.settings.controller_types import OwnLaw
 from controllers import ForceSolution, JointSpaceController, OperationalSpaceController
+from controllers.dynamics import actuator_names
 
 Law = JointSpaceController | OperationalSpaceController
 
@@ -74,7 +75,7 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
                 what = f"{own.name}.solve gave forces of shape {given.shape}"
                 raise SimulationError(f"{own.file}: {what}, not {bounds.f_min.shape}")
             held = np.clip(given, bounds.f_min, bounds.f_max)
-            slack = robot.muscle_jacobian(q).T @ (held - given)
+            slack = robot.actuator_jacobian(q).T @ (held - given)
             return ForceSolution(
                 held,
                 "solved" if not slack.any() else "soft",
@@ -82,7 +83,7 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
                 bounds.f_min,
                 bounds.f_max,
                 robot.coordinate_names,
-                robot.muscle_names,
+                actuator_names(robot),
             )
 
     Checked.__name__ = Checked.__qualname__ = own.name

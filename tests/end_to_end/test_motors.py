@@ -407,3 +407,38 @@ def test_info_tells_of_motors(shared: Path, capsys: pytest.CaptureFixture[str]) 
     text = capsys.readouterr().out
     assert "4 muscles, 4 motors" in text
     assert "joint_1_gamma  -unlimited  unlimited  N·m" in text
+
+
+def test_a_published_hybrid_robot_is_checked_and_sized(
+    shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = shared / "robots/caspr/FASTKIT_Planar"
+    assert main(["check", str(folder)]) == 0
+    assert capsys.readouterr().out.count("[no-motor-limit]") == 4
+    file = tmp_path / "experiment.toml"
+    assert main(["init", str(folder), "-o", str(file)]) == 0
+    assert main(["size", str(file), "--json"]) == 0
+    capsys.readouterr()
+
+
+def test_a_law_of_ones_own_commands_motors(tmp_path: Path) -> None:
+    """Forces and torques in one row, those beyond the bounds held there."""
+    (tmp_path / "mine.py").write_text(
+        """
+import numpy as np
+from controllers import JointSpaceController
+
+class Mine(JointSpaceController):
+    def solve(self, q, qd, q_d, qd_d, qdd_d, **loads):
+        return np.array([20.0, 20.0, 20.0, 20.0, 99.0])
+"""
+    )
+    settings = ELBOW | {
+        "controller.type": f"{tmp_path / 'mine.py'}:Mine",
+        "run.duration": 0.01,
+        "reference.trajectory": "simple_joint_motion",
+    }
+    result = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    assert (result["tau.joint_2"][1:] == 3.0).all()
+    assert result["infeasible"][1:].all()
+    assert result["slack.joint_2"][-1] == pytest.approx(96.0)

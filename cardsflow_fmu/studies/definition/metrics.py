@@ -240,6 +240,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
         InputError: A joint has no limits.
     """
     from controllers.analysis.workspace import is_wrench_closed, joint_grid
+    from controllers.force_distribution.one_way import one_way
     from sim_dart import DartDynamics
 
     robot = experiment.robot
@@ -253,7 +254,8 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
         raise InputError(f"{error.what}; give [workspace] lower and upper") from None
     dynamics = DartDynamics(robot)
     poses = poses.reshape(-1, len(robot.coordinates))
-    L = np.stack([dynamics.muscle_jacobian(q).copy() for q in poses])
+    rows = np.stack([dynamics.actuator_jacobian(q) for q in poses])
+    L, _, _ = one_way(rows, dynamics.f_min, dynamics.f_max, len(dynamics.motor_names))
     return float(np.mean(is_wrench_closed(L)))
 
 

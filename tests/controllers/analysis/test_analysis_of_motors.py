@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.robots.arms import TwoLinkArm
@@ -144,3 +146,13 @@ def test_muscles_do_not_push_where_motors_do() -> None:
 def test_cable_velocities_drive_no_motors() -> None:
     with pytest.raises(InputError, match="drive no motors at joints: elbow"):
         CableVelocityController(HybridArm(), 1.0)
+
+
+def test_a_torque_that_is_rounding_beside_the_others_is_no_reason_to_fail() -> None:
+    """A motor that has nothing to do but 1e-14 N·m, beside muscles that hold 10 N·m."""
+    arm = HybridArm()
+    terms = motion_terms(arm, Motion([0.0], Q[:1], np.zeros((1, 2)), np.zeros((1, 2))))
+    L = terms.L.copy()
+    L[0, :4, 1] = 0.0  # no muscle over the elbow
+    alone = replace(terms, L=L, tau=np.array([[10.0, 2e-14]]))
+    assert alone.distribute().solved.all()
