@@ -68,7 +68,7 @@ def test_robots_without_the_defect_are_left_alone(shared):
     folder = shared / "robots/caspr/RoboyLeftArm"
     assert read_robot(folder, repair=True) == read_robot(folder)
     with pytest.raises(RobotError):
-        read_robot(shared / "robots/cardsflow/exosuit", repair=True)
+        read_robot(shared / "robots/cardsflow/biking_legs", repair=True)
 
 
 def about_origin(inertia, r, swapped):
