@@ -47,6 +47,7 @@ def add_check(commands: Commands) -> None:
         metavar="FORMAT",
         help=f"add what a format refuses or loses: {_FORMATS}",
     )
+    _add_repair(parser)
     parser.add_argument(
         "--motion",
         help="look for muscles that meet one another or links: random, the name of a trajectory "
@@ -91,9 +92,7 @@ def add_convert(commands: Commands) -> None:
         "--to", required=True, metavar="FORMAT", help=f"{_FORMATS}; CASPR gets trajectories too"
     )
     add_output(parser, "folder for the files", required=True)
-    parser.add_argument(
-        "--repair", action="store_true", help="undo the known defects of published inertias"
-    )
+    _add_repair(parser)
     add_json(parser, "files and findings")
 
 
@@ -112,17 +111,25 @@ def add_size(commands: Commands) -> None:
     add_json(parser)
 
 
+def _add_repair(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--repair", action="store_true", help="undo the known defects of published inertias"
+    )
+
+
 def _check(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read
 
     experiment = _experiment(options.robot)
     if experiment is None:
-        reading = read(options.robot, options.cable_set)
+        reading = read(options.robot, options.cable_set, repair=options.repair)
         findings = list(reading.findings)
     else:
         parts = [(part.files[0], part.robot) for part in experiment.parts]
         parts = parts or [(experiment.robot_path, experiment.robot)]
-        readings = [read(file, robot.cable_set or None) for file, robot in parts]
+        readings = [
+            read(file, robot.cable_set or None, repair=options.repair) for file, robot in parts
+        ]
         reading = readings[0]
         findings = [finding for one in readings for finding in one.findings]
     sound = not any(finding.is_error for finding in findings)
@@ -177,10 +184,13 @@ def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
     if options.format is None:
         return []
     from addin_sdfusion.robot.readers import read_trajectories
+    from addin_sdfusion.robot.writers.carried_meshes import CarriedMeshes
     from addin_sdfusion.robot.writers.convert import format_of, losses_in
 
-    trajectories, findings = read_trajectories(reading.files[0])
-    return [*findings, *losses_in(format_of(options.format, trajectories), reading.require())]
+    robot, file = reading.require(), reading.files[0]
+    trajectories, findings = read_trajectories(file)
+    meshes = CarriedMeshes.of(robot, file.parent)
+    return [*findings, *losses_in(format_of(options.format, trajectories, meshes), robot)]
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -209,7 +219,8 @@ def _convert(options: argparse.Namespace) -> int:
         robot = reading.require()
         trajectories, unread = read_trajectories(reading.files[0])
         findings += unread
-        files, lost = convert(robot, options.to, options.output, trajectories)
+        folder = reading.files[0].parent
+        files, lost = convert(robot, options.to, options.output, trajectories, mesh_folder=folder)
         findings += lost
     except RobotError as error:
         findings += [finding for finding in error.findings if finding not in findings]

@@ -27,6 +27,8 @@ from ..model.rotations import Matrix3, point_inertia, subtract
 
 FAR = 0.7
 """Least distance from the origin of a link that is evidence, over its stored radius of gyration."""
+UNDONE = "--repair undoes it"
+"""How, in words of the command line; `read(..., repair=True)` in Python."""
 ENOUGH = 0.5
 """Share of the far links that must speak for the defect."""
 
@@ -50,11 +52,11 @@ class Diagnosis:
         who = f"of {len(self.explained)} links ({listed(self.explained, 3)})"
         problem = (
             f"the inertias {who} are about the origin of the design, not about the centre of mass; "
-            "read it with repair"
+            f"{UNDONE}"
         )
         found = [warning(subject, "inertia-about-origin", problem)]
         if self.swapped:
-            problem = f"ixz and iyz {who} are swapped; read it with repair"
+            problem = f"ixz and iyz {who} are swapped; {UNDONE}"
             found.append(warning(subject, "inertia-xz-yz-swapped", problem))
         return found
 

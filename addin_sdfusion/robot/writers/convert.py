@@ -15,10 +15,12 @@ from ..model.robot import Robot
 from ..model.trajectory import Trajectory
 from ..transforms.simplify import align_frames, merge_fixed_joints
 from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
+from .carried_meshes import CarriedMeshes
 from .caspr.losses import losses as caspr_losses
 from .caspr.losses import trajectory_losses
 from .caspr.model import write_caspr
 from .common_losses import refuse
+from .mujoco.meshes import opens_mesh
 from .mujoco.model import mjcf_losses, write_mjcf
 from .opensim.model import osim_losses, write_osim
 from .sdf.model import sdf_losses, write_sdf
@@ -33,12 +35,40 @@ class Format(NamedTuple):
         losses: What of a robot it cannot hold.
         write: Writes the files; raises RobotError where `losses` has errors.
         prepare: Makes an equal robot that it can hold.
+        with_meshes: The format with meshes that are carried; None where it holds none.
     """
 
     name: str
     losses: Callable[[Robot], list[Finding]]
     write: Callable[[Robot, Path], list[Path]]
     prepare: Callable[[Robot], Robot] = lambda robot: robot
+    with_meshes: Callable[[Format, CarriedMeshes], Format] | None = None
+
+
+def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
+    """A format whose URIs mean files beside the robot's."""
+
+    def prepare(robot: Robot) -> Robot:
+        return meshes.applied(format_.prepare(robot), keeps_models=format_.name == "sdf")
+
+    def losses(robot: Robot) -> list[Finding]:
+        return [*format_.losses(robot), *meshes.losses(robot)]
+
+    def write(robot: Robot, folder: Path) -> list[Path]:
+        return [*format_.write(robot, folder), *meshes.write(folder)]
+
+    return format_._replace(prepare=prepare, losses=losses, write=write)
+
+
+def _mjcf_with_files(format_: Format, meshes: CarriedMeshes) -> Format:
+    """MJCF with those meshes that MuJoCo opens."""
+    files = meshes.opened(opens_mesh)
+    named = format_._replace(
+        losses=lambda robot: mjcf_losses(robot, files),
+        write=lambda robot, folder: write_mjcf(robot, folder, meshes=files),
+    )
+    carried = {name: file for name, file in meshes.files.items() if name in files}
+    return _with_files(named, replace(meshes, files=carried))
 
 
 def _for_caspr(robot: Robot) -> Robot:
@@ -79,18 +109,27 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
 FORMATS: dict[str, Format] = {
     format_.name: format_
     for format_ in (
-        Format("sdf", sdf_losses, write_sdf),
+        Format("sdf", sdf_losses, write_sdf, with_meshes=_with_files),
         Format("caspr", caspr_losses, write_caspr, _for_caspr),
         Format("cardsflow", cardsflow_losses, write_cardsflow_xml),
-        Format("urdf", urdf_losses, write_urdf),
-        Format("mjcf", mjcf_losses, write_mjcf),
-        Format("osim", osim_losses, write_osim),
+        Format("urdf", urdf_losses, write_urdf, with_meshes=_with_files),
+        Format("mjcf", mjcf_losses, write_mjcf, with_meshes=_mjcf_with_files),
+        Format("osim", osim_losses, write_osim, with_meshes=_with_files),
     )
 }
 
 
-def format_of(name: str, trajectories: Sequence[Trajectory] = ()) -> Format:
+def format_of(
+    name: str,
+    trajectories: Sequence[Trajectory] = (),
+    meshes: CarriedMeshes | None = None,
+) -> Format:
     """A format by its name, ready to write a robot's trajectories, or to say that they are lost.
+
+    Args:
+        name: Its name.
+        trajectories: The trajectories.
+        meshes: Meshes to write beside the robot, where the format holds any.
 
     Raises:
         UnknownNameError: There is no such format.
@@ -98,6 +137,8 @@ def format_of(name: str, trajectories: Sequence[Trajectory] = ()) -> Format:
     if name not in FORMATS:
         raise UnknownNameError("format", name, FORMATS)
     format_ = FORMATS[name]
+    if meshes is not None and format_.with_meshes is not None:
+        format_ = format_.with_meshes(format_, meshes)
     if not trajectories:
         return format_
     if name == "caspr":
@@ -147,7 +188,12 @@ class Conversion(NamedTuple):
 
 
 def convert(
-    robot: Robot, format_: str, folder: str | Path, trajectories: Sequence[Trajectory] = ()
+    robot: Robot,
+    format_: str,
+    folder: str | Path,
+    trajectories: Sequence[Trajectory] = (),
+    *,
+    mesh_folder: Path | None = None,
 ) -> Conversion:
     """Write a robot in another format.
 
@@ -156,13 +202,15 @@ def convert(
         format_: One of `FORMATS`.
         folder: Where to; made if it does not exist.
         trajectories: The robot's; of all formats CASPR has them.
+        mesh_folder: The folder of the robot's file: meshes in it are written too. None leaves them.
 
     Raises:
         UnknownNameError: There is no such format.
         RobotError: The robot has errors, or the format cannot hold it at all.
         InputError: The folder cannot be written.
     """
-    return convert_to(format_of(format_, trajectories), robot, folder)
+    meshes = None if mesh_folder is None else CarriedMeshes.of(robot, mesh_folder)
+    return convert_to(format_of(format_, trajectories, meshes), robot, folder)
 
 
 def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:

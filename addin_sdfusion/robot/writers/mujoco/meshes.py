@@ -16,6 +16,18 @@ from .bodies import placement
 GROUPS = {"visual": "2", "collision": "4"}
 
 
+_STL_HEAD, _STL_FACET = 84, 50
+_MOST_FACETS = 200_000
+
+
+def opens_mesh(suffix: str, data: bytes) -> bool:
+    """Whether MuJoCo opens a mesh: .obj, or .stl in binary with not too many facets."""
+    if suffix != ".stl":
+        return suffix == ".obj"
+    facets = int.from_bytes(data[_STL_HEAD - 4 : _STL_HEAD], "little")
+    return 1 <= facets <= _MOST_FACETS and len(data) == _STL_HEAD + _STL_FACET * facets
+
+
 def add_meshes(
     robot: Robot,
     files: Mapping[str, str | Path],
@@ -30,7 +42,8 @@ def add_meshes(
                 continue
             name = names.give(mesh.name or f"{link.name} {mesh.role}")
             file, scale = str(files[mesh.uri]), numbers(mesh.scale)
-            element(assets, "mesh", name=name, file=file, scale=scale)
+            # masses are those of the links; MuJoCo refuses open meshes unless they are shells
+            element(assets, "mesh", name=name, file=file, scale=scale, inertia="shell")
             shape = {"type": "mesh", "mesh": name, "group": GROUPS[mesh.role]}
             apart = {"contype": "0", "conaffinity": "0"}
             element(bodies[link.name], "geom", None, **shape, **placement(mesh.pose), **apart)
@@ -42,7 +55,7 @@ def mesh_losses(robot: Robot, files: Mapping[str, str | Path]) -> Iterator[Findi
         subject = Subject("link", link.name)
         for mesh in link.meshes:
             if mesh.uri not in files:
-                problem = f"MuJoCo opens every mesh; no file is known for {mesh.uri!r}: left out"
+                problem = f"MuJoCo opens no such file as {mesh.uri!r}, or there is none; left out"
                 yield warning(subject, "mesh-left-out", problem)
             elif mesh.role == "collision":
                 problem = f"the collisions of mesh {mesh.uri!r} are off, as in this simulation"
