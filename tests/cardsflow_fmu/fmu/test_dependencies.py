@@ -47,6 +47,7 @@ HILL = {"optimal_fibre_length": 0.45, "tendon_slack_length": 0.45, "max_isometri
 LONG = {"optimal_fibre_length": 1.1, "tendon_slack_length": 1.2, "max_isometric_force": 300.0}
 PASSIVE = {f"muscles.cable_{k}.{end}": 0.0 for k in (3, 4) for end in ("f_min", "f_max")}
 PNEUMATIC = {"thread_length": 0.6, "turns": 3.0}
+MOTOR = {"robot.joints.joint_1.motor": True, "robot.joints.joint_1.effort": 20.0}
 PLANTS: dict[str, tuple[str, dict[str, Any]]] = {
     "ideal": ("planar_2r", {}),
     "quick": (
@@ -76,6 +77,7 @@ PLANTS: dict[str, tuple[str, dict[str, Any]]] = {
     "roboy": ("roboy_left_arm", {"plant.wrenches": ["upper_arm_left"]}),
     "hill_arm": ("hill_arm", {}),
     "pneumatic": ("pneumatic_elbow", {}),
+    "joint_motors": ("planar_2r", MOTOR),
     "contacts": ("pick_up", {}),
 }
 TAUT = {"": 0.4, "m": 0.1, "V": 4.0, "Pa": 2e4}
@@ -161,13 +163,14 @@ CONTROLLERS: dict[str, tuple[str, dict[str, Any]]] = {
     "predicted": ("planar_2r", DELAY | {"controller.type": "force_position"}),
     "operational": ("roboy_left_arm", {}),
     "reactive": ("roboy_left_arm", {"controller.type": "reactive_qp"}),
+    "joint_motors": ("planar_2r", MOTOR),
     "muscles": ("hill_arm", {}),
     "late_muscles": ("pneumatic_elbow", DELAY),
 }
 TORQUES = {"controller.kp": 40.0, "controller.kd": 5.0}
 for _name in ("torque_position", "lyapunov"):
     CONTROLLERS[_name] = ("planar_2r", TORQUES | {"controller.type": _name})
-IN_C = ("joint_space", "delayed", "operational", "muscles", "late_muscles")
+IN_C = ("joint_space", "joint_motors", "delayed", "operational", "muscles", "late_muscles")
 KINDS_OF_CONTROLLERS = [
     (case, native) for case in CONTROLLERS for native in (True, False) if case in IN_C or not native
 ]
@@ -181,7 +184,7 @@ def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
     file = build(experiment, tmp_path, fmi="3.0", arrays=False, native=native)["controller"]
     at_once = declared(file, at_start=False)
     assert at_once.pop(SOLVE_TIME) == frozenset()
-    tuned = ("kp.", "kd.", "f_min.", "f_max.")
+    tuned = ("kp.", "kd.", "f_min.", "f_max.", "tau_min.", "tau_max.")
     seen: dict[str, frozenset[str]] = dict.fromkeys(at_once, frozenset())
     for k, far in enumerate((0.02, 1.0, 30.0)):
         base = a_state(experiment, file, far)
