@@ -135,6 +135,8 @@ class _Search:
             first = len(tried)
             for scale in _SCALES:
                 motion = first_motion(self.robot, scale, held)
+                if not motion.start:
+                    break
                 for beginning in self._beginnings(motion):
                     trial = self._trial(beginning)
                     if trial is None:
@@ -153,8 +155,6 @@ class _Search:
 
     def _beginnings(self, motion: FirstMotion) -> Iterator[Beginning]:
         """Experiments with ever shorter periods, from the longest that is stable."""
-        if not motion.start:
-            return
         rest = (0.0,) * len(motion.start)
         points = [
             TrajectoryPoint(time, q, rest, rest)
