@@ -1,4 +1,4 @@
-"""Makes the screens in docs/images that show runs: needs Chromium and the extra `viewer`.
+"""Makes the screens in docs/images that show runs: needs Chromium.
 
 python docs/make_screens.py RESULTS_FOLDER      a folder for the runs; those that are there are kept
 

@@ -40,7 +40,6 @@ EXTRAS = {
     "pinocchio": "pinocchio",
     "rerun": "rerun",
     "sweep": "distributed",
-    "viewer": "viser",
 }
 """The module that tells whether an extra is installed."""
 

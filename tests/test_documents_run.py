@@ -74,7 +74,6 @@ class Place:
         elif block.language == "python":
             self._python(block)
         elif block.argument(documents.UNTIL_INTERRUPTED) is not None:
-            pytest.importorskip("viser", reason="needs the extra `viewer`")
             for line in _lines(block):
                 self._until_interrupted(f"{line} --no-browser", block)
         elif block.argument(documents.SIDE_BY_SIDE) is not None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.results.files import EXPERIMENT
 
 from .common import (
     DOUBTFUL,
@@ -40,6 +42,9 @@ def add_run(commands: Commands) -> None:
     )
     add_experiment(parser, "; or an .ssp file")
     add_output(parser, "folder for the results")
+    parser.add_argument(
+        "--verbose", action="store_true", help="print every signal, not the worst of each kind"
+    )
     stepped = parser.add_mutually_exclusive_group()
     stepped.add_argument(
         "--direct", action="store_true", help="step plain Python objects instead of FMUs"
@@ -96,10 +101,10 @@ def _run(options: argparse.Namespace) -> int:
                     watch=watch,
                     started=options.started,
                 )
-            _print_result(result, options.json)
+            _print_result(result, options)
             replay(result)
     except RunError as error:
-        _print_result(error.result, options.json)
+        _print_result(error.result, options)
         raise
     return _code(result, options)
 
@@ -148,9 +153,9 @@ def _run_system(options: argparse.Namespace) -> int:
                 started=options.started,
             )
     except RunError as error:
-        _print_result(error.result, options.json)
+        _print_result(error.result, options)
         raise
-    _print_result(result, options.json)
+    _print_result(result, options)
     return _code(result, options)
 
 
@@ -177,11 +182,14 @@ def _print_script(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _print_result(result: SystemResult, as_json: bool) -> None:
-    if as_json:
+def _print_result(result: SystemResult, options: argparse.Namespace) -> None:
+    if options.json:
         print(json_text(result.summary, indent=1))
-    else:
-        print_result(result.describe())
+        return
+    print_result(result.describe(every=options.verbose))
+    archive = result.files.get(EXPERIMENT)
+    if archive is not None:
+        print(f"next        cardsflow view {shlex.quote(str(archive.parent))}")
 
 
 def _code(result: SystemResult, options: argparse.Namespace) -> int:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.config.key_path import set_value
 from cardsflow_fmu.config.multiples import require_multiple
@@ -28,6 +29,9 @@ from .settings.robots import combined, read_parts, read_robot
 from .settings.run import RunSettings
 from .start import read_reference
 
+EXPERIMENT_TOML = "experiment.toml"
+_ROBOTS = (".sdf", ".xml", ".urdf", ".osim", ".mjcf")
+
 _GAINS = {"kp": 100.0, "kd": 20.0}  # critically damped, at 10 rad/s
 
 
@@ -47,7 +51,8 @@ def read_experiment(
     Raises:
         InputError: Something in it is wrong; the message names file and key.
     """
-    file = path / "experiment.toml" if path.is_dir() else path
+    file = path / EXPERIMENT_TOML if path.is_dir() else path
+    _require_experiment(path, file)
     data = read_settings(file)
     for key, value in settings.items():
         set_value(data, key, value, file)
@@ -64,6 +69,16 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
     data = read_settings(file)
     require_closed(data, file)
     return experiment_settings(data, file)
+
+
+def _require_experiment(path: Path, file: Path) -> None:
+    """Refuse a robot, and say how an experiment for it is made."""
+    robots = (path / "model.sdf", *path.glob("*_bodies.xml")) if path.is_dir() else ()
+    is_robot = path.suffix in _ROBOTS if path.is_file() else any(r.is_file() for r in robots)
+    if is_robot and not (path.is_dir() and file.is_file()):
+        own = shlex.quote(str(path))
+        what = f"is a robot, no experiment; `cardsflow init {own} -o {EXPERIMENT_TOML}` writes one"
+        raise InputError(what, file=path)
 
 
 def experiment_settings(

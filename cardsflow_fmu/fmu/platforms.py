@@ -15,6 +15,7 @@ from cardsflow_fmu.runtime.library import (
     this_platform,
 )
 from cardsflow_fmu.runtime.sources import FMI, NATIVE, ROOT, cross_command
+from cardsflow_fmu.utils.extras import install
 
 
 def libraries_for(
@@ -57,7 +58,7 @@ def compile_for(platform: str, folder: Path, *, native: bool = False) -> Path:
         prebuilt = " no prebuilt library for it is in this installation, and" if native else ""
         raise InputError(
             f"FMUs for {platform}:{prebuilt} compiling one needs the ziglang package: "
-            "pip install 'cardsflow[cross]'"
+            f"{install('cross')}"
         )
     file = folder / f"{platform}{find_platform(platform).suffix}"
     done = subprocess.run(

@@ -15,6 +15,7 @@ from addin_sdfusion.robot.files import opened_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.utils.csv_table import require_table
+from cardsflow_fmu.utils.extras import install
 
 from .metadata import require_summary
 from .run_data import ExperimentRunData, RunData
@@ -36,7 +37,7 @@ def require_parquet() -> Any:
     try:
         import pyarrow
     except ImportError:
-        what = "Parquet needs pyarrow: pip install 'cardsflow[parquet]'"
+        what = f"Parquet needs pyarrow: {install('parquet')}"
         raise InputError(what) from None
     return pyarrow
 

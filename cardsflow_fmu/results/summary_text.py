@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from cardsflow_fmu.cosim.pacing import describe_timeliness
 
+WORST = 5
+"""Signals of a kind in a short text."""
 
-def describe_summary(summary: Mapping[str, Any]) -> list[str]:
-    """A short text, a line a topic.
+
+def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list[str]:
+    """A text, a line a topic.
 
     Args:
         summary: From `summarize` or `summarize_system`.
+        every: Whether all signals are in it; else the worst of each kind.
     """
+    most = None if every else WORST
     lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
-    lines += [_title(summary), *_tracking_lines(summary), *_force_lines(summary)]
-    lines += _torque_lines(summary)
-    lines += _infeasible_lines(summary)
+    lines += [_title(summary), *_tracking_lines(summary, most), *_force_lines(summary, most)]
+    lines += _torque_lines(summary, most)
+    lines += _infeasible_lines(summary, most)
     lines += _real_time_lines(summary)
     lines += _engine_lines(summary)
     lines += _contact_lines(summary)
@@ -82,49 +88,67 @@ def _title(summary: Mapping[str, Any]) -> str:
     )
 
 
-def _tracking_lines(summary: Mapping[str, Any]) -> list[str]:
+def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+    """By signal, as the root mean square of all together is that of a norm."""
     tracking = summary["tracking"]
     if tracking["rms"] is None:
         return []
-    unit = tracking["unit"]
-    lines = [f"tracking    RMS {_text(tracking['rms'])}, max {_text(tracking['max'])} {unit}"]
-    lines += [
-        f"  {name:<9} RMS {_text(error['rms'])}, max {_text(error['max'])} {error['unit']}"
+    rows = {
+        name: f"RMS {_text(error['rms'])}, max {_text(error['max'])} {error['unit']}"
         for name, error in tracking["per_signal"].items()
-    ]
-    return lines
+    }
+    worst = _by_size(rows, lambda name: tracking["per_signal"][name]["max"])
+    title = f"tracking    {_text(tracking['rms'])} {tracking['unit']}, RMS of the errors' 2-norm"
+    return [title, *_rows(rows, worst, most)]
 
 
-def _force_lines(summary: Mapping[str, Any]) -> list[str]:
+def _by_size(names: Iterable[str], size: Callable[[str], float | None]) -> list[str]:
+    """Names by their size, the largest first; what has no number before all."""
+    sizes = {name: size(name) for name in names}
+    known = {name: math.inf if own is None else own for name, own in sizes.items()}
+    return sorted(known, key=lambda name: -known[name])
+
+
+def _rows(rows: Mapping[str, str], worst: Sequence[str], most: int | None) -> list[str]:
+    """A line a signal: all, in their order, or the worst of many."""
+    names = list(rows) if most is None or len(rows) <= most else worst[:most]
+    width = max((len(name) for name in names), default=0)
+    lines = [f"  {name:<{width}} {rows[name]}" for name in names]
+    left = len(rows) - len(names)
+    return [*lines, f"  and {left} smaller: --verbose"] if left else lines
+
+
+def _force_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
     forces = summary["forces"]
     if forces["min"] is None:
         return []
-    lines = [f"forces      {_text(forces['min'], digits=4)} to {_text(forces['max'], digits=4)} N"]
-    for name, muscle in forces["per_muscle"].items():
-        line = f"  {name:<9} {_text(muscle['min'], digits=4)} to {_text(muscle['max'], digits=4)} N"
+    title = f"forces      {_text(forces['min'], digits=4)} to {_text(forces['max'], digits=4)} N"
+    rows, muscles = {}, forces["per_muscle"]
+    for name, muscle in muscles.items():
+        line = f"{_text(muscle['min'], digits=4)} to {_text(muscle['max'], digits=4)} N"
         if muscle["f_min"] is not None:
             upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
             line += f", bounds {muscle['f_min']:.4g} to {upper}"
-        lines.append(line)
-    return lines
+        rows[name] = line
+    return [title, *_rows(rows, _by_size(rows, lambda name: muscles[name]["max"]), most)]
 
 
-def _torque_lines(summary: Mapping[str, Any]) -> list[str]:
+def _torque_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
     """Torques or forces of motors at joints, where there are any."""
     motors = (summary.get("torques") or {}).get("per_motor") or {}
-    lines = ["torques"] if motors else []
+    rows = {}
     for name, motor in motors.items():
         low, high = (_text(motor[side], digits=4) for side in ("min", "max"))
-        line = f"  {name:<9} {low} to {high} {motor['unit']}"
+        rows[name] = f"{low} to {high} {motor['unit']}"
         bounds = [motor["tau_min"], motor["tau_max"]]
         if bounds != [None, None]:
             words = ["unlimited" if bound is None else f"{bound:.4g}" for bound in bounds]
-            line += f", bounds {words[0]} to {words[1]}"
-        lines.append(line)
-    return lines
+            rows[name] += f", bounds {words[0]} to {words[1]}"
+    title = ["torques"] if motors else []
+    return [*title, *_rows(rows, _by_size(rows, lambda name: motors[name]["max"]), most)]
 
 
-def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
+def _infeasible_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
     if summary["infeasible_ticks"] is None:
         return []
     lines = [f"infeasible  {summary['infeasible_ticks']} of {summary['ticks']} ticks"]
@@ -134,10 +158,11 @@ def _infeasible_lines(summary: Mapping[str, Any]) -> list[str]:
     slack = summary["slack"]
     if slack["first_at_s"] is not None:
         lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
-        lines += [
-            f"  {name.removeprefix('slack.'):<9} up to {_text(missing['max'])} {missing['unit']}"
-            for name, missing in slack["per_signal"].items()
-        ]
+        signals = slack["per_signal"]
+        rows = {n: f"up to {_text(s['max'])} {s['unit']}" for n, s in signals.items()}
+        worst = _by_size(rows, lambda name: signals[name]["max"])
+        shown = {n.removeprefix("slack."): row for n, row in rows.items()}
+        lines += _rows(shown, [n.removeprefix("slack.") for n in worst], most)
     if slack["limits_dropped_ticks"]:
         lines.append(f"  joint limits could not be kept at {slack['limits_dropped_ticks']} ticks")
     return lines

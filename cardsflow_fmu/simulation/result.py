@@ -10,6 +10,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import load_run, read_results
 from cardsflow_fmu.results.summary_text import describe_summary
+from cardsflow_fmu.utils.extras import install
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -32,10 +33,16 @@ class SystemResult(RunData):
         """
         return SystemResult(**vars(read_results(Path(path))))
 
-    def describe(self) -> str:
-        """A short summary for people, a line a topic."""
-        lines = describe_summary(self.summary)
-        lines += [f"{kind:<14} {path}" for kind, path in sorted(self.files.items())]
+    def describe(self, *, every: bool = False) -> str:
+        """A summary for people, a line a topic.
+
+        Args:
+            every: Whether all signals are in it; else the worst of each kind.
+        """
+        lines = describe_summary(self.summary, every=every)
+        if self.files:
+            folder = next(iter(self.files.values())).parent
+            lines.append(f"files       {folder}: {', '.join(sorted(self.files))}")
         return "\n".join(lines)
 
     def to_pandas(self) -> DataFrame:
@@ -47,7 +54,7 @@ class SystemResult(RunData):
         try:
             import pandas as pd
         except ImportError:
-            what = "needs pandas: pip install 'cardsflow[pandas]'"
+            what = f"needs pandas: {install('pandas')}"
             raise InputError(what, key="to_pandas") from None
         frame = pd.DataFrame(self.rows, columns=list(self.names)).set_index("time")
         frame.attrs["units"] = dict(self.units)

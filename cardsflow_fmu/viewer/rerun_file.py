@@ -15,6 +15,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.extras import install
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 from cardsflow_fmu.utils.temporary import temporary_folder
 
@@ -35,7 +36,7 @@ def require_rerun() -> Any:
     try:
         import rerun
     except ImportError:
-        what = "a recording needs rerun-sdk: pip install 'cardsflow[rerun]'"
+        what = f"a recording needs rerun-sdk: {install('rerun')}"
         raise InputError(what, key="--rrd") from None
     return rerun
 

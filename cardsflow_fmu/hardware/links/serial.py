@@ -13,6 +13,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, encode
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
+from cardsflow_fmu.utils.extras import install
 
 from .framed_link import FramedLink
 
@@ -45,7 +46,7 @@ class SerialLink(FramedLink):
         try:
             import serial
         except ImportError as error:
-            what = "a serial link needs pyserial: pip install 'cardsflow[serial]'"
+            what = f"a serial link needs pyserial: {install('serial')}"
             raise HardwareError(what) from error
         try:
             self._line = serial.Serial(self._path, self._baud, timeout=0, exclusive=True)

@@ -16,6 +16,7 @@ from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.names import robot_names
 from cardsflow_fmu.signals.roles import ROLES
+from cardsflow_fmu.utils.extras import install
 
 from .metrics import DEFAULT_METRICS, spelled_out
 from .path_check import PathCheck
@@ -145,7 +146,7 @@ def _require_engines(tables: StudyTables, base: Experiment, context: Context) ->
         with context.at("engine"):
             native_models(base, ROLES)
     if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
-        raise context.error("tables", "parquet needs pyarrow: pip install 'cardsflow[parquet]'")
+        raise context.error("tables", f"parquet needs pyarrow: {install('parquet')}")
 
 
 def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> Box | None:

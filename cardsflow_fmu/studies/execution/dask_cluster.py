@@ -13,6 +13,7 @@ from typing import Any
 import distributed
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.utils.extras import install
 
 _HERE = "127.0.0.1"
 _PROTOCOL = "tls://"
@@ -48,7 +49,7 @@ def local_cluster(workers: int) -> Any:
     try:
         security = distributed.Security.temporary()
     except ImportError:
-        what = "needs cryptography: pip install 'cardsflow[sweep]'"
+        what = f"needs cryptography: {install('sweep')}"
         raise InputError(what, key="--dask") from None
     common = {"host": _HERE, "protocol": _PROTOCOL, "security": security}
     worker = {

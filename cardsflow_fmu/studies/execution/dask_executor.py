@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.utils.extras import install
 
 from .executors import ExecutorAdapter
 
@@ -33,7 +34,7 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
     try:
         import distributed
     except ImportError:
-        what = "needs Dask: pip install 'cardsflow[sweep]'"
+        what = f"needs Dask: {install('sweep')}"
         raise InputError(what, key="--dask") from None
     dask: Any = distributed
     if jobs < 1:

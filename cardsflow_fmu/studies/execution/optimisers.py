@@ -12,6 +12,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies.definition.sampling import sample
 from cardsflow_fmu.studies.definition.tables import Optimise
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.extras import install
 
 Evaluate = Callable[[Sequence[FloatArray]], list[float]]
 """The costs of several points of the unit cube, in their order: a generation."""
@@ -61,7 +62,7 @@ def _cma_es(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) 
     try:
         from cmaes import CMA
     except ImportError:
-        what = "'cma_es' needs cmaes: pip install 'cardsflow[optimise]'"
+        what = f"'cma_es' needs cmaes: {install('optimise')}"
         raise InputError(what, key="optimise.method") from None
     optimiser = CMA(
         mean=np.full(dimensions, 0.5),

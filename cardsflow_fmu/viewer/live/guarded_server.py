@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 from addin_sdfusion.robot import InputError
 
 if TYPE_CHECKING:
-    from websockets.datastructures import Headers  # of the extra `viewer`, as viser is
+    from websockets.datastructures import Headers  # as viser does
 
 HOST = "127.0.0.1"
 _NAMES = (HOST, "localhost")

@@ -52,9 +52,8 @@ def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
         with contextlib.redirect_stdout(io.StringIO()):  # its banner
             opened = guarded_server(PORT if port is None else port)
     except ImportError:
-        raise InputError(
-            "the live view needs viser: pip install 'cardsflow[viewer]', or write a page by --html"
-        ) from None
+        what = "the live view needs viser, which is not installed; or write a page by --html"
+        raise InputError(what) from None
     opened.gui.configure_theme(show_logo=False, show_share_button=False)
     try:
         if port and opened.get_port() != port:

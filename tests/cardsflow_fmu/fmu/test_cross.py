@@ -54,7 +54,7 @@ def test_own_platform_needs_no_compiler(tmp_path: Path, monkeypatch: pytest.Monk
 def test_without_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     other = "win64" if sys.platform != "win32" else "linux64"
-    with pytest.raises(InputError, match=r"pip install 'cardsflow\[cross\]'"):
+    with pytest.raises(InputError, match="uv sync --extra cross"):
         cross.libraries_for([other], tmp_path)
 
 
@@ -76,7 +76,7 @@ def test_native_libraries_come_with_the_package(
     target = tmp_path / f"{sources.NATIVE.target}{own.suffix}"
     target.parent.mkdir(parents=True)
     target.write_bytes(b"own")
-    message = "no prebuilt library for it is in this installation.*cardsflow\\[cross\\]"
+    message = "no prebuilt library for it is in this installation.*uv sync --extra cross"
     with pytest.raises(InputError, match=message):
         cross.libraries_for([other], tmp_path, native=True)
     experiment = Experiment.load(EXAMPLES / "planar_2r")

@@ -83,7 +83,7 @@ def test_without_pyarrow_a_run_in_parquet_is_refused_at_once(
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     experiment = Experiment.load(PLANAR_2R, {"run.format": "parquet"})
-    with pytest.raises(InputError, match=r"pip install 'cardsflow\[parquet\]'"):
+    with pytest.raises(InputError, match="uv sync --extra parquet"):
         run(experiment, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
@@ -113,7 +113,7 @@ def test_a_frame_of_pandas(finished: tuple[Path, Result], monkeypatch: pytest.Mo
     np.testing.assert_array_equal(frame["q.joint_1"], result["q.joint_1"])
     assert frame.attrs["units"]["f.cable_1"] == "N"
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(InputError, match=r"pip install 'cardsflow\[pandas\]'"):
+    with pytest.raises(InputError, match="uv sync --extra pandas"):
         result.to_pandas()
 
 

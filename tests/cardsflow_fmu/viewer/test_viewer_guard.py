@@ -76,7 +76,6 @@ def test_titles_notes_and_tables_are_escaped() -> None:
     assert "&lt;iframe" in table
 
 
-@pytest.mark.extra("viewer")
 def test_no_name_reaches_markdown(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Viser's Markdown runs scripts in it and opens local images."""
     texts: list[str] = []
@@ -119,7 +118,6 @@ SOCKET = {
 }
 
 
-@pytest.mark.extra("viewer")
 @pytest.mark.parametrize("kind", [{}, SOCKET], ids=["page", "socket"])
 @pytest.mark.parametrize(
     ("host", "origin", "admitted"),
@@ -153,7 +151,6 @@ def test_other_sites_and_names_are_refused(
     assert status == ((101 if kind else 200) if admitted else 403)
 
 
-@pytest.mark.extra("viewer")
 def test_the_page_may_ask_its_own_server_alone(opened: Any) -> None:
     port = opened.get_port()
     policy = answer(port, {"Host": f"127.0.0.1:{port}"}).getheader("Content-Security-Policy")
@@ -163,7 +160,6 @@ def test_the_page_may_ask_its_own_server_alone(opened: Any) -> None:
     assert "frame-src 'none'" in policy
 
 
-@pytest.mark.extra("viewer")
 def test_no_client_makes_the_server_reach_the_internet(opened: Any) -> None:
     assert opened.request_share_url() is None
     assert opened._share_tunnel is None
@@ -177,7 +173,6 @@ def test_a_replay_page_of_evil_names_has_no_markup_of_them() -> None:
     assert "<iframe" not in page
 
 
-@pytest.mark.extra("viewer")
 @pytest.mark.browser
 @pytest.mark.parametrize("kind", ["live", "page"])
 def test_evil_names_do_nothing_in_a_browser(opened: Any, tmp_path: Path, kind: str) -> None:

@@ -1,0 +1,54 @@
+"""What a run prints for people."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.simulation.run import simulate
+
+NUMBER = r"[-+0-9.e]+"
+
+
+def test_no_rms_is_above_its_largest_error() -> None:
+    """Each line is about one signal; that of all together says which norm it is."""
+    settings = {"run.duration": 0.5}
+    text = simulate(Experiment.load(EXAMPLES / "roboy_left_arm", settings)).describe(every=True)
+    rows = re.findall(rf"RMS ({NUMBER}), max ({NUMBER})", text)
+    assert len(rows) == 3
+    assert all(float(rms) <= float(largest) for rms, largest in rows)
+    assert "RMS of the errors' 2-norm" in text
+
+
+def test_the_worst_five_and_all_when_asked() -> None:
+    result = simulate(Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}))
+    peaks = {n: m["max"] for n, m in result.summary["forces"]["per_muscle"].items()}
+    worst = sorted(peaks, key=lambda name: -peaks[name])
+    short, full = result.describe(), result.describe(every=True)
+    assert re.findall(r"^  (f\.\w+)", short, re.M) == worst[:5]
+    assert "  and 6 smaller: --verbose" in short
+    assert re.findall(r"^  (f\.\w+)", full, re.M) == list(peaks)
+
+
+def test_files_are_one_line_and_the_next_command_follows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "my results"
+    assert main(["run", str(PLANAR_2R), "--set", "run.duration=0.1", "-o", str(out)]) == 0
+    *_, files, following = capsys.readouterr().out.splitlines()
+    assert files.startswith(f"files       {out}: ")
+    assert {"summary.json", "results.csv"} <= set(files.rpartition(": ")[2].split(", "))
+    assert following == f"next        cardsflow view '{out}'"
+
+
+@pytest.mark.parametrize("where", ["robot", "robot/model.sdf"])
+def test_a_robot_is_no_experiment_and_the_message_says_what_makes_one(where: str) -> None:
+    path = EXAMPLES / "hill_arm" / where
+    with pytest.raises(InputError, match=rf"is a robot, no experiment; `cardsflow init {path} "):
+        run(Experiment.load(path))
