@@ -13,6 +13,7 @@ from support.robots.robots import EXAMPLES
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.fmu import platforms as cross
+from cardsflow_fmu.native.binding import native_library
 from cardsflow_fmu.runtime import library, sources
 from cardsflow_fmu.runtime.library import library_path, this_platform
 
@@ -70,6 +71,7 @@ def test_native_libraries_come_with_the_package(
 ) -> None:
     """As they are, and into native FMUs unasked; else a word on what to do."""
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    native_library()  # that of this machine, before its place changes
     monkeypatch.setattr(library, "_root", lambda: tmp_path)
     own, other = this_platform(), "x86_64-windows"
     assert other != own.tuple

@@ -112,7 +112,7 @@ def test_a_port_that_is_taken_is_an_input_error(opened: Any) -> None:
 
 def test_without_viser_the_message_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(InputError, match="needs viser.*--html"), live.server():
+    with pytest.raises(InputError, match=r"needs viser.*--html"), live.server():
         pass
 
 
