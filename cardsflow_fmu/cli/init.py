@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,8 @@ def _init(options: argparse.Namespace) -> int:
     print_files([starter.file], options.json, notes=starter.notes)
     if not options.json and starter.trial is not None and starter.trial.is_good:
         error, peak = starter.trial.error, starter.trial.peak
-        print(f"a trial of it tracks: errors up to {error:.2g}, forces up to {peak:.4g} N")
+        forces = f", forces up to {peak:.4g} N" if math.isfinite(peak) else ""  # of muscles
+        print(f"a trial of it tracks: errors up to {error:.2g}{forces}")
     return GOOD
 
 
