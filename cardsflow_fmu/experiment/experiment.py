@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot, check
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.utils.key_file import key_warning
@@ -120,7 +120,11 @@ class Experiment:
 
     @cached_property
     def plant_robot(self) -> Robot:
-        """The robot as it is simulated."""
+        """The robot as it is simulated.
+
+        Raises:
+            InputError: With its masses scaled it is none that can be simulated.
+        """
         scales = self.plant.mass_scale
         if all(scale == 1.0 for scale in scales):
             return self.robot
@@ -128,7 +132,12 @@ class Experiment:
             replace(link, inertia=link.inertia.scaled(scale))
             for link, scale in zip(self.robot.links, scales, strict=True)
         )
-        return replace(self.robot, links=links)
+        scaled = replace(self.robot, links=links)
+        wrong = next((finding for finding in check(scaled) if finding.is_error), None)
+        if wrong is not None:
+            what = str(wrong).removeprefix("error: ")
+            raise InputError(what, file=self.file, key="plant.mass_scale")
+        return scaled
 
     def warnings(self) -> list[str]:
         """What will probably go wrong or is left out, a line each: gains, keys, cables, meshes."""

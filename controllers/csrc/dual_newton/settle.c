@@ -6,6 +6,7 @@
 #include <string.h>
 
 static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative to the largest row's terms */
+static const real MOST_NOISE = PRECISE(1e-9, 1e-4);      /* the same, relative to its own */
 static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: refining further gains nothing */
 static const real NEAR = PRECISE(1e-10, 1e-5);           /* of a bound, relative to the terms of x */
 static const real DUAL_TOLERANCE = PRECISE(1e-12, 1e-6); /* of a variable, relative to its terms */
@@ -30,7 +31,7 @@ static real relative_rest(const dual_newton *s)
     real largest = 0, worst = 0;
     for (size_t j = 0; j < s->m; j++) largest = larger(largest, s->size[j]);
     for (size_t j = 0; j < s->m; j++) {
-        const real rest = fabs(s->rest[j]) - NOISE * largest;
+        const real noise = smaller(NOISE * largest, MOST_NOISE * s->size[j]), rest = fabs(s->rest[j]) - noise;
         if (isnan(rest)) return INFINITY;
         if (rest > worst * s->size[j]) worst = rest / s->size[j];
     }

@@ -32,6 +32,11 @@ static inline real clip(real v, real low, real high)
     return v < low ? low : v > high ? high : v;
 }
 
+static inline real smaller(real a, real b)
+{
+    return a < b ? a : b;
+}
+
 static inline real larger(real a, real b)
 {
     return a > b ? a : b;

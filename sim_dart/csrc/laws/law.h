@@ -65,4 +65,10 @@ static inline real clamped(real x, real low, real high)
     return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
 }
 
+/* A number of steps, from 1 to the most; what is not a number is 1, as no integer may be made of it. */
+static inline int whole_steps(real x, int most)
+{
+    return !(value_of(x) > 1) ? 1 : value_of(x) < most ? (int)value_of(x) : most;
+}
+
 #endif

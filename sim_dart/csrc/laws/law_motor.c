@@ -151,7 +151,7 @@ static void substep(const real *k, real *x, real l, real v, real u, real t)
 static void motor_advance(const real *k, real *x, real l, real v, real u, real h)
 {
     const real least = ceil(h * larger(k[MOTOR_QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
-    const int steps = (int)clamped(least, 1, MOST_SUBSTEPS);
+    const int steps = whole_steps(least, MOST_SUBSTEPS);
     const real t = h / steps;
     for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);
 }

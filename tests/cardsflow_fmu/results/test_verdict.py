@@ -10,7 +10,7 @@ import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 
-from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cosim.divergence import Divergence
 from cardsflow_fmu.report.page import report_page
@@ -108,3 +108,10 @@ def test_ticks_that_did_not_converge_are_not_called_infeasible() -> None:
     assert problems(summary) == [
         "2 of 10 ticks not converged: forces that fit may exist, none were found"
     ]
+
+
+@pytest.mark.parametrize("through", ["direct", "native"])
+def test_masses_that_are_scaled_to_nothing_are_refused(through: str, tmp_path: Path) -> None:
+    experiment = Experiment.load(PLANAR_2R, {"plant.mass_scale": 1e-100})
+    with pytest.raises(InputError, match=r"plant\.mass_scale: link 'link_2': no inertia about"):
+        run(experiment, tmp_path, through=through)

@@ -15,6 +15,7 @@ from support.controllers.qp_problems import (
     rank_deficient,
     reference,
 )
+from support.controllers.robot_problems import row_error
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from controllers.qp import dual_newton
@@ -350,3 +351,20 @@ def test_results_outlive_the_solver() -> None:
     x = solver.x
     del solver
     assert x.sum() == 0.0
+
+
+def test_a_solved_row_holds_beside_rows_of_other_sizes() -> None:
+    """With coefficients of 1, 1e8 and 1e9: relative to its own terms, not to the largest row's."""
+    rng = np.random.default_rng(0)
+    worst = 0.0
+    for _ in range(3000):
+        n, m_eq = int(rng.integers(2, 8)), int(rng.integers(1, 5))
+        A = rng.normal(size=(m_eq, n)) * 10.0 ** rng.choice([0, 8, 9], (m_eq, n))
+        lb, ub = np.zeros(n), 10.0 ** rng.choice([0, 3, 9], n)
+        b = A @ (rng.uniform(lb, ub) * (rng.random(n) < 0.6))
+        problem = BoxProblem(10.0 ** rng.choice([0, -6], n), rng.normal(size=n), A, b, lb, ub)
+        answer = BoxSolver(n, m_eq).solve_by_dual_newton(problem)
+        assert answer.status in ("solved", "not converged")
+        if answer.status == "solved":
+            worst = max(worst, row_error(problem, answer.x))
+    assert worst < 2e-7

@@ -32,7 +32,7 @@ AT_THE_EDGE = 1e-7
 FAR = 1e7
 """A certificate holds but for unbounded variables beyond this: accelerations, in [rad/s²]."""
 
-INSIDE = 1e-6
+INSIDE = 1e-3
 """How far inside of its bounds a point is to be, relative to what is between them."""
 
 STATES = 4
@@ -139,7 +139,8 @@ def row_error(problem: BoxProblem, x: FloatArray) -> float:
         return np.inf
     long = np.longdouble
     rest = problem.A.astype(long) @ x - problem.b
-    return float((np.abs(rest) / (np.abs(problem.b) + np.abs(problem.A) @ np.abs(x))).max())
+    terms = np.abs(problem.b) + np.abs(problem.A) @ np.abs(x)
+    return float((np.abs(rest) / np.maximum(terms, np.finfo(float).tiny)).max())
 
 
 def is_certificate(problem: BoxProblem, y: FloatArray) -> bool:

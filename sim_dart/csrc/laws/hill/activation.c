@@ -77,7 +77,7 @@ real activation_after(const real *k, real a, real u, real h)
         return hill_activation(k, accurate_step(k, a, u, h));
     const real decay = h * quickest(k, a, u);
     if (value_of(decay) <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
-    const int steps = (int)clamped(ceil(decay / LARGEST_DECAY), 1, MOST_ACTIVATION_STEPS);
+    const int steps = whole_steps(ceil(decay / LARGEST_DECAY), MOST_ACTIVATION_STEPS);
     const real part = h / steps;
     if (value_of(decay) <= LARGEST_DECAY * steps)
         for (int i = 0; i < steps; i++) a = accurate_step(k, a, u, part);
