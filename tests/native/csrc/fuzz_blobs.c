@@ -102,10 +102,9 @@ static void use(core *c, uint64_t *state)
     free(q), free(qd), free(f), free(points), free(wrenches);
 }
 
-static int is_refused(const unsigned char *contents, size_t size, uint64_t *state)
+static int is_refused(unsigned char *blob, size_t size, uint64_t *state)
 {
     char message[64] = "";
-    unsigned char *blob = mutated(state, contents, &size, 0);
     const size_t needed = core_size(blob, size, message, sizeof message);
     if (needed > (size_t)1 << 28) { /* a large robot, not a wrong one */
         free(blob);
@@ -122,6 +121,17 @@ static int is_refused(const unsigned char *contents, size_t size, uint64_t *stat
     return !needed;
 }
 
+#if defined(CARDSFLOW_LIBFUZZER)
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    uint64_t state = size;
+    unsigned char *blob = malloc(size + !size); /* of exactly its size */
+    if (!blob) return 0;
+    memcpy(blob, data, size);
+    is_refused(blob, size, &state);
+    return 0;
+}
+#else
 int main(int argc, char **argv)
 {
     unsigned long refused = 0;
@@ -131,9 +141,11 @@ int main(int argc, char **argv)
         size_t size;
         uint64_t state = number;
         unsigned char *contents = file_contents(argv[3 + draw(&state) % (uint64_t)(argc - 3)], &size);
-        refused += (unsigned long)is_refused(contents, size, &state);
+        unsigned char *blob = mutated(&state, contents, &size, 0);
+        refused += (unsigned long)is_refused(blob, size, &state);
         free(contents);
     }
     printf("%lu\n", refused);
     return 0;
 }
+#endif

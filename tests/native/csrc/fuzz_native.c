@@ -81,18 +81,12 @@ static void use(struct model *model, const struct port_table *ports, uint64_t *s
     }
 }
 
+/* Whether the native.bin in `scratch` is refused, beside the variables in `resources`; used if not. */
 static int is_refused(const char *scratch, const char *resources, uint64_t *state)
 {
     struct port_table ports;
     struct model model = {0};
     struct text error = {0};
-    size_t size;
-    char *path = joined(resources, "native.bin");
-    unsigned char *sound = file_contents(path, &size);
-    const size_t safe = draw(state) % 2 ? CHECKED_FROM : 0;
-    unsigned char *bytes = mutated(state, sound, &size, safe);
-    if (safe) seal(bytes, size);
-    write_file(scratch, bytes, size);
     if (port_table_read(&ports, resources, &error)) exit(2);
     const int refused = native_open(&model, &ports, scratch, &error);
     if (refused && !*text_get(&error)) exit(3); /* without a reason */
@@ -101,8 +95,39 @@ static int is_refused(const char *scratch, const char *resources, uint64_t *stat
         model.functions->close(&model);
     }
     text_free(&model.error), text_free(&error), port_table_free(&ports);
-    free(bytes), free(sound), free(path);
     return refused;
+}
+
+#if defined(CARDSFLOW_LIBFUZZER)
+/* The first byte chooses one of the folders in FUZZ_RESOURCES, that are numbered. */
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    const char *scratch = getenv("FUZZ_SCRATCH"), *all = getenv("FUZZ_RESOURCES");
+    char resources[4096];
+    uint64_t state = size;
+    if (!scratch || !all) exit(2);
+    if (size < 1 + CHECKED_FROM) return 0;
+    snprintf(resources, sizeof resources, "%s/%d", all, data[0] % 8);
+    unsigned char *bytes = malloc(size - 1);
+    if (!bytes) return 0;
+    memcpy(bytes, data + 1, size - 1);
+    seal(bytes, size - 1);
+    write_file(scratch, bytes, size - 1);
+    is_refused(scratch, resources, &state);
+    free(bytes);
+    return 0;
+}
+#else
+static void damage(const char *scratch, const char *resources, uint64_t *state)
+{
+    size_t size;
+    char *path = joined(resources, "native.bin");
+    unsigned char *sound = file_contents(path, &size);
+    const size_t safe = draw(state) % 2 ? CHECKED_FROM : 0;
+    unsigned char *bytes = mutated(state, sound, &size, safe);
+    if (safe) seal(bytes, size);
+    write_file(scratch, bytes, size);
+    free(bytes), free(sound), free(path);
 }
 
 int main(int argc, char **argv)
@@ -113,8 +138,10 @@ int main(int argc, char **argv)
     for (unsigned long number = first; number < first + count; number++) {
         uint64_t state = number;
         const char *resources = argv[4 + draw(&state) % (uint64_t)(argc - 4)];
+        damage(argv[3], resources, &state);
         refused += (unsigned long)is_refused(argv[3], resources, &state);
     }
     printf("%lu\n", refused);
     return 0;
 }
+#endif
