@@ -16,6 +16,7 @@ from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
 
+from .chosen_curves import chosen, colours_of, short
 from .downsample import BINS, downsample
 from .panels import Panel, panels_of
 
@@ -30,7 +31,6 @@ STYLE: Any = {
     "text.parse_math": False,
     "svg.hashsalt": "cardsflow",
 }
-_MOST_IN_LEGEND = 32
 
 
 def plot(
@@ -115,25 +115,19 @@ def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
 
 
 def _draw(axes: Axes, panel: Panel, bins: int) -> None:
-    colours = mpl.colormaps["tab20" if len(panel.curves) > 10 else "tab10"].colors  # type: ignore[attr-defined]
-    drawn = [curve for curve in panel.curves if not curve.reference]
-    drawn_in = {curve.name: colours[k % len(colours)] for k, curve in enumerate(drawn)}
-    for k, curve in enumerate(drawn):
+    drawn = chosen(panel)
+    names = [curve.name for curve in drawn.curves]
+    colours = dict(zip(names, colours_of(names), strict=True))
+    for curve in drawn.curves:
         points = downsample(curve.time, curve.values, bins)
-        name = curve.name if k < _MOST_IN_LEGEND else "_"
-        axes.plot(*points, label=name, color=drawn_in[curve.name], linewidth=1.1)
-    for k, curve in enumerate(curve for curve in panel.curves if curve.reference):
+        axes.plot(*points, label=short(curve.name), color=colours[curve.name], linewidth=1.1)
+    for k, curve in enumerate(drawn.references):
         points = downsample(curve.time, curve.values, bins)
         name = "_" if k else "reference"
-        colour = drawn_in.get(curve.of, "black")
+        colour = curve.colour or colours[curve.of]
         axes.plot(*points, ":", label=name, color=colour, linewidth=1.3)
-    if len(drawn) > _MOST_IN_LEGEND:
-        axes.plot([], [], " ", label=f"and {len(drawn) - _MOST_IN_LEGEND} more")
+    if drawn.left_out:
+        less = "that change less" if panel.by_change else "that are smaller"
+        axes.plot([], [], " ", label=f"without {drawn.left_out} {less}")
     axes.set_ylabel(panel.label)
-    axes.legend(
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-        ncols=1 + min(len(drawn), _MOST_IN_LEGEND) // 12,
-        frameon=False,
-        fontsize="small",
-    )
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")

@@ -28,15 +28,15 @@ class Curve:
         name: For the legend.
         time: In [s], shape (points,).
         values: Shape (points,); what no axis has room for is left out, as what is no number is.
-        reference: Whether it is what others are to follow.
-        of: Name of the curve whose colour a reference has; black when empty.
+        of: Of a reference, the name of the curve that is to follow it; empty of others.
+        colour: Of a reference; that of its curve when empty.
     """
 
     name: str
     time: FloatArray
     values: FloatArray
-    reference: bool = False
     of: str = ""
+    colour: str = ""
 
     def __post_init__(self) -> None:
         within = np.abs(self.values) < _LARGEST
@@ -51,10 +51,12 @@ class Panel:
     Attributes:
         label: Of the axis, with the unit.
         curves: At least one.
+        by_change: Whether a curve counts by how much it changes, not by how large it is.
     """
 
     label: str
     curves: list[Curve]
+    by_change: bool = False
 
 
 def panels_of(
@@ -111,7 +113,7 @@ def _curves(result: RunData, names: Sequence[str]) -> list[Curve]:
     return [Curve(name, result["time"], result[name]) for name in names]
 
 
-def _starting(prefix: str, label: str) -> Callable[[RunData], list[Panel]]:
+def _starting(prefix: str, label: str, by_change: bool = False) -> Callable[[RunData], list[Panel]]:
     """A panel, for each unit, of all columns that begin alike."""
 
     def panels(result: RunData) -> list[Panel]:
@@ -119,7 +121,10 @@ def _starting(prefix: str, label: str) -> Callable[[RunData], list[Panel]]:
         for name in result.names:
             if name.startswith(f"{prefix}."):
                 by_unit.setdefault(result.units.get(name) or "-", []).append(name)
-        return [Panel(f"{label} [{unit}]", _curves(result, n)) for unit, n in by_unit.items()]
+        return [
+            Panel(f"{label} [{unit}]", _curves(result, names), by_change)
+            for unit, names in by_unit.items()
+        ]
 
     return panels
 
@@ -137,13 +142,16 @@ def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve
     time = result["time"]
     return [
         *_curves(result, [signal.actual for signal in followed]),
-        *(Curve(f.desired, time, result[f.desired], reference=True) for f in followed),
+        *(Curve(f.desired, time, result[f.desired], of=f.actual, colour="black") for f in followed),
     ]
 
 
 def _tracking(result: RunData) -> list[Panel]:
     by_unit = _followed(result)
-    return [Panel(f"position [{unit}]", tracking_curves(result, by_unit[unit])) for unit in by_unit]
+    return [
+        Panel(f"position [{unit}]", tracking_curves(result, followed), by_change=True)
+        for unit, followed in by_unit.items()
+    ]
 
 
 def _errors(result: RunData) -> list[Panel]:
@@ -195,7 +203,7 @@ KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
     "torques": _starting("tau", "motor command"),
     "tracking": _tracking,
     "errors": _errors,
-    "lengths": _starting("l", "muscle length"),
+    "lengths": _starting("l", "muscle length", by_change=True),
     "moment_arms": _moment_arms,
     "solve_times": _solve_times,
     "slack": _starting("slack", "missing"),

@@ -88,7 +88,7 @@ def _forces(result: ExperimentRunData) -> Panel:
     names = [name for name in desired if name in result.names]
     curves = [Curve(name, time, result[name]) for name in names]
     curves += [
-        Curve(desired[name], time, result[desired[name]], reference=True, of=name)
+        Curve(desired[name], time, result[desired[name]], of=name)
         for name in names
         if desired[name] != name and desired[name] in result.names
     ]
@@ -113,7 +113,7 @@ def _positions(result: ExperimentRunData) -> Panel:
     followed = followed_by_name(result.names, result.units)
     units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"
-    return Panel(f"{what} position [{units}]", tracking_curves(result, followed))
+    return Panel(f"{what} position [{units}]", tracking_curves(result, followed), by_change=True)
 
 
 def _world_panels(result: ExperimentRunData) -> list[Panel]:

@@ -1,0 +1,81 @@
+"""The curves of a panel that are drawn, and their colours."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import to_hex, to_rgb
+
+from .panels import Curve, Panel
+
+MOST = 10
+"""Curves in a panel; more cannot be told apart."""
+
+_LIGHTEST = 0.6  # part of white in the last colour of a group
+_LONGEST = 28  # letters of a name in a legend
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What is drawn of a panel.
+
+    Attributes:
+        curves: In the order of the panel.
+        references: Of these curves.
+        left_out: How many curves are not drawn.
+    """
+
+    curves: list[Curve]
+    references: list[Curve]
+    left_out: int
+
+
+def chosen(panel: Panel, most: int = MOST) -> Chosen:
+    """The curves of the largest magnitude, or change, and their references."""
+    curves = [curve for curve in panel.curves if not curve.of]
+    effects = np.array([_effect(curve, panel.by_change) for curve in curves])
+    kept = sorted(np.argsort(-effects, kind="stable")[:most])
+    drawn = [curves[k] for k in kept]
+    names = {curve.name for curve in drawn}
+    references = [curve for curve in panel.curves if curve.of in names]
+    return Chosen(drawn, references, len(curves) - len(drawn))
+
+
+def _effect(curve: Curve, by_change: bool) -> float:
+    known = curve.values[np.isfinite(curve.values)]
+    if not known.size:
+        return 0.0
+    return float(np.ptp(known) if by_change else np.abs(known).max())
+
+
+def colours_of(names: Sequence[str]) -> list[str]:
+    """A colour for each name: a hue a group, from dark to light within it.
+
+    Names that differ in their last number alone are a group: motor_1 and motor_2. Without several
+    groups that have several members, each name has its own hue.
+    """
+    hues = mpl.colormaps["tab10"].colors  # type: ignore[attr-defined]
+    groups = [re.sub(r"\d+\D{0,2}$", "", name) for name in names]
+    members = {group: groups.count(group) for group in groups}
+    if len(members) in (1, len(names)):
+        return [to_hex(hues[k % len(hues)]) for k in range(len(names))]
+    hue_of = {group: hues[k % len(hues)] for k, group in enumerate(members)}
+    colours = []
+    for k, group in enumerate(groups):
+        place = groups[:k].count(group) / max(1, members[group] - 1)
+        white = _LIGHTEST * place
+        red, green, blue = (white + (1.0 - white) * part for part in to_rgb(hue_of[group]))
+        colours.append(to_hex((red, green, blue)))
+    return colours
+
+
+def short(name: str) -> str:
+    """A name for a legend: the middle of a long one is left out."""
+    if len(name) <= _LONGEST:
+        return name
+    head = (_LONGEST - 3) // 2
+    return f"{name[:head]}...{name[head + 3 - _LONGEST :]}"

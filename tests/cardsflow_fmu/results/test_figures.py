@@ -1,0 +1,82 @@
+"""Figures of many signals: ten are drawn, the others counted, and the plot keeps its width."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+
+from cardsflow_fmu.report.chosen_curves import chosen, colours_of
+from cardsflow_fmu.report.figures import figure_of_panels
+from cardsflow_fmu.report.panels import Curve, Panel, panels_of
+from cardsflow_fmu.results.saved_run import read_results
+
+MUSCLES = 76
+LARGE = [7 * k for k in range(10)]
+
+
+@pytest.fixture
+def many(tmp_path: Path) -> Path:
+    """76 forces, ten of which are large, and 61 joints that follow references."""
+    time = np.linspace(0.0, 1.0, 21)
+    columns = {"time": time}
+    for k in range(MUSCLES):
+        size = 100.0 + k if k in LARGE else 1.0 + 0.01 * k
+        columns[f"f.a_rather_long_name_of_the_group_{k // 8}_muscle_{k}"] = size * time
+    for k in range(61):
+        columns[f"q.joint_{k}"] = 3.0 + (1.0 if k >= 51 else 0.01) * time
+    columns |= {name.replace("q.", "q_d."): c for name, c in columns.items() if name[0] == "q"}
+    file = tmp_path / "many.csv"
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(file, table, delimiter=",", header=",".join(columns), comments="")
+    return file
+
+
+def test_the_ten_largest_are_drawn_and_the_others_counted(
+    many: Path, cardsflow: CommandLine, tmp_path: Path
+) -> None:
+    assert cardsflow("plot", many, "-o", tmp_path / "f.svg", "--what", "forces")[0] == 0
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "f.svg").read_text())
+    assert sorted(int(t.split("_")[-1]) for t in texts if t.startswith("f.")) == LARGE
+    assert "without 66 that are smaller" in texts
+
+
+def test_positions_count_by_their_change_and_keep_their_references(many: Path) -> None:
+    (panel,) = panels_of(read_results(many), ["tracking"])
+    drawn = chosen(panel)
+    assert [c.name for c in drawn.curves] == [f"q.joint_{k}" for k in range(51, 61)]
+    assert [c.name for c in drawn.references] == [f"q_d.joint_{k}" for k in range(51, 61)]
+    assert drawn.left_out == 51
+
+
+def test_the_plot_keeps_most_of_the_width(many: Path) -> None:
+    figure = figure_of_panels(panels_of(read_results(many)))
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        box, legend = axes.get_position(), axes.get_legend().get_window_extent()
+        assert box.width > 0.55
+        assert legend.height <= axes.get_window_extent().height
+        assert legend.x1 <= figure.bbox.x1 + 1.0
+
+
+def test_values_that_are_no_numbers_do_not_choose() -> None:
+    time = np.arange(3.0)
+    curves = [Curve(f"f.{k}", time, np.full(3, np.nan)) for k in range(10)]
+    curves.append(Curve("f.ten", time, np.array([0.0, np.inf, 5.0])))
+    assert "f.ten" in [c.name for c in chosen(Panel("N", curves)).curves]
+
+
+def test_a_group_has_a_hue_and_its_members_differ() -> None:
+    names = ["f.left_motor1", "f.left_motor2", "f.right_motor1", "f.right_motor2"]
+    left, light_left, right, light_right = colours_of(names)
+    assert len({left, light_left, right, light_right}) == 4
+    for dark, light in ((left, light_left), (right, light_right)):
+        away_from_white = [
+            np.array([255 - int(c[i : i + 2], 16) for i in (1, 3, 5)]) for c in (dark, light)
+        ]
+        cosine = np.dot(*away_from_white) / np.prod(np.linalg.norm(away_from_white, axis=1))
+        assert cosine > 0.999  # the same hue
+    assert len(set(colours_of([f"f.cable_{k}" for k in range(1, 11)]))) == 10
