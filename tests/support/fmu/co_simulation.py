@@ -58,9 +58,18 @@ def assert_rows_agree(
         )
 
 
-def assert_native_agrees(experiment: Experiment, folder: Path, **tolerances: Any) -> Recording:
-    """Native FMUs give the rows of those with Python models; returns the former."""
-    python = co_simulate(experiment, folder / "python", native=False)
+def assert_native_agrees(
+    experiment: Experiment, folder: Path, *, python_of: Experiment | None = None, **tolerances: Any
+) -> Recording:
+    """Native FMUs give the rows of those with Python models; returns the former.
+
+    Args:
+        experiment: The experiment.
+        folder: For the FMUs.
+        python_of: That of the Python models, where it is another one.
+        tolerances: Of `assert_rows_agree`.
+    """
+    python = co_simulate(python_of or experiment, folder / "python", native=False)
     native = co_simulate(experiment, folder / "native", native=True)
     assert native.failure is None
     assert_rows_agree(native, python, **tolerances)
