@@ -1,0 +1,111 @@
+"""The script in plain FMPy: the trajectories of `run`, on the plant and on hardware."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.fmu.bare_environment import BareEnvironment
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from cardsflow_fmu import Experiment, Result, build
+from cardsflow_fmu.simulation.run import simulate
+
+SCRIPT = EXAMPLES / "fmpy_script/cosimulate.py"
+SHORT = {"run.duration": 0.2}
+SIGNALS = {"q.joint_1", "qd.joint_2", "l.cable_1", "y.tip.x", "q_d.joint_1", "f.cable_4"}
+
+
+def read_rows(file: Path) -> dict[str, np.ndarray]:
+    with file.open(newline="") as opened:
+        rows = list(csv.DictReader(opened))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def cosimulated(fmus: Path, *robot: str, **variables: str) -> dict[str, np.ndarray]:
+    """What the script writes, run as a user runs it."""
+    file = fmus / "results.csv"
+    done = subprocess.run(
+        [sys.executable, str(SCRIPT), str(fmus), str(file), *robot],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return read_rows(file)
+
+
+def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
+    """All that both have is equal to the last bit, but the time that a tick took."""
+    common = (set(rows) & set(result.names)) - {"time", "solve_time"}
+    assert common >= SIGNALS
+    for name in common:
+        np.testing.assert_array_equal(rows[name], result[name][:-1], err_msg=name)
+
+
+@pytest.mark.parametrize("settings", [{}, {"controller.period": 0.01}], ids=str)
+def test_the_script_steps_as_run_does(settings: dict[str, Any], tmp_path: Path) -> None:
+    experiment = Experiment.load(PLANAR_2R, SHORT | settings)
+    build(experiment, tmp_path)
+    require_equal(cosimulated(tmp_path), simulate(experiment))
+
+
+@pytest.fixture
+def device() -> Iterator[str]:
+    """The address of `cardsflow device` with the two-link arm."""
+    command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(PLANAR_2R)]
+    process = subprocess.Popen(
+        [*command, "--listen", "udp://127.0.0.1:0"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    try:
+        assert process.stdout is not None
+        found = re.search(r"udp://\S+", process.stdout.readline())
+        assert found is not None
+        yield found[0]
+    finally:
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=120)
+    assert "safe: stopped as asked" in said
+
+
+@pytest.mark.slow
+def test_the_same_script_drives_hardware(device: str, tmp_path: Path) -> None:
+    """In lock step, where hardware is a simulation behind a socket."""
+    simulated = Experiment.load(PLANAR_2R, SHORT)
+    lockstep = SHORT | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0}
+    build(Experiment.load(PLANAR_2R, lockstep), tmp_path)
+    rows = cosimulated(tmp_path, "hardware", CARDSFLOW_HARDWARE_LINK=device)
+    require_equal(rows, simulate(simulated))
+    assert rows["missed"][-1] == 0
+
+
+@pytest.mark.interop
+def test_the_script_runs_without_this_package(tmp_path: Path) -> None:
+    experiment = Experiment.load(PLANAR_2R, SHORT)
+    build(experiment, tmp_path / "fmus")
+    bare = BareEnvironment(tmp_path / "venv", "fmpy", "numpy", "lxml")
+    bare.run([str(SCRIPT), str(tmp_path / "fmus"), str(tmp_path / "results.csv")])
+    require_equal(read_rows(tmp_path / "results.csv"), simulate(experiment))
+
+
+def test_the_script_imports_fmpy_and_the_standard_library() -> None:
+    tree = ast.parse(SCRIPT.read_text(encoding="utf-8"))
+    named = {a.name for node in ast.walk(tree) if isinstance(node, ast.Import) for a in node.names}
+    named |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    others = {name.split(".")[0] for name in named} - sys.stdlib_module_names
+    assert others == {"fmpy"}
