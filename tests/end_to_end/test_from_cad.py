@@ -1,0 +1,72 @@
+"""From the snapshot of a design to a run, by the commands of the example's README."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.documents import blocks
+from support.robots.robots import EXAMPLES, planar_2r
+
+from addin_sdfusion.robot import read_robot
+from cardsflow_fmu.cli.main import main
+from sim_dart import DartDynamics
+
+README = EXAMPLES / "from_cad/README.md"
+COMMANDS = [
+    line
+    for block in blocks(README)
+    if block.language == "sh"
+    for line in block.text.splitlines()
+    if line
+]
+
+
+@pytest.mark.slow
+def test_the_commands_lead_from_a_design_to_a_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(EXAMPLES / "from_cad", "examples/from_cad")
+    shutil.copytree(EXAMPLES / "planar_2r", "examples/planar_2r")
+    for command in COMMANDS:
+        assert main(shlex.split(command)[1:]) == 0, command
+    assert len(COMMANDS) == 5
+    assert tracking_error(Path("results")) < 1e-5
+    by_hand = 8.2e-6  # of the example written by hand
+    assert tracking_error(Path("moved")) == pytest.approx(by_hand, rel=0.01)
+    assert "</html>" in Path("arm.html").read_text(encoding="utf-8")
+
+
+def tracking_error(results: Path) -> float:
+    """The RMS of a run that could do what was asked, in [rad]."""
+    summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["status"], summary["infeasible_ticks"]) == ("complete", 0)
+    return float(summary["tracking"]["rms"])
+
+
+def test_the_robot_is_that_of_the_files_written_by_hand(tmp_path: Path) -> None:
+    """M, L, l, J and G at random poses; the meshes are the bars, in the links' frames."""
+    snapshot = EXAMPLES / "from_cad/two_link_arm.json"
+    assert main(["addin", "export-snapshot", str(snapshot), "-o", str(tmp_path / "arm")]) == 0
+    robot = read_robot(tmp_path / "arm")
+    made, example = DartDynamics(robot), DartDynamics(planar_2r())
+    for q in np.random.default_rng(0).uniform(-0.8, 0.8, (10, 2)):
+        for term in (
+            "mass_matrix",
+            "muscle_jacobian",
+            "muscle_lengths",
+            "task_jacobian",
+            "gravity",
+        ):
+            ours, theirs = getattr(made, term)(q), getattr(example, term)(q)
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9, err_msg=term)
+    for link in ("link_1", "link_2"):
+        data = (tmp_path / f"arm/meshes/visual/{link}.stl").read_bytes()
+        triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("end", "<u2")])
+        corners = np.frombuffer(data[84:], triangle)["corners"].reshape(-1, 3)
+        assert (corners[:, 2].min(), corners[:, 2].max()) == (0.0, 1.0)
