@@ -116,6 +116,7 @@ def _act(act: Act, tables: _Tables) -> dict[str, Any]:
         "notes": list(act.notes),
         "up": stage.up.tolist(),
         "reach": stage.reach,
+        "box": [corner.tolist() for corner in stage.box],
         "floor": stage.floor,
         "time": [round(float(t), 6) for t in stage.motion.time],
         "tensions": _legend(stage),

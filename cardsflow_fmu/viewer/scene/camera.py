@@ -12,6 +12,7 @@ from .stage import Stage
 
 _FLAT = 0.02
 _NEAR = 2.0  # distance of objects in view, in reaches
+_FAR = 1.45  # distance of the eye, in diagonals of the box; from 0.5 / sin(0.36) on all is in view
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,9 @@ def view_of(stage: Stage) -> CameraView:
     aside = np.cross(up, back)
     flat = float(np.abs(thin) @ (high - low)) < _FLAT * stage.reach
     turn, rise = (0.2, 0.14) if flat else (0.5, 0.35)
-    eye = centre + 1.25 * stage.reach * (back + turn * aside + rise * up)
+    direction = back + turn * aside + rise * up
+    size = max(stage.reach, float(np.linalg.norm(high - low)))
+    eye = centre + _FAR * size * direction / np.linalg.norm(direction)
     drop = 0.5 * float(np.abs(up) @ (high - low)) + 0.06 * stage.reach
     floor = centre - drop * up
     if stage.floor is not None:

@@ -47,7 +47,7 @@ GROUPS = (
 )
 """All groups, in the order of their switches."""
 
-HIDDEN_AT_FIRST = (LINK_FRAMES,)
+HIDDEN_AT_FIRST = (LINK_FRAMES, JOINT_VALUES)
 
 
 @dataclass(frozen=True, eq=False)

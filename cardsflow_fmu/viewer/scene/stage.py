@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,12 @@ from sim_dart.scene import Scene
 from . import colours
 from . import shapes as s
 from .environment import Environment
-from .link_capsules import link_capsules
+from .link_bodies import link_capsules, platform_hull
 from .link_poses import link_poses, motor_axes, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, pulls
+from .shapes import Triangles
 from .trail import trail_points
 from .wrap_surfaces import wrap_shape
 
@@ -54,14 +56,15 @@ class Stage:
     Args:
         robot: The robot.
         motion: Its motion.
-        meshes: Surfaces of its links; links without are drawn as capsules.
+        meshes: Surfaces of its links; links without are drawn as capsules, and as the hull of
+            the attachment points of muscles where these span an area, as on platforms.
         world: Objects and ground around the robot.
         full_scale: Whether colours reach to f_max, instead of the largest tension of the motion.
 
     Attributes:
         robot, motion: As given.
         environment: Objects and ground around the robot.
-        box: The two corners of the box that holds the robot in all its frames, in [m].
+        box: The two corners of a box that holds the robot and its meshes in all frames, in [m].
         reach: The diagonal of that box, in [m].
     """
 
@@ -136,11 +139,27 @@ class Stage:
     def _box(self) -> tuple[FloatArray, FloatArray]:
         points = [T[:, :3, 3] for T in self._poses.values()]
         points += [path.points.reshape(-1, 3) for path in self._paths]
+        points += [moved_point(self._poses[link], corner) for link, corner in self._mesh_corners()]
         everything = np.concatenate([*points, *self._tips.values()])
         everything = everything[np.isfinite(everything).all(axis=1)]
         if not len(everything):
             return np.zeros(3), np.zeros(3)
         return everything.min(axis=0), everything.max(axis=0)
+
+    def _mesh_corners(self) -> Iterator[tuple[str, tuple[float, float, float]]]:
+        """The corners of a box about each mesh, in the frame of its link."""
+        for link, meshes in self._meshes.items():
+            for mesh in meshes:
+                low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+                for x, y, z in product(*zip(low.tolist(), high.tolist(), strict=True)):
+                    yield link, (x, y, z)
+
+    @cached_property
+    def _hulls(self) -> dict[str, Triangles]:
+        """Of the links without a mesh whose attachment points span an area."""
+        bare = [link for link in self.robot.links if link.name not in self._meshes]
+        hulls = {link.name: platform_hull(self.robot, link, 0.01 * self.reach) for link in bare}
+        return {name: hull for name, hull in hulls.items() if hull is not None}
 
     @cached_property
     def _trails(self) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
@@ -174,6 +193,9 @@ class Stage:
                     key = f"{link.name}/{i}"
                     yield s.MeshShape(s.LINKS, key, colours.LINK, T, mesh, lever=reach / 2)
                 continue
+            if link.name in self._hulls:
+                key, hull = f"{link.name}/hull", self._hulls[link.name]
+                yield s.MeshShape(s.LINKS, key, colours.LINK, T, hull, lever=reach / 2)
             for i, ends in enumerate(link_capsules(self.robot, link)):
                 a, b = (T[:3, :3] @ end + T[:3, 3] for end in ends)
                 yield s.Capsule(s.LINKS, f"{link.name}/{i}", colours.LINK, a, b, 0.01 * reach)

@@ -131,6 +131,9 @@ def test_a_page_opens_from_disk_without_a_network_and_plays(
     page.evaluate("new Promise(done => setTimeout(done, 200))")
     assert page.evaluate("document.body.dataset.drawn") == drawn
 
+    assert page.evaluate("[...document.querySelectorAll('.label')].every(l => l.hidden)")
+    page.evaluate("document.querySelector('input[name=\"joint values\"]').click()")
+    page.wait_for("!document.querySelector('.label').hidden")
     label = page.evaluate("document.querySelector('.label').textContent")
     k = int(np.searchsorted(half_a_minute.stage.motion.time, float(drawn)))
     assert float(label.split(": ")[1]) == pytest.approx(

@@ -5,21 +5,23 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const unit = a => { const l = Math.hypot(...a); return a.map(x => x / l); };
 const sum = (a, b, factor = 1) => a.map((x, i) => x + factor * b[i]);
 
+// The eight corners of a box.
+const corners = (low, high) => [0, 1, 2, 3, 4, 5, 6, 7].map(k => low.map((x, j) => k >> j & 1 ? high[j] : x));
+
 // What holds everything that moves: its middle, its size, the floor below it, and where to look from.
 function surroundings(act) {
   const up = act.up, east = unit(cross(Math.abs(up[1]) < 0.9 ? [0, 1, 0] : [0, 0, 1], up)), north = cross(up, east);
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  const hold = p => [east, north, up].forEach((axis, j) => {
+    low[j] = Math.min(low[j], dot(axis, p));
+    high[j] = Math.max(high[j], dot(axis, p));
+  });
+  corners(...act.box).forEach(hold);
   for (const { kind, name, points } of act.shapes) {
-    if (kind === "Frame" || kind === "Arrow") continue; // their points are not all their own
+    if (kind === "Frame" || kind === "Arrow" || kind === "Label") continue; // their points are not all their own
     if (kind === "MeshShape" && !name.startsWith("objects/")) continue;
     const step = kind === "MeshShape" ? points.columns : 3; // of a mesh, its origin alone
-    for (let i = 0; i < points.numbers.length; i += step) {
-      const p = points.numbers.subarray(i, i + 3);
-      [east, north, up].forEach((axis, j) => {
-        low[j] = Math.min(low[j], dot(axis, p));
-        high[j] = Math.max(high[j], dot(axis, p));
-      });
-    }
+    for (let i = 0; i < points.numbers.length; i += step) hold(points.numbers.subarray(i, i + 3));
   }
   const size = high.map((x, j) => x - low[j]), mid = high.map((x, j) => (x + low[j]) / 2);
   const place = (e, n, u) => sum(sum(east.map(x => e * x), north, n), up, u);
@@ -27,18 +29,31 @@ function surroundings(act) {
   return {
     up, east, north, reach: act.reach, floorHeight,
     centre: place(...mid), middle: place(mid[0], mid[1], floorHeight),
-    flat: Math.min(size[0], size[1]) < 0.02 * act.reach, alongEast: size[0] < size[1], size: Math.hypot(...size),
+    flat: Math.min(size[0], size[1]) < 0.02 * act.reach, alongEast: size[0] < size[1],
+    corners: corners(low, high).map(([e, n, u]) => place(e, n, u)),
   };
 }
 
+const SLOPE = Math.tan(0.36), FILLED = 0.88; // of half the field of view; the part of it that is filled at first
+
 class Camera {
-  constructor(world) {
+  constructor(world, aspect) {
     this.world = world;
     this.target = world.centre;
-    this.distance = 1.25 * world.size;
+    this.aspect = aspect;
     const turned = world.flat ? 0.22 : 0.5;
     this.turn = (world.alongEast ? 0 : -Math.PI / 2) + turned;
     this.tilt = world.flat ? 0.14 : 0.3;
+    this.distance = this.fitting();
+  }
+
+  // The distance from which all corners of the world's box are in the picture.
+  fitting() {
+    const { back, right, top } = this.axes();
+    return Math.max(1e-6, ...this.world.corners.map(corner => {
+      const p = sum(corner, this.target, -1);
+      return Math.max(Math.abs(dot(top, p)), Math.abs(dot(right, p)) / this.aspect) / (FILLED * SLOPE) + dot(back, p);
+    }));
   }
 
   axes() {
@@ -81,8 +96,8 @@ class Camera {
   // The matrix that projects the world, by columns, and where the eye is.
   uniforms(aspect) {
     const { back, right, top } = this.axes();
-    const far = Math.max(1, 0.85 / aspect) * this.distance, eye = sum(this.target, back, far);
-    const near = far / 50, end = far * 20, f = 1 / Math.tan(0.36);
+    const far = Math.max(1, this.aspect / aspect) * this.distance, eye = sum(this.target, back, far);
+    const near = far / 50, end = far * 20, f = 1 / SLOPE;
     const row = (axis, factor) => [...axis.map(x => factor * x), -factor * dot(axis, eye)];
     const x = row(right, f / aspect), y = row(top, f), w = row(back, -1); // w: how far before the eye
     const z = w.map((d, i) => (d * (end + near) - (i === 3 ? 2 * end * near : 0)) / (end - near));

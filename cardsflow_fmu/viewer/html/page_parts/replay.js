@@ -21,18 +21,17 @@ function frameAt(times, now) {
   return [k, next === undefined ? 0 : Math.max(0, Math.min(1, (now - times[k]) / (next - times[k])))];
 }
 
-function drawAct(played, index, count, drawing, camera, shown, now) {
+function drawAct(played, index, count, drawing, camera, shown, now, pointer) {
   const { act, box, world } = played, [k, part] = frameAt(act.time, now);
   const lists = { solid: {}, clear: {}, shadowed: {} }, meshes = [], rgb = [0, 0, 0], value = [0];
   const uniforms = camera.uniforms(box.clientWidth / Math.max(box.clientHeight, 1));
   for (const shape of act.shapes) {
     const visible = shown.has(shape.group);
-    if (shape.element) shape.element.hidden = !visible;
-    if (!visible) continue;
+    if (!visible && !shape.element) continue;
     const trail = shape.kind === "Trail";
     const points = trail ? shape.points.numbers : rowAt(shape.points, k, part, shape.now);
     const colour = rowAt(shape.colours, k, 0, rgb), alpha = shape.opacity || 1;
-    if (shape.kind === "Label") placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view);
+    if (shape.kind === "Label") placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer);
     else if (shape.kind === "MeshShape") meshes.push({ mesh: shape.mesh, pose: poseOf(points, shape.lever), colour: colour.map(c => c / 255) });
     else {
       const kept = alpha < 1 ? [lists.clear] : trail || shape.kind === "Frame" || points.length > 200 ? [lists.solid] : [lists.solid, lists.shadowed];
@@ -51,12 +50,25 @@ function poseOf(p, lever) {
   return new Float32Array([...axis(1), 0, ...axis(2), 0, ...axis(3), 0, p[0], p[1], p[2], 1]);
 }
 
-function placeLabel({ element: label, label: title }, point, value, box, view) {
+const NEAR = 70; // pixels from the pointer within which a label is shown that is not asked for
+
+function placeLabel({ element: label, label: title }, point, value, box, view, asked, pointer) {
   const place = project(view, point);
-  label.hidden = !place;
-  if (!place) return;
+  const x = place && place[0] * box.clientWidth, y = place && place[1] * box.clientHeight;
+  const near = place && Math.hypot(x + box.offsetLeft - pointer[0], y + box.offsetTop - pointer[1]) < NEAR;
+  label.hidden = !place || !(asked || near);
+  if (label.hidden) return;
   label.textContent = `${title}: ${value.toFixed(3)}`;
-  label.style.transform = `translate(${place[0] * box.clientWidth}px, ${place[1] * box.clientHeight}px) translate(-50%, -50%)`;
+  label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
+}
+
+// Where the pointer is over the picture; far away when it is not.
+function followPointer(canvas, changed) {
+  const pointer = [NaN, NaN];
+  const at = (x, y) => { [pointer[0], pointer[1]] = [x, y]; changed(); };
+  canvas.addEventListener("pointermove", event => at(event.clientX, event.clientY));
+  canvas.addEventListener("pointerleave", () => at(NaN, NaN));
+  return pointer;
 }
 
 async function start() {
@@ -65,7 +77,9 @@ async function start() {
   let stale = true, before = performance.now();
   const changed = () => { stale = true; };
   const played = motion.acts.map((act, i) => playAct(act, i, motion.acts.length, drawing));
-  const camera = new Camera(played[0].world);
+  const { clientWidth, clientHeight } = played[0].box;
+  const camera = new Camera(played[0].world, clientWidth / clientHeight || 1);
+  const pointer = followPointer(canvas, changed);
   const shown = addSwitches(motion, changed), clock = addClock(Math.max(...played.map(act => act.end)), changed);
   camera.follow(canvas, changed);
   addEventListener("resize", changed);
@@ -75,7 +89,7 @@ async function start() {
     if (stale) {
       stale = false;
       drawing.begin();
-      played.forEach((act, i) => drawAct(act, i, played.length, drawing, camera, shown, clock.now));
+      played.forEach((act, i) => drawAct(act, i, played.length, drawing, camera, shown, clock.now, pointer));
       document.body.dataset.drawn = clock.now;
     }
     requestAnimationFrame(picture);

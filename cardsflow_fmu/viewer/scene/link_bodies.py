@@ -1,0 +1,65 @@
+"""Bodies of links without a mesh: capsules between joints and ends, hulls of platforms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from addin_sdfusion.robot import Link, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
+
+from .motion import task_points
+from .shapes import Triangles
+
+_WIDE = 0.3
+"""Width of a platform's attachment points, as a part of their length; a bone's are narrower."""
+
+
+def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Both ends of a link's capsules: to its end or its child joints, and on to its task points."""
+    origin = np.zeros(3)
+    ends = [np.array(link.end)] if link.end is not None else []
+    if not any(end.any() for end in ends):
+        children = [j for j in robot.joints if j.parent == link.name]
+        ends = [np.array(j.T_parent_joint.position) for j in children]
+    yield from ((origin, end) for end in ends if end.any())
+    hub = ends[0] if ends else origin
+    for frame in task_points(robot):
+        tip = np.array(frame.position)
+        if frame.link == link.name and np.linalg.norm(tip - hub) > 1e-9:
+            yield hub, tip
+
+
+def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | None:
+    """The convex hull of the muscles' attachment points on a link; None where these span no area.
+
+    Args:
+        robot: The robot.
+        link: One of its links.
+        thickness: Of a hull whose points lie in a plane, in [m].
+    """
+    found = {p.position for m in robot.muscles for p in m.via_points if p.link == link.name}
+    points = np.array(sorted(found))
+    if len(points) < 3 or not np.isfinite(points).all():
+        return None
+    _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=True)
+    if extents[1] < _WIDE * extents[0] or extents[0] == 0.0:
+        return None
+    offset = 0.5 * thickness * axes[2]
+    if np.ptp(points @ axes[2]) < thickness:
+        points = np.concatenate([points - offset, points + offset])
+    return _hull(points)
+
+
+def _hull(points: FloatArray) -> Triangles:
+    """The convex hull of points that span a volume, its faces seen from outside."""
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    faces = hull.simplices.astype(np.int64)
+    a, b, c = (points[faces[:, i]] for i in range(3))
+    inwards = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    faces[inwards] = faces[inwards, ::-1]
+    corners, numbers = np.unique(faces, return_inverse=True)
+    return Triangles(points[corners], numbers.reshape(faces.shape))
