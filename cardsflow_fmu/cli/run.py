@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.results.files import EXPERIMENT
 
 from .common import (
     DOUBTFUL,
@@ -186,6 +185,8 @@ def _print_result(result: SystemResult, options: argparse.Namespace) -> None:
     if options.json:
         print(json_text(result.summary, indent=1))
         return
+    from cardsflow_fmu.results.files import EXPERIMENT
+
     print_result(result.describe(every=options.verbose))
     archive = result.files.get(EXPERIMENT)
     if archive is not None:

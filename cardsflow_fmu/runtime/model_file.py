@@ -48,7 +48,7 @@ def read_model_file(folder: Path) -> ModelFile:
     """
     path = folder / MODEL_FILE
     try:
-        entries: Any = json.loads(read_file(path, limits.JSON))
+        entries: Any = json.loads(read_file(path, limits.JSON).decode())
     except (ValueError, RecursionError) as error:
         raise InputError(f"{error}; unpack or build the FMU again", file=path) from None
     keys = ("package", "class", "ports")

@@ -213,7 +213,7 @@ BAD_COMMANDS = {
     "missing experiment": (["run", "{tmp}/none"], "none"),
     "unwritable output": (["run", PLANAR_2R, "-o", "{tmp}/file/out"], "cannot be written"),
     "unknown key": (["run", PLANAR_2R, "--set", "controller.kq=1"], "did you mean 'kp'"),
-    "endless number": (["run", PLANAR_2R, "--set", "controller.kp=1" + "0" * 400], "finite number"),
+    "endless number": (["run", PLANAR_2R, "--set", "controller.kp=1" + "0" * 400], "64 bits"),
     "unreadable number": (["run", PLANAR_2R, "--set", "controller.kp=" + "1" * 5000], "be read"),
     "unreadable list": (["run", PLANAR_2R, "--set", "controller.kp=" + "[" * 3000], "be read"),
     "no regular file": (["run", "/dev/zero"], "is not a regular file"),
