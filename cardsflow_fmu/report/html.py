@@ -31,6 +31,12 @@ def section(title: str, *parts: str) -> str:
     return "\n".join(("<section>", f"<h2>{escape(title)}</h2>", *parts, "</section>"))
 
 
+def folded(title: str, *parts: str) -> str:
+    """A part of a page that opens with a click on its title."""
+    head = f"<details><summary><h2>{escape(title)}</h2></summary>"
+    return "\n".join((head, *parts, "</details>"))
+
+
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     """A table; numbers stand right, None is a dash; empty without rows.
 

@@ -21,9 +21,9 @@ from cardsflow_fmu.viewer.scene.act import Act
 from cardsflow_fmu.viewer.view import PAGES, act_of
 
 from .figures import figure_of_panels, inline_svg
-from .html import page, section, table
+from .html import folded, page, section, table
 from .panels import all_panels
-from .summary_html import summary_tables
+from .summary_html import in_short, summary_tables
 
 _BINS = 500
 
@@ -51,24 +51,27 @@ def report_page(result: ExperimentRunData) -> str:
     return page(
         f"{name}: report",
         f"<h1>{escape(name)}</h1>",
-        *_notice(result),
-        section("Summary", *summary_tables(result.summary)),
+        *_verdict(result),
         section("Replay", _replay(act)),
         section("Figures", *_figures(result)),
-        section("Robot", *_robot(result)),
-        section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
-        section("Versions", table(("what", "version"), _versions(result.summary))),
+        folded("Summary", *summary_tables(result.summary)),
+        folded("Robot", *_robot(result)),
+        folded("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
+        folded("Versions", table(("what", "version"), _versions(result.summary))),
     )
 
 
-def _notice(result: ExperimentRunData) -> list[str]:
-    """What is wrong with the run, before all else."""
+def _verdict(result: ExperimentRunData) -> list[str]:
+    """What is wrong with the run, before all else, and how well it went."""
     lines = []
     if not result.complete:
         error = result.summary.get("error") or "it ended early"
         lines.append(f"Incomplete run: {error}")
     lines += [f"Warning: {warning}" for warning in result.summary.get("warnings") or ()]
-    return [f'<p class="notice">{escape(line)}</p>' for line in lines]
+    notices = [f'<p class="notice">{escape(line)}</p>' for line in lines]
+    kind = "verdict" if lines else "verdict good"
+    course = "; ".join(in_short(result.summary))
+    return [*notices, f'<p class="{kind}">{escape(course)}</p>']
 
 
 def _replay(act: Act) -> str:

@@ -47,6 +47,23 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def in_short(summary: Mapping[str, Any]) -> list[str]:
+    """How a run ended, how well it tracked, and its ticks that were not solved; no HTML."""
+    parts = [str(summary.get("status", "complete"))]
+    tracking = summary.get("tracking") or {}
+    if tracking.get("rms") is not None:
+        unit = tracking.get("unit", "")
+        parts.append(f"tracking error {tracking['rms']:.3g} {unit}, RMS of the errors' 2-norm")
+        parts.append(f"largest error of one signal {tracking['max']:.3g} {unit}")
+    ticks = summary.get("ticks")
+    for key in ("infeasible_ticks", "not_converged_ticks"):
+        count = summary.get(key)
+        if ticks and count is not None and (count or key == "infeasible_ticks"):
+            what = key.removesuffix("_ticks").replace("_", " ")
+            parts.append(f"{count} of {ticks} ticks {what}")
+    return parts
+
+
 def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
     """Labels and values of what the summary has, in the order of `_ROWS`."""
     unit = (summary.get("tracking") or {}).get("unit")

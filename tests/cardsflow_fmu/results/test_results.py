@@ -288,7 +288,7 @@ def test_a_report_says_everything(reported: Path) -> None:
     assert len(page) < 3_000_000
     for words in ("Summary", "Replay", "Figures", "Robot", "Experiment", "Versions"):
         assert f"<h2>{words}</h2>" in page
-    assert page.count("<svg") == len(KINDS)
+    assert page.count("<svg") == len(KINDS) - 1  # without motors, no torques
     for words in ("&quot;flower&quot;", "upper_arm_left", "dartpy", "moment arms"):
         assert words in page
     # names of vocabularies, which nobody opens
@@ -330,6 +330,24 @@ def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) ->
     page = report_page(result)
     assert "Incomplete run: &lt;b&gt;gone&lt;/b&gt;" in page
     assert "<b>gone" not in page
+
+
+def test_a_report_begins_with_the_verdict_and_the_replay(finished: tuple[Path, Result]) -> None:
+    result = Result.load(finished[0])
+    tracking = result.summary["tracking"]
+    page = report_page(result)
+    verdict = re.search(r'<p class="verdict good">(.*)</p>', page)
+    assert f"{tracking['rms']:.3g} rad" in verdict[1]
+    assert f"0 of {result.summary['ticks']} ticks infeasible" in verdict[1]
+    unfolded = re.sub(r"<details>.*?</details>", "", page, flags=re.DOTALL)
+    assert "<table" not in unfolded
+    places = [page.index(words) for words in ("<h1>", '"verdict', "<iframe", "<figure", "<table")]
+    assert places == sorted(places)
+
+    result.summary |= {"warnings": ["581 of 800 ticks infeasible"], "infeasible_ticks": 581}
+    page = report_page(result)
+    assert "verdict good" not in page
+    assert page.index("Warning: 581 of 800") < page.index('class="verdict"') < page.index("<iframe")
 
 
 def test_help_has_an_example(cardsflow: CommandLine) -> None:
