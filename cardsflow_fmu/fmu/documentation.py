@@ -57,6 +57,8 @@ def _notes(fmu: FmuDescription) -> list[str]:
             if fmu.needs_tool
             else "They are exact, and with respect to states of muscles, too."
         )
+        + " A plant's command at an end of its range, as a cable's force at 0, has the derivative "
+        "of the range's inside."
         if fmu.has_derivatives
         else "There are no directional derivatives."
     )

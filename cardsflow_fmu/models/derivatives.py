@@ -8,8 +8,15 @@ of the parameters and inputs that the initialization takes.
 
 The answer is (Γ(v + s d) - Γ(v - s d)) / 2s along the direction d, with s so small that no known
 changes by more than 1e-6 (1 + |v|). Its error is of order 1e-10 relative to the second and third
-derivative where Γ is smooth. Where Γ has a kink, as a muscle at its bound makes one, it is the mean
-of both sides.
+derivative where Γ is smooth.
+
+What lies beyond the end of an input's range acts as the end does, which makes a kink there: an
+ideal cable cannot push. The difference is taken on one side of it, so that an input at its end has
+the derivative of the range's inside, and one beyond that of zero: as those of native plants,
+see `tangent.h`. The values v are moved off the end by as much as they change, at most by
+1e-6 (1 + |v|), and the error grows to that, relative to the second derivative. Where other kinks
+lie, as a joint's limit or a controller's force bound makes them, the answer is the mean of both
+sides.
 """
 
 from __future__ import annotations
@@ -38,12 +45,14 @@ class Differentiable(Protocol):
         values: Their values.
         states: Indices of outputs that are states.
         steady_outputs: Indices of outputs whose derivative is zero.
+        ranges: The smallest and largest values that act, shapes (len(ports),).
     """
 
     ports: tuple[Port, ...]
     values: FloatArray
     states: Indices
     steady_outputs: Indices
+    ranges: tuple[FloatArray, FloatArray]
 
     def initialize(self, t: float = 0.0) -> None:
         """Compute the outputs at the start."""
@@ -88,10 +97,20 @@ def directional_derivative(
         return np.zeros(len(unknowns))
     change = direction * (DIFFERENCE / sizes.max())
     evaluate = _start if h == 0 else _step
-    ahead, behind = (evaluate(model, t, h, sign * change) for sign in (1.0, -1.0))
+    offset = _off_the_ends(model, np.abs(change))
+    ahead, behind = (evaluate(model, t, h, offset + sign * change) for sign in (1.0, -1.0))
     slopes: FloatArray = (ahead - behind) / (2.0 * DIFFERENCE / sizes.max())
     slopes[model.steady_outputs] = 0.0
     return slopes[unknowns]
+
+
+def _off_the_ends(model: Differentiable, sizes: FloatArray) -> FloatArray:
+    """How far the values are to be moved for changes of these sizes not to pass an end."""
+    v, (low, high) = model.values, model.ranges
+    inside = np.clip(v, low + sizes, high - sizes)
+    below, above = np.minimum(v, low - sizes), np.maximum(v, high + sizes)
+    moved: FloatArray = np.where(v < low, below, np.where(v > high, above, inside)) - v
+    return moved
 
 
 def _check(model: Differentiable, knowns: Indices, *, at_start: bool) -> None:

@@ -37,6 +37,8 @@ class FmuModel(ABC):
         states: Indices of outputs that are states, which `set_states` takes.
         steady_outputs: Indices of outputs whose derivative is zero wherever there is one: numbers
             that are counted, times that are measured.
+        ranges: Of every variable the smallest and the largest value that acts, shapes
+            (len(ports),); what lies beyond acts as these. Infinite for most.
     """
 
     description: ClassVar[str] = ""
@@ -61,6 +63,8 @@ class FmuModel(ABC):
         )
         self.states: Indices = np.empty(0, dtype=np.intp)
         self.steady_outputs: Indices = np.empty(0, dtype=np.intp)
+        endless = np.full(len(self.ports), np.inf)
+        self.ranges: tuple[FloatArray, FloatArray] = (-endless, endless)
         self._start = np.array([port.start for port in self.ports])
         self.values[:] = self._start
 

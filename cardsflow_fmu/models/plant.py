@@ -46,6 +46,9 @@ class PlantModel(ExperimentModel):
             views[name] for name in ("q_start", "qd_start", "step")
         )
         self.states = self.indices("q", "qd", "states")
+        commands = self.indices("commands")
+        for ends, acting in zip(self.ranges, self._plant.command_range, strict=True):
+            ends[commands] = acting[self._commanded]
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:

@@ -182,6 +182,13 @@ class Plant:
         """Linear and angular momentum of the robot in the world."""
         return self._mechanism.momentum()
 
+    @property
+    def command_range(self) -> tuple[FloatArray, FloatArray]:
+        """The smallest and the largest commands that act, each of shape (m,); see `step`."""
+        if self._laws is None:
+            return np.zeros(self._m), np.full(self._m, np.inf)
+        return self._laws.command_low, self._laws.command_high
+
     def reset(
         self,
         q: ArrayLike | None = None,

@@ -158,7 +158,7 @@ int core_pull(core *c, const real *f)
         if (!isfinite(f[k])) return 1 + k;
     memset(c->torques, 0, (size_t)dofs * sizeof(real));
     for (int32_t k = 0; k < muscles; k++) {
-        if (value_of(f[k]) <= 0) continue;
+        if (value_of(f[k]) < 0 || f[k] == 0) continue; /* a zero that changes is a pull: see tangent.h */
         const real *row = c->jacobian + (size_t)k * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
     }

@@ -1,9 +1,10 @@
 /* Steps of a robot with their tangent, how everything changes along one direction: exact derivatives.
 
    The core is compiled a second time for numbers x + i e dx (complex_step.h), so that every formula of it is
-   differentiated as it stands: wraps, pulleys, tension laws with their states, joint limits. At a kink, a
-   force of zero or a joint that just meets its limit, the derivative is that of the side on which the step
-   lies.
+   differentiated as it stands: wraps, pulleys, tension laws with their states, joint limits. A command at an
+   end of its law's range, as the force of an ideal cable at zero, has the derivative of the range's inside: a
+   cable at zero is about to pull. At other kinks, as where a joint just meets its limit, the derivative is that
+   of the side on which the step lies.
 
    A change is best about 1 in size: those that come out beyond 1e80 or below 1e-200 are lost.            */
 #ifndef CARDSFLOW_TANGENT_H

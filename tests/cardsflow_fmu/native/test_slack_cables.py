@@ -1,0 +1,112 @@
+"""Linear models where cables go slack: both kinds of plant against closed forms and each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.fmu.fmu_host import running
+from support.fmu.native_slopes import FloatArray
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.simulation.build import build
+from sim_dart import CoreDynamics
+
+pytestmark = pytest.mark.native
+
+H = 1e-3
+PULLS = {
+    "no force": lambda f_min: np.zeros_like(f_min),
+    "minus no force": lambda f_min: -np.zeros_like(f_min),
+    "hardly any": lambda f_min: np.full_like(f_min, 1e-8),
+    "f_min": lambda f_min: f_min,
+    "inside": lambda f_min: f_min + np.linspace(5.0, 20.0, f_min.size),
+}
+
+
+def slopes(
+    experiment: Experiment,
+    folder: Path,
+    native: bool,
+    fmi: FmiVersion,
+    commands: FloatArray,
+    of: str = "qd",
+) -> tuple[FloatArray, FloatArray]:
+    """Of outputs behind a step, by commands one by one, and along a direction of mixed signs."""
+    file = build(experiment, folder, native=native, fmi=fmi, arrays=False)["plant"]
+    with running(file, folder / "unpacked") as host:
+        muscles = [n for n in host.references if n.split(".")[0] in ("f", "u")]
+        inputs = [host.references[name] for name in muscles]
+        outputs = [r for name, r in host.references.items() if name.startswith(f"{of}.")]
+        host.slave.reset()
+        host.start(**dict(zip(muscles, commands.tolist(), strict=True)))
+        more = [len(outputs)] if fmi == "3.0" else []
+
+        def along(knowns: list[int], seeds: FloatArray) -> list[float]:
+            return list(host.slave.getDirectionalDerivative(outputs, knowns, list(seeds), *more))
+
+        single = np.array([along([k], np.ones(1)) for k in inputs]).T
+        mixed = np.array(along(inputs, directions(len(inputs))))
+        host.slave.terminate()
+    return single, mixed
+
+
+def directions(count: int) -> FloatArray:
+    return np.linspace(-1.0, 0.7, count)
+
+
+def closed_form(experiment: Experiment) -> FloatArray:
+    """-h (M + h D)^-1 L'."""
+    dynamics, q = CoreDynamics(experiment.robot), np.array(experiment.start.q)
+    M, L = dynamics.mass_matrix(q), dynamics.muscle_jacobian(q)
+    rates: FloatArray = -H * np.linalg.solve(M + H * np.diag(dynamics.damping), L.T)
+    return rates
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("pull", PULLS)
+def test_a_cable_at_no_force_pulls(
+    pull: str, native: bool, version: FmiVersion, tmp_path: Path
+) -> None:
+    """One B, -M^-1 L', from no force on: that of the side on which cables pull."""
+    experiment = Experiment.load(PLANAR_2R)
+    commands = PULLS[pull](np.array([muscle.f_min for muscle in experiment.robot.muscles]))
+    expected = closed_form(experiment)
+    size = np.abs(expected).max()
+    single, mixed = slopes(experiment, tmp_path, native, version, commands)
+    np.testing.assert_allclose(single, expected, atol=1e-7 * size)
+    np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_cable_below_no_force_is_slack(native: bool, tmp_path: Path) -> None:
+    """However little below, and whatever others do."""
+    experiment = Experiment.load(PLANAR_2R)
+    commands = np.array([-1e-9, 0.0, 3.0, -2.0])
+    expected = closed_form(experiment) * (commands >= 0)
+    size = np.abs(expected).max()
+    single, mixed = slopes(experiment, tmp_path, native, "2.0", commands)
+    assert not single[:, commands < 0].any()
+    np.testing.assert_allclose(single, expected, atol=1e-7 * size)
+    np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
+
+
+@pytest.mark.parametrize("at_the_top", [False, True])
+def test_commands_at_the_ends_of_their_range(at_the_top: bool, tmp_path: Path) -> None:
+    """Muscles with laws have the inside's derivative: pressures follow by 1 - exp(-h / T)."""
+    experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})
+    model = PlantModel(experiment)
+    ends = model.ranges[int(at_the_top)][model.indices("commands")]
+    assert np.isfinite(ends).all()
+    (T,) = {dict(m.model.parameters)["pressure_time_constant"] for m in experiment.robot.muscles}
+    expected = (1 - np.exp(-H / T)) * np.eye(ends.size)
+    for native in (True, False):
+        folder = tmp_path / str(native)
+        single, mixed = slopes(experiment, folder, native, "2.0", ends, "pressure")
+        np.testing.assert_allclose(single, expected, rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(mixed, expected @ directions(ends.size), rtol=1e-6)
