@@ -7,12 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
 from cardsflow_fmu.report.figures import STYLE, inline_svg
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _MOST_BINS = 40
+_MOST_TICKS = 8
+_MOST_VECTORS = 500  # dots; more are an image within the SVG, which else takes megabytes
 _NARROWEST = 1e-9  # smallest width of a histogram, as a part of the values
 _TINY = 1e-100
 
@@ -41,6 +44,62 @@ def _range(values: FloatArray) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
     least = max(_NARROWEST * max(abs(low), abs(high)), _TINY)
     return (low, high) if high - low >= least else (low - least, high + least)
+
+
+def heat_map(
+    names: tuple[str, str],
+    x: FloatArray,
+    y: FloatArray,
+    metric: tuple[str, str],
+    values: FloatArray,
+) -> str:
+    """A metric over two variations: cells where their values form a grid, dots otherwise.
+
+    Args:
+        names: Of the variations along x and y.
+        x: Values of the first, one a run, finite.
+        y: Of the second.
+        metric: Name and unit.
+        values: One a run; NaN where it failed, and small enough for the axes of a figure.
+    """
+    columns, rows = np.unique(x), np.unique(y)
+    is_grid = len(columns) * len(rows) <= len(values)
+
+    def draw(axes: Axes) -> None:
+        drawn: ScalarMappable
+        if is_grid:
+            cells = mean_cells(x, y, values)
+            drawn = axes.imshow(cells, origin="lower", aspect="auto", cmap="viridis")
+            axes.set_xticks(*_ticks(columns))
+            axes.set_yticks(*_ticks(rows))
+            axes.grid(False)
+        else:
+            many = len(values) > _MOST_VECTORS
+            drawn = axes.scatter(x, y, c=values, s=14.0, cmap="viridis", rasterized=many)
+        axes.set_facecolor("#d0d4da")
+        axes.set_xlabel(names[0])
+        axes.set_ylabel(names[1])
+        axes.figure.colorbar(drawn, ax=axes, label=f"{metric[0]} [{metric[1] or '-'}]")
+
+    return _svg((4.8, 3.2), draw, f"heat map {metric[0]}")
+
+
+def mean_cells(x: FloatArray, y: FloatArray, values: FloatArray) -> FloatArray:
+    """The mean of the finite values at each pair of the n different y and m different x, (n, m)."""
+    columns, i = np.unique(x, return_inverse=True)
+    rows, j = np.unique(y, return_inverse=True)
+    known = np.isfinite(values)
+    sums, counts = np.zeros((len(rows), len(columns))), np.zeros((len(rows), len(columns)))
+    np.add.at(sums, (j[known], i[known]), values[known])
+    np.add.at(counts, (j[known], i[known]), 1.0)
+    means: FloatArray = np.full_like(sums, np.nan)
+    return np.divide(sums, counts, out=means, where=counts > 0.0)
+
+
+def _ticks(values: FloatArray) -> tuple[list[int], list[str]]:
+    """Places of at most `_MOST_TICKS` cells, and their values."""
+    places = list(range(0, len(values), -(-len(values) // _MOST_TICKS)))
+    return places, [f"{values[k]:.4g}" for k in places]
 
 
 def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> str:

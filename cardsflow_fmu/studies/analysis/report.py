@@ -11,9 +11,10 @@ import numpy as np
 from cardsflow_fmu.report.html import Markup, page, table
 from cardsflow_fmu.studies.definition.metrics import parted
 from cardsflow_fmu.studies.definition.rerun_command import only_command
+from cardsflow_fmu.studies.definition.sampling import is_searched
 from cardsflow_fmu.studies.definition.study import Study
 
-from .plots import histogram, search_history, sensitivity_bars
+from .plots import heat_map, histogram, search_history, sensitivity_bars
 from .statistics import Collected
 
 _LARGEST = 1e100  # of what can be drawn
@@ -40,6 +41,8 @@ def report_page(
         f"<h1>{escape(study.name)}</h1>",
         _opening(study, summary),
         *_best(study, summary, units, history),
+        *_best_by_metric(study, summary, units),
+        *_heat_maps(study, collected, units),
         *_distributions(summary, units),
         *_histograms(collected, units),
         *_worst(study, summary, units),
@@ -77,6 +80,47 @@ def _best(
         yield table(("setting", "value"), best["settings"].items())
         yield f"<p><code>{escape(best['command'])}</code></p>"
     yield search_history(objective, unit, history)
+
+
+def _best_by_metric(
+    study: Study, summary: Mapping[str, Any], units: Mapping[str, str]
+) -> Iterable[str]:
+    rows = [
+        (
+            f"{name} [{units[name] or '-'}]",
+            case["value"],
+            case["run"],
+            ", ".join(f"{key} = {_text(value)}" for key, value in case["settings"].items()),
+            _commands(only_command(study, case["hash"]), case["command"]),
+        )
+        for name, case in summary["best_by_metric"].items()
+    ]
+    if rows:
+        yield "<h2>Best runs</h2>"
+        yield table(("metric", "value", "run", "settings", "again"), rows)
+
+
+def _text(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
+    """Every metric over the two variations of a study that has two with numbers."""
+    names = [v.name for v in study.variations if is_searched(v)]
+    if len(names) != 2 or not all(np.isfinite(collected.inputs[name]).all() for name in names):
+        return
+    x, y = (collected.inputs[name] for name in names)
+    maps = []
+    for name, values in collected.metrics.items():
+        values = np.where(np.abs(values) < _LARGEST, values, np.nan)
+        there = values[np.isfinite(values)]
+        if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
+            maps.append(heat_map((names[0], names[1]), x, y, (name, units[name]), values))
+    if maps:
+        what = f"Over {names[0]} and {names[1]}"
+        yield f"<h2>{escape(what)}</h2>"
+        yield "<p>Means where several runs share both; grey where none succeeded.</p>"
+    yield from maps
 
 
 def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterable[str]:

@@ -90,7 +90,17 @@ def _distribution(there: FloatArray) -> dict[str, float | int]:
 
 
 def worst_runs(collected: Collected) -> dict[str, list[int]]:
-    """Rows of the worst runs by each metric, the worst first.
+    """Rows of the worst runs by each metric, the worst first; the metrics are those of `ranked`."""
+    return {name: rows[:_WORST] for name, rows in ranked(collected).items()}
+
+
+def best_runs(collected: Collected) -> dict[str, int]:
+    """The row of the best run by each metric; the metrics are those of `ranked`."""
+    return {name: rows[-1] for name, rows in ranked(collected).items()}
+
+
+def ranked(collected: Collected) -> dict[str, list[int]]:
+    """Rows of all runs by each metric that they have, the worst first.
 
     Metrics that are equal in all runs are left out, and so are those of single muscles.
     """
@@ -100,7 +110,7 @@ def worst_runs(collected: Collected) -> dict[str, list[int]]:
         there = np.flatnonzero(~np.isnan(values))
         if muscle is None and there.size and np.any(values[there] != values[there[0]]):
             badness = values[there] if metric.large_is_good else -values[there]
-            found[name] = there[np.argsort(badness, kind="stable")][:_WORST].tolist()
+            found[name] = there[np.argsort(badness, kind="stable")].tolist()
     return found
 
 

@@ -12,7 +12,7 @@ from cardsflow_fmu.results.summary import versions
 from cardsflow_fmu.studies.definition.rerun_command import rerun_command
 from cardsflow_fmu.studies.definition.study import Study
 
-from .statistics import Collected, distributions, sensitivities, worst_runs
+from .statistics import Collected, best_runs, distributions, sensitivities, worst_runs
 from .table import Rows
 
 
@@ -24,8 +24,20 @@ def summary_text(summary: Mapping[str, Any]) -> str:
 def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
     """The content of summary.json."""
     worst = {} if study.optimise else worst_runs(collected)  # a search tries bad ones too
-    chosen = {row for rows_ in worst.values() for row in rows_}
+    best = {} if study.optimise else best_runs(collected)
+    chosen = {row for rows_ in worst.values() for row in rows_} | set(best.values())
     runs = {row: run for row, (run, _) in enumerate(rows()) if row in chosen}
+
+    def case(name: str, row: int) -> dict[str, Any]:
+        run = runs[row]
+        return {
+            "run": run.index,
+            "hash": run.hash,
+            "value": float(collected.metrics[name][row]),
+            "settings": dict(run.settings),
+            "command": rerun_command(study, run),
+        }
+
     complete = len(collected.overheads)
     return {
         "study": study.name,
@@ -38,19 +50,8 @@ def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, A
         "failures": collected.failures,
         "overhead_s": float(np.median(collected.overheads or [0.0])),
         "metrics": distributions(collected),
-        "worst": {
-            name: [
-                {
-                    "run": runs[row].index,
-                    "hash": runs[row].hash,
-                    "value": float(collected.metrics[name][row]),
-                    "settings": dict(runs[row].settings),
-                    "command": rerun_command(study, runs[row]),
-                }
-                for row in rows_
-            ]
-            for name, rows_ in worst.items()
-        },
+        "worst": {name: [case(name, row) for row in rows_] for name, rows_ in worst.items()},
+        "best_by_metric": {name: case(name, row) for name, row in best.items()},
         "sensitivity": sensitivities(study, collected),
         "versions": versions(),
     }
