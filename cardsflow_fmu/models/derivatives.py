@@ -12,7 +12,7 @@ derivative where Γ is smooth.
 
 What lies beyond the end of an input's range acts as the end does, which makes a kink there: an
 ideal cable cannot push. The difference is taken on one side of it, so that an input at its end has
-the derivative of the range's inside, and one beyond that of zero: as those of native plants,
+the derivative of the range's inside, and one beyond has zero: as those of native plants,
 see `tangent.h`. The values v are moved off the end by as much as they change, at most by
 1e-6 (1 + |v|), and the error grows to that, relative to the second derivative. Where other kinks
 lie, as a joint's limit or a controller's force bound makes them, the answer is the mean of both
