@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..robot.errors import InputError
+from ..robot.errors import InputError, MachineError
+from ..robot.files import file_error
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
 from .manifest import MANIFEST, digest, manifest_text, read_manifest
@@ -53,6 +54,7 @@ def replacing(folder: str | Path) -> Iterator[Replacement]:
 
     Raises:
         InputError: The folder cannot be written, or holds files that would be overwritten.
+        MachineError: There is no room.
     """
     folder = require_folder(folder)
     made = [path for path in (folder, *folder.parents) if not path.exists()]  # innermost first
@@ -62,11 +64,11 @@ def replacing(folder: str | Path) -> Iterator[Replacement]:
         yield Replacement(folder, part)
     except OSError as error:
         name = f" ({Path(error.filename).name})" if isinstance(error.filename, str) else ""
-        what = f"cannot be written: {error.strerror or error}{name}"
-        raise InputError(what, file=folder) from error
-    except InputError as error:
-        if type(error) is InputError and error.file and error.file.is_relative_to(part):
-            raise InputError(error.what, file=folder) from error
+        raise file_error(error, f"cannot be written{name}", folder) from error
+    except (InputError, MachineError) as error:
+        kind = type(error)
+        if kind in (InputError, MachineError) and error.file and error.file.is_relative_to(part):
+            raise kind(error.what, file=folder) from error
         raise
     finally:
         _tidy(part, made)

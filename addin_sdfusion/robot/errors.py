@@ -123,6 +123,7 @@ class MachineError(CardsflowError):
     """
 
     def __init__(self, what: str, file: str | Path) -> None:
+        self.what, self.file = what, Path(file)
         super().__init__(f"{file}: {what}")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from ...building.build_robot import check_design
 from ...fusion.design import read_design
 from ...progress import Cancelled
-from ...robot.errors import InputError
+from ...robot.errors import CardsflowError
 from ...robot.finding import Finding, errors_first
 from ...snapshot import write_snapshot
 from ..command import Command, Window
@@ -86,7 +86,7 @@ class Check(Window):
             write_snapshot(read_design(self.design, progress=shown), file)
         except Cancelled:
             self._hint = "Nothing was saved."
-        except InputError as error:
+        except CardsflowError as error:
             self._hint = str(error)
         else:
             self._hint = (

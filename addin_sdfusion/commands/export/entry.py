@@ -15,7 +15,7 @@ from ...fusion.design import read_design
 from ...muscles.attributes import GROUP, SETTINGS, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
-from ...robot.errors import InputError, RobotError
+from ...robot.errors import CardsflowError, RobotError
 from ...robot.finding import Finding, errors_first
 from ...settings import ExportSettings
 from ..check.entry import summary
@@ -97,7 +97,7 @@ class Export(Window):
             text = f"The robot cannot be exported:\n\n{errors}\n\nCheck shows where that is."
             message(text, DIALOG.name)
             return
-        except InputError as error:
+        except CardsflowError as error:
             message(str(error), DIALOG.name)
             return
         finally:

@@ -17,6 +17,7 @@ from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.exporting.manifest import MANIFEST
 from addin_sdfusion.exporting.robot_folder import PART, replacing
 from addin_sdfusion.robot import InputError, Robot, read_robot
+from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.settings import ExportSettings
 
 ALL = ExportSettings()
@@ -227,7 +228,7 @@ def test_a_full_disk_at_any_write_or_move_leaves_the_old_export(tmp_path, arm):
     steps = count_of_steps(tmp_path)
     assert steps > 50
     for number in range(steps):
-        with failing(number, full), pytest.raises(InputError) as caught:
+        with failing(number, full), pytest.raises(MachineError) as caught:
             export_built(built(other_arm()), ALL, arm)
         assert caught.value.file == arm
         assert "No space left" in str(caught.value)
