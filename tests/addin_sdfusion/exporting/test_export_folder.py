@@ -264,7 +264,7 @@ def test_after_a_crash_the_next_export_begins_with_the_old_one(tmp_path, arm):
 
 
 def test_a_first_export_that_fails_leaves_no_folder(tmp_path):
-    with failing(5, full), pytest.raises(InputError):
+    with failing(5, full), pytest.raises(MachineError):
         export_built(built(), ALL, tmp_path / "a/b/arm")
     assert list(tmp_path.iterdir()) == []
 
