@@ -409,6 +409,7 @@ def test_info_tells_of_motors(shared: Path, capsys: pytest.CaptureFixture[str]) 
     assert "joint_1_gamma  -unlimited  unlimited  N·m" in text
 
 
+@pytest.mark.slow
 def test_a_published_hybrid_robot_is_checked_and_sized(
     shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

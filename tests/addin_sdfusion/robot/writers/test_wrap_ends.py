@@ -42,6 +42,7 @@ def _apart(robot: Robot, q: float, folder: Path) -> float:
     return float(DartDynamics(robot).muscle_lengths([q])[0] - data.ten_length[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 def test_the_difference_to_a_straight_path_is_that_to_mujocos(shape: str, tmp_path: Path) -> None:
     reported = []
