@@ -54,8 +54,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two more than cores: many tests wait, and a busy machine shares itself by processes."""
-    return (os.cpu_count() or 1) + 2
+    """One more than cores: many tests wait, and a busy machine shares itself by processes."""
+    return (os.cpu_count() or 1) + 1
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import fmpy
 import numpy as np
 import pytest
+from support.cases import few
 from support.fmu.fmu_host import running
 from support.fmu.native_slopes import FloatArray, check, commanded, started
 from support.robots.muscle_bench import SOUND
@@ -84,7 +85,7 @@ LAWS = [(kind, {}) for kind in SOUND] + [
 ]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", few(range(2)))
 @pytest.mark.parametrize(("kind", "extra"), LAWS)
 def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> None:
     """Tensions and states as outputs, states as what a step begins with."""
