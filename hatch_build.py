@@ -85,7 +85,7 @@ def platform_flags(is_small: bool) -> list[str]:
     flags = ["-shared", "-fPIC"]
     if sys.platform == "darwin":
         return flags
-    small = ["-s", "-fno-asynchronous-unwind-tables", "-Wl,--gc-sections"] if is_small else []
+    small = ["-s", *_SOURCES.NO_UNWINDING, "-Wl,--gc-sections"] if is_small else []
     return [*flags, *small, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
 
 

@@ -97,11 +97,11 @@ class Target(NamedTuple):
 
 # Small, for every FMU has it inside; what no exported function needs is left out.
 SMALL = ("-Os", "-ffunction-sections")
-_NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # there are no exceptions
-_LINUX = ("-fPIC", "-D_GNU_SOURCE", *_NO_UNWINDING, "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
+NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # there are no exceptions
+_LINUX = ("-fPIC", "-D_GNU_SOURCE", *NO_UNWINDING, "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
 _DARWIN = (
     "-fPIC",
-    *_NO_UNWINDING,
+    *NO_UNWINDING,
     "-Wl,-dead_strip",
     "-Wl,-install_name,@rpath/cardsflow_fmi.dylib",
 )
