@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import math
+import re
 import sys
 import types
 import typing
@@ -23,6 +24,20 @@ if TYPE_CHECKING:
 else:  # Python 3.11 has no array[...]
     Samples = array
 """Many numbers in a row; a field says `Annotated[Samples, "d"]` for floats, "i" for indices."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a text looks like; a field says `Annotated[str, Form("#rrggbb", "#[0-9a-f]{6}")]`.
+
+    Attributes:
+        text: For people.
+        pattern: The regular expression that all of it matches.
+    """
+
+    text: str
+    pattern: str
+
 
 Record = TypeVar("Record")
 
@@ -47,7 +62,7 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, tuple):
         return list(value)
     if isinstance(value, Mapping):
-        return dict(value)
+        return {key: to_plain(item) for key, item in value.items()}
     if is_dataclass(value):
         pairs = ((f, getattr(value, f.name)) for f in fields(value))
         return {f.name: to_plain(item) for f, item in pairs if item != _default(f)}
@@ -103,6 +118,8 @@ def _hints(cls: type) -> dict[str, Any]:
 def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
     """The value of a field of that type."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated and isinstance(arguments[1], Form):
+        return _formed(arguments[1], plain, where)
     if origin is typing.Annotated:
         return _unpack(arguments[1], plain, where, budget)
     if origin is types.UnionType or origin is typing.Union:
@@ -122,7 +139,7 @@ def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
     if is_dataclass(hint):
         return _record(typing.cast(type, hint), plain, where, budget)
     if origin is not None and issubclass(origin, Mapping):
-        return _mapping(plain, where)
+        return _mapping(arguments[1], plain, where)
     return _scalar(hint, plain, where)
 
 
@@ -139,9 +156,15 @@ def _tuple(kinds: tuple[Any, ...], plain: Any, where: str, budget: _Budget) -> t
     )
 
 
-def _mapping(plain: Any, where: str) -> dict[str, str]:
-    if not isinstance(plain, dict) or not all(isinstance(v, str) for v in plain.values()):
-        raise InputError("must hold an object of texts", key=where)
+def _mapping(hint: Any, plain: Any, where: str) -> dict[str, Any]:
+    if not isinstance(plain, dict):
+        raise InputError(f"must hold an object, not {type(plain).__name__}", key=where)
+    return {key: _scalar(hint, item, f"{where}.{key}") for key, item in plain.items()}
+
+
+def _formed(form: Form, plain: Any, where: str) -> str:
+    if not isinstance(plain, str) or not re.fullmatch(form.pattern, plain, re.ASCII):
+        raise InputError(f"must be {form.text}, not {plain!r}", key=where)
     return plain
 
 

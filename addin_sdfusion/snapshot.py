@@ -1,38 +1,53 @@
-"""Snapshot of a design as plain records: all that the export needs of Fusion, in one file.
+"""Snapshot of a design as plain records: all that an export needs of a CAD system.
 
 SI units. Positions and directions are given in the design's root frame, at the
 design's pose. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component
-has the empty path.
+has the empty path. `snapshot_file` writes and reads them; `docs/snapshot.md` describes the file.
 """
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated, Literal
 
-from .records import Samples, from_plain, to_plain
-from .robot.errors import InputError
-from .robot.files import read_file, write_files
+from .records import Form, Samples
 from .robot.finding import Finding
-from .robot.json_text import json_text
+from .robot.model.muscle import CableKind
 from .robot.model.pose import Vector3
+from .robot.model.robot import Axis
 from .settings import ExportSettings
-
-FORMAT = 1
-"""Version of the file format; a file of another version is refused."""
 
 ROOT = ""
 """Path of the root component."""
-
-_LARGEST = 2**30
 
 JointKind = Literal[
     "rigid", "revolute", "slider", "cylindrical", "pin_slot", "planar", "ball", "inferred"
 ]
 DesignIntent = Literal["part", "assembly", "hybrid", "unknown"]
+Role = Literal["via", "task", "marker"]
+COLOR = re.compile("#[0-9a-fA-F]{6}", re.ASCII)
+Color = Annotated[str, Form("#rrggbb", COLOR.pattern)]
+
+DEFAULT_COLOR = "#d62728"
+F_MIN, F_MAX = 10.0, 80.0
+"""Force limits of a muscle of which nothing is known, in [N]: those of the add-in before."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceSnapshot:
+    """Where a snapshot comes from.
+
+    Attributes:
+        program: The CAD system or the library, such as `Fusion` or `build123d`.
+        version: Its version.
+        document: The design's document, file or address there.
+    """
+
+    program: str = ""
+    version: str = ""
+    document: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +58,8 @@ class MassSnapshot:
         mass: In [kg].
         com: Centre of mass, in [m].
         moments: xx, yy, zz, xy, yz, xz about the root frame's origin and axes, in [kg·m²]. The
-            sign of the products is not documented: see `building.mass_properties`.
+            products are entries of the inertia matrix, xy = -∫ x y dm; where the principal moments
+            say that a CAD system gives their negatives, they are taken so.
         principal: Principal moments about the centre of mass, in [kg·m²], in any order.
     """
 
@@ -78,6 +94,9 @@ class BodySnapshot:
         mass: Mass properties; None where there are none.
         material: Name of its material; empty if it has none.
         mesh: Its triangles; None where they were not asked for.
+        color: Its colour; None where the CAD system does not say.
+        opacity: From 0, not seen, to 1.
+        appearance: Name of its appearance, where the CAD system has such; empty if not.
     """
 
     name: str
@@ -87,6 +106,9 @@ class BodySnapshot:
     mass: MassSnapshot | None = None
     material: str = ""
     mesh: MeshSnapshot | None = None
+    color: Color | None = None
+    opacity: float = 1.0
+    appearance: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +162,11 @@ class MotionSnapshot:
         lower, upper: Limits, in [rad] or [m]; None where not enabled.
         role: What the CAD system calls it where a joint has several: `pitch`, `yaw`, `roll`,
             `rotation`, `slide`, `primary_slide`, `secondary_slide`.
+        damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
+        friction: Coulomb friction, in [N·m] or [N].
+        stiffness: Of a spring, in [N·m/rad] or [N/m].
+        rest: Where the spring makes no torque or force, in [rad] or [m].
+        effort: Largest torque or force of its motor, in [N·m] or [N]; None where not known.
     """
 
     kind: Literal["rotation", "translation"]
@@ -148,6 +175,11 @@ class MotionSnapshot:
     lower: float | None = None
     upper: float | None = None
     role: str = ""
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    effort: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,8 +214,111 @@ class JointSnapshot:
 
 
 @dataclass(frozen=True, slots=True)
+class CouplingSnapshot:
+    """A motion that follows another one: follower = ratio · leader + offset.
+
+    Attributes:
+        follower, leader: Names of the joints.
+        ratio: Without unit, or in [m/rad] or [rad/m].
+        offset: In [rad] or [m].
+        follower_role, leader_role: Roles of the motions, of joints that have several.
+    """
+
+    follower: str
+    leader: str
+    ratio: float = 1.0
+    offset: float = 0.0
+    follower_role: str = ""
+    leader_role: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MuscleSnapshot:
+    """A muscle, without its points, which name it.
+
+    Attributes:
+        name: Its name.
+        color: What it is drawn in.
+        f_min: Smallest force that a controller may command, in [N].
+        f_max: Largest force, in [N]; infinite where unknown.
+        model: How force, length and stiffness belong together.
+        parameters: The model's numbers by name, in SI units.
+    """
+
+    name: str
+    color: Color = DEFAULT_COLOR
+    f_min: float = F_MIN
+    f_max: float = F_MAX
+    model: CableKind = "ideal"
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class PointUse:
+    """What a construction point is.
+
+    Attributes:
+        role: `via`, `task` or `marker`.
+        link: Name of the link it is fixed to, or `world`; that of its occurrence if empty.
+        muscle: Of a via point: name of the muscle.
+        number: Of a via point: its place along the muscle.
+        name: Of a task point or marker: its name.
+        axes: Of a task point: which coordinates count; the position's if empty.
+        occurrence: Path of the occurrence that is meant where the component is in several places.
+        made: Whether the add-in made the point, and so may delete it.
+        original: The name that the user gave a point that the add-in did not make.
+    """
+
+    role: Role
+    link: str = ""
+    muscle: str = ""
+    number: int = 0
+    name: str = ""
+    axes: tuple[Axis, ...] = ()
+    occurrence: str = ""
+    made: bool = False
+    original: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WrapUse:
+    """A muscle that wraps over a surface.
+
+    Attributes:
+        muscle: Name of the muscle.
+        after: Number of the via point before the surface.
+        side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter path.
+        turns: Whole turns about it.
+        inside: Whether it is led through the surface; then it has no side and no turns.
+    """
+
+    muscle: str
+    after: int
+    side: Literal[-1, 0, 1] = 0
+    turns: int = 0
+    inside: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceUse:
+    """What a face is.
+
+    Attributes:
+        name: Name of the wrap surface.
+        link: Name of the link it is fixed to, or `world`; that of its occurrence if empty.
+        muscles: Which muscles wrap over it.
+        occurrence: Path of the occurrence that is meant where the component is in several places.
+    """
+
+    name: str
+    link: str = ""
+    muscles: tuple[WrapUse, ...] = ()
+    occurrence: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class PointSnapshot:
-    """A construction point in one place: a via point, task point or marker by name or attributes.
+    """A construction point in one place: a via point, task point or marker.
 
     Attributes:
         name: Its name.
@@ -191,7 +326,8 @@ class PointSnapshot:
         position: In [m].
         entity: What the CAD system's component and point are; the same for a point that is in
             several places because its component is.
-        attributes: Its attributes in the add-in's group, by name.
+        use: What it is; None where its name says it, as in designs of earlier add-ins:
+            `VP_motor<number>_EXPORT_<link>_<number>`, `EE_<link>`, `VM_<link>`.
         problem: What the CAD system says is wrong with it; empty if nothing.
     """
 
@@ -199,7 +335,7 @@ class PointSnapshot:
     occurrence: str
     position: Vector3
     entity: str = ""
-    attributes: Mapping[str, str] = field(default_factory=dict)
+    use: PointUse | None = None
     problem: str = ""
 
 
@@ -215,7 +351,7 @@ class SurfaceSnapshot:
         axis: Of the cylinder, a unit vector; z for a sphere.
         length: Of the cylinder, in [m]; 0 for a sphere.
         entity: As for a point.
-        attributes: Its attributes in the add-in's group, by name.
+        use: What it is; None for a face that no muscle wraps over.
     """
 
     occurrence: str
@@ -225,7 +361,7 @@ class SurfaceSnapshot:
     axis: Vector3 = (0.0, 0.0, 1.0)
     length: float = 0.0
     entity: str = ""
-    attributes: Mapping[str, str] = field(default_factory=dict)
+    use: SurfaceUse | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,11 +375,13 @@ class DesignSnapshot:
         bodies: Every body in every place.
         groups: Rigid groups.
         joints: Joints and as-built joints.
-        points: Construction points of the add-in, by name or attributes.
+        points: Via points, task points and markers.
         surfaces: Faces that muscles wrap over.
-        attributes: The design's attributes in the add-in's group, by name.
+        muscles: The muscles in their order, which is that of the forces.
         intent: What the design is made for.
         findings: What could not be read.
+        source: Where it comes from.
+        couplings: Motions that follow others.
     """
 
     name: str
@@ -254,44 +392,8 @@ class DesignSnapshot:
     joints: tuple[JointSnapshot, ...] = ()
     points: tuple[PointSnapshot, ...] = ()
     surfaces: tuple[SurfaceSnapshot, ...] = ()
-    attributes: Mapping[str, str] = field(default_factory=dict)
+    muscles: tuple[MuscleSnapshot, ...] = ()
     intent: DesignIntent = "unknown"
     findings: tuple[Finding, ...] = ()
-
-
-def snapshot_text(snapshot: DesignSnapshot) -> str:
-    """The text of a snapshot's file."""
-    plain = {"format": FORMAT, "design": to_plain(snapshot)}
-    return json_text(plain, indent=1, sort_keys=True) + "\n"
-
-
-def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
-    """Write a snapshot as JSON.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
-    file = Path(file)
-    return write_files(file.parent, {file.name: snapshot_text(snapshot)})[0]
-
-
-def read_snapshot(file: str | Path) -> DesignSnapshot:
-    """Read a snapshot from JSON.
-
-    Raises:
-        InputError: It cannot be read or is no snapshot; the message names the key.
-    """
-    file = Path(file)
-    try:
-        plain = json.loads(read_file(file, _LARGEST).decode())
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"is not JSON: {error}", file=file) from None
-    if not isinstance(plain, dict) or plain.keys() != {"format", "design"}:
-        raise InputError("is not a design snapshot of this add-in", file=file)
-    if plain["format"] != FORMAT:
-        what = f"has format {plain['format']!r}, this version reads {FORMAT}"
-        raise InputError(what, file=file, key="format")
-    try:
-        return from_plain(DesignSnapshot, plain["design"], "design")
-    except InputError as error:
-        raise InputError(error.what, file=file, key=error.key) from None
+    source: SourceSnapshot = field(default_factory=SourceSnapshot)
+    couplings: tuple[CouplingSnapshot, ...] = ()

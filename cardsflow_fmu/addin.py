@@ -19,7 +19,7 @@ from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file, write_files
 from addin_sdfusion.settings import ExportSettings
-from addin_sdfusion.snapshot import read_snapshot
+from addin_sdfusion.snapshot_file import read_snapshot
 
 NAME = "addin_sdfusion"
 """Fusion wants the folder, the program in it and its manifest to have the same name."""

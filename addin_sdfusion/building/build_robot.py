@@ -15,6 +15,7 @@ from ..robot.model.robot import Link, Robot
 from ..snapshot import BodySnapshot, DesignSnapshot
 from .design_checks import (
     body_findings,
+    coupling_findings,
     design_notes,
     massless_links,
     name_findings,
@@ -122,6 +123,7 @@ class _Building:
             *muscles.findings,
             *point_findings(snapshot, table, links),
             *name_findings(robot),
+            *coupling_findings(snapshot),
             *design_notes(snapshot, robot),
             *up_hint(snapshot, masses.parts, base),
         ]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..muscles.attributes import POINT, WRAP, read_point, read_wrap
 from ..muscles.point_names import parse_point_name
 from ..muscles.rows import MuscleTable
-from ..robot.errors import InputError
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
 from ..robot.model.robot import Robot
@@ -86,7 +84,7 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
 
 def _is_com(point: PointSnapshot) -> bool:
     parsed = parse_point_name(point.name)
-    return parsed is not None and parsed.role == "com" and POINT not in point.attributes
+    return parsed is not None and parsed.role == "com" and point.use is None
 
 
 def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
@@ -115,19 +113,14 @@ def _paths(group: Sequence[PointSnapshot | SurfaceSnapshot]) -> list[str]:
 
 
 def _said_occurrence(item: PointSnapshot | SurfaceSnapshot) -> str | None:
-    """The occurrence that its attribute names; None if it names none."""
-    try:
-        if isinstance(item, SurfaceSnapshot):
-            return read_wrap(item.attributes.get(WRAP, "")).occurrence or None
-        return read_point(item.attributes.get(POINT, "")).occurrence or None
-    except InputError:
-        return None
+    """The occurrence that is said to be meant; None if none is."""
+    return (item.use.occurrence if item.use else "") or None
 
 
 def _subject(item: PointSnapshot | SurfaceSnapshot) -> Subject:
     if isinstance(item, PointSnapshot):
         return Subject("point", item.name)
-    return Subject("wrap_surface", read_wrap(item.attributes[WRAP]).name)
+    return Subject("wrap_surface", item.use.name if item.use else "")
 
 
 def name_findings(robot: Robot) -> Iterator[Finding]:
@@ -151,6 +144,16 @@ def name_findings(robot: Robot) -> Iterator[Finding]:
             if len(same) > 1:
                 problem = f"differs from {listed(same[1:])} in upper and lower case only; rename it"
                 yield warning(Subject(kind, same[0]), "names-differ-by-case", problem)
+
+
+def coupling_findings(snapshot: DesignSnapshot) -> Iterator[Finding]:
+    """Couplings, which the description of robots does not have."""
+    for c in snapshot.couplings:
+        problem = (
+            f"follows {c.leader!r} in the design, but moves on its own in the robot, which has no "
+            "couplings; add what holds it, or make it rigid"
+        )
+        yield warning(Subject("joint", c.follower), "coupling-not-exported", problem)
 
 
 def design_notes(snapshot: DesignSnapshot, robot: Robot | None) -> Iterator[Finding]:

@@ -45,4 +45,5 @@ def read(design: Any, *, masses: bool = True) -> Reading:
     snapshot = read_design(design, meshes=False, masses=masses)
     links = link_of(snapshot)
     table, findings = read_table(snapshot, links)
-    return Reading(snapshot, links, table, tuple(findings), _NOTES.get(snapshot.intent, ""))
+    stored = [finding for finding in snapshot.findings if finding.code == "bad-attribute"]
+    return Reading(snapshot, links, table, (*stored, *findings), _NOTES.get(snapshot.intent, ""))

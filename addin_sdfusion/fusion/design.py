@@ -16,6 +16,7 @@ import adsk.fusion
 
 from ..muscles.attributes import SETTINGS, read_settings
 from ..muscles.point_names import natural_key
+from ..muscles.stored import stored_muscles
 from ..progress import Progress, no_progress
 from ..robot.errors import InputError
 from ..robot.finding import Subject
@@ -26,6 +27,7 @@ from ..snapshot import (
     DesignSnapshot,
     OccurrenceSnapshot,
     PointSnapshot,
+    SourceSnapshot,
     SurfaceSnapshot,
 )
 from .bodies.bodies import count_bodies, read_bodies
@@ -117,9 +119,10 @@ class _Reading:
             joints=self._named("joint", read_joints, occurrences),
             points=tuple(sorted(points, key=_point_key)),
             surfaces=self._surfaces(list(occurrences.values()), keys),
-            attributes=attributes,
+            muscles=stored_muscles(attributes, self._name(), notes.findings),
             intent=self._intent(),
             findings=notes.sorted(),
+            source=self._source(),
         )
 
     def _parts(
@@ -208,6 +211,11 @@ class _Reading:
     def _intent(self) -> DesignIntent:
         intent = optional(lambda: self._design.designIntent)  # since January 2026
         return _INTENTS.get(intent, "unknown")
+
+    def _source(self) -> SourceSnapshot:
+        version = optional(lambda: str(adsk.core.Application.get().version))
+        document = optional(lambda: str(self._design.parentDocument.name))
+        return SourceSnapshot("Fusion", version or "", document or "")
 
     def _tick(self, what: str) -> None:
         self._progress(min(self._done, self._whole), self._whole, what)

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..muscles.attributes import GROUP
 from ..muscles.point_names import is_point_name
+from ..muscles.stored import stored_point
 from ..robot.model.pose import Vector3
 from ..snapshot import PointSnapshot
 from .health import problem_of
@@ -30,13 +31,14 @@ def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[Po
         problem = notes.attempt(subject, "state", problem_of, native, subject, notes)
         read = notes.attempt(subject, "position", _positions, occurrence, native, proxy)
         if read is not None:
-            found.append((name, read, held or {}, problem or ""))
+            use = stored_point(held or {}, name, notes.findings)
+            found.append((name, read, use, problem or ""))
     count: dict[str, int] = {}
     # By where they are in their component: the same order in every occurrence.
-    for name, (_, there), held, problem in sorted(found, key=lambda point: (point[0], point[1][0])):
+    for name, (_, there), use, problem in sorted(found, key=lambda point: (point[0], point[1][0])):
         number = count[name] = count.get(name, -1) + 1
         yield PointSnapshot(
-            name, occurrence.path, there, keys.key(occurrence, name, number), held, problem
+            name, occurrence.path, there, keys.key(occurrence, name, number), use, problem
         )
 
 

@@ -12,6 +12,7 @@ import adsk.core
 import adsk.fusion
 
 from ..muscles.attributes import GROUP, WRAP
+from ..muscles.stored import stored_surface
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, subtract
@@ -102,19 +103,19 @@ def _in_occurrence(
     read = []
     for face, held in body.faces:
         subject = Subject("wrap_surface", occurrence.named(body.name))
-        pair = notes.attempt(subject, "face", _surface, occurrence, face, held, todo=_AGAIN)
+        pair = notes.attempt(subject, "face", _surface, occurrence, face, todo=_AGAIN)
         if pair is not None:
-            read.append(pair)
+            own, surface = pair
+            use = stored_surface(held, occurrence.path or body.name, notes.findings)
+            read.append(((held.get(WRAP, ""), own), replace(surface, use=use)))
     read.sort(key=lambda pair: pair[0])
     for number, (_, surface) in enumerate(read):
         key = keys.key(occurrence, f"{body.name}/face", number)
         yield replace(surface, entity=key)
 
 
-def _surface(
-    occurrence: Occurrence, face: Any, held: dict[str, str]
-) -> tuple[tuple[Any, ...], SurfaceSnapshot]:
-    """A face in an occurrence; first by what it is sorted among those of its body.
+def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:
+    """A face in an occurrence; first where it is in its component.
 
     Raises:
         ValueError: It is neither cylinder nor sphere.
@@ -125,8 +126,7 @@ def _surface(
         own = position(sphere.origin)
         centre = occurrence.in_root(position(placed.origin), own)
         radius = length(placed.radius)
-        surface = SurfaceSnapshot(occurrence.path, "sphere", radius, centre, attributes=held)
-        return (held.get(WRAP, ""), own), surface
+        return own, SurfaceSnapshot(occurrence.path, "sphere", radius, centre)
     cylinder, placed = (adsk.core.Cylinder.cast(f.geometry) for f in (face, proxy))
     if cylinder is None:
         raise ValueError("it is neither a cylinder nor a sphere")
@@ -138,9 +138,8 @@ def _surface(
         occurrence.T.apply(middle),
         occurrence.T.rotate(direction(cylinder.axis)),
         size,
-        attributes=held,
     )
-    return (held.get(WRAP, ""), middle), surface
+    return middle, surface
 
 
 def _extent(face: Any, origin: Vector3, axis: Vector3) -> tuple[Vector3, float]:

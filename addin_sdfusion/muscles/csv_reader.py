@@ -16,7 +16,7 @@ from ..robot.finding import Finding, Severity, Subject
 from ..robot.model.muscle import CableKind, CableModel
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import WORLD, Axis
-from .attributes import COLOR
+from ..snapshot import COLOR
 from .edits import next_color, with_muscle
 from .point_names import natural_key
 from .rows import MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow

@@ -1,7 +1,7 @@
 """Table of a design's muscles, task points, markers and wrap surfaces.
 
-Attributes take precedence over names. Positions are in the design's root frame, at the design's
-pose, in [m].
+What a point is said to be takes precedence over its name. Positions are in the design's root
+frame, at the design's pose, in [m].
 """
 
 from __future__ import annotations
@@ -11,13 +11,21 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
-from ..robot.errors import InputError
 from ..robot.finding import Finding
-from ..snapshot import DesignSnapshot, PointSnapshot, SurfaceSnapshot
-from .attributes import MUSCLES, POINT, WRAP, PointAttribute, read_muscles, read_point, read_wrap
+from ..robot.model.robot import WORLD
+from ..snapshot import DesignSnapshot, PointSnapshot, PointUse, SurfaceSnapshot
 from .checks import finding, table_findings
 from .point_names import is_point_name, natural_key, parse_point_name
-from .rows import COLORS, MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
+from .rows import (
+    COLORS,
+    MarkerRow,
+    MuscleRow,
+    MuscleTable,
+    TaskRow,
+    ViaPointRow,
+    WrapRow,
+    muscle_row,
+)
 
 
 class _Located(Protocol):
@@ -43,21 +51,23 @@ def read_table(
             places is taken where its own link is.
 
     Returns:
-        The table, and what is wrong with the design's attributes and names.
+        The table, and what is wrong with it and the points' names.
     """
     findings: list[Finding] = []
+    link_of = link_of or {}
     points: list[ViaPointRow] = []
     tasks: list[TaskRow] = []
     markers: list[MarkerRow] = []
     read = [(point, _point(point, findings)) for point in _once(snapshot.points, findings)]
-    for point, attribute in _one_each([(p, a) for p, a in read if a], link_of or {}):
-        if attribute.role == "via":
-            points.append(_via_point(point, attribute))
-        elif attribute.role == "task":
-            task = _named_point(TaskRow, point, attribute)
-            tasks.append(replace(task, axes=attribute.axes) if attribute.axes else task)
+    for point, said in _one_each([(p, use) for p, use in read if use], link_of):
+        use = said if said.link else replace(said, link=_link_at(point, link_of))
+        if use.role == "via":
+            points.append(_via_point(point, use))
+        elif use.role == "task":
+            task = _named_point(TaskRow, point, use)
+            tasks.append(replace(task, axes=use.axes) if use.axes else task)
         else:
-            markers.append(_named_point(MarkerRow, point, attribute))
+            markers.append(_named_point(MarkerRow, point, use))
     rows = _rows(snapshot, points, findings)
     order = {row.name: i for i, row in enumerate(rows)}
     points.sort(key=lambda p: (order[p.muscle], p.number, natural_key(p.name), p.occurrence))
@@ -66,7 +76,7 @@ def read_table(
         tuple(points),
         tuple(sorted(tasks, key=_by_name)),
         tuple(sorted(markers, key=_by_name)),
-        tuple(sorted(_wraps(snapshot, link_of or {}, findings), key=_by_name)),
+        tuple(sorted(_wraps(snapshot, link_of), key=_by_name)),
     )
     return table, [*findings, *table_findings(table)]
 
@@ -80,7 +90,7 @@ def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[Poin
     good = []
     for point in sorted(points, key=lambda p: (natural_key(p.name), p.entity, p.occurrence)):
         name = parse_point_name(point.name)
-        if POINT in point.attributes or (name and name.role != "com"):
+        if point.use is not None or (name and name.role != "com"):
             good.append(point)
         elif name is None and is_point_name(point.name):
             message = (
@@ -91,16 +101,10 @@ def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[Poin
     return good
 
 
-def _point(point: PointSnapshot, findings: list[Finding]) -> PointAttribute | None:
-    """The attribute of a point, or what its name holds in its place."""
-    text = point.attributes.get(POINT)
-    if text is not None:
-        try:
-            return read_point(text)
-        except InputError as error:
-            message = f"what is stored on the construction point {point.name!r} cannot be read"
-            message += f" ({error}); pick it again in Define muscles"
-            findings.append(finding("error", "bad-attribute", message, "point", point.name))
+def _point(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
+    """What a point is said to be, or what its name holds in its place."""
+    if point.use is not None:
+        return point.use
     name = parse_point_name(point.name)
     if name is None or name.role == "com":
         return None
@@ -111,14 +115,14 @@ def _point(point: PointSnapshot, findings: list[Finding]) -> PointAttribute | No
                 f"put it in its place in Define muscles ({name.muscle})"
             )
             findings.append(finding("error", "copied-point", message, "point", point.name))
-        return PointAttribute("via", name.link, name.muscle, name.number)
+        return PointUse("via", name.link, name.muscle, name.number)
     suffix = f"_{name.copy}" if name.copy else ""
-    return PointAttribute(name.role, name.link, name=name.link + suffix)
+    return PointUse(name.role, name.link, name=name.link + suffix)
 
 
 def _one_each(
-    read: Sequence[tuple[PointSnapshot, PointAttribute]], link_of: Mapping[str, str]
-) -> list[tuple[PointSnapshot, PointAttribute]]:
+    read: Sequence[tuple[PointSnapshot, PointUse]], link_of: Mapping[str, str]
+) -> list[tuple[PointSnapshot, PointUse]]:
     """Each point once: where it is meant, if its component is in several places."""
     groups: dict[str, list[PointSnapshot]] = {}
     for i, (point, _) in enumerate(read):
@@ -147,12 +151,17 @@ def _meant(
     return min(candidates, key=lambda p: natural_key(p.occurrence))
 
 
-def _via_point(point: PointSnapshot, a: PointAttribute) -> ViaPointRow:
+def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
+    """The link that moves with a point or face, or a name that tells where it is."""
+    return link_of.get(item.occurrence, item.occurrence or WORLD)
+
+
+def _via_point(point: PointSnapshot, a: PointUse) -> ViaPointRow:
     source = point.entity, point.occurrence, point.name
     return ViaPointRow(a.muscle, a.number, a.link, point.position, *source, a.made)
 
 
-def _named_point(kind: type[NamedPoint], point: PointSnapshot, a: PointAttribute) -> NamedPoint:
+def _named_point(kind: type[NamedPoint], point: PointSnapshot, a: PointUse) -> NamedPoint:
     source = point.entity, point.occurrence, a.made
     return kind(a.name or point.name, a.link, point.position, *source)
 
@@ -161,13 +170,7 @@ def _rows(
     snapshot: DesignSnapshot, points: Sequence[ViaPointRow], findings: list[Finding]
 ) -> tuple[MuscleRow, ...]:
     """The muscles that the design lists, then those that only have points."""
-    try:
-        listed = read_muscles(snapshot.attributes.get(MUSCLES, "[]"))
-    except InputError as error:
-        message = f"the design's list of muscles cannot be read ({error}); open Define muscles, "
-        message += "set the force limits and press OK"
-        findings.append(finding("error", "bad-attribute", message, "design", snapshot.name))
-        listed = ()
+    listed = [muscle_row(muscle) for muscle in snapshot.muscles]
     rows = {row.name: row for row in reversed(listed)}
     for name, count in Counter(row.name for row in listed).items():
         if count > 1:
@@ -186,25 +189,19 @@ def _rows(
     return tuple(ordered)
 
 
-def _wraps(
-    snapshot: DesignSnapshot, link_of: Mapping[str, str], findings: list[Finding]
-) -> list[WrapRow]:
+def _wraps(snapshot: DesignSnapshot, link_of: Mapping[str, str]) -> list[WrapRow]:
     groups: dict[str, list[SurfaceSnapshot]] = {}
     for i, surface in enumerate(snapshot.surfaces):
-        if WRAP in surface.attributes:
+        if surface.use is not None:
             groups.setdefault(surface.entity or f"#{i}", []).append(surface)
     rows = []
     for group in groups.values():
-        try:
-            attribute = read_wrap(group[0].attributes[WRAP])
-        except InputError as error:
-            where = group[0].occurrence or snapshot.name
-            message = f"what is stored on a wrap face of {where!r} cannot be read ({error}); "
-            message += "pick the face again in Define muscles"
-            findings.append(finding("error", "bad-attribute", message, "occurrence", where))
+        use = group[0].use
+        if use is None:
             continue
-        face = _meant(group, attribute.occurrence, attribute.link, link_of)
+        face = _meant(group, use.occurrence, use.link, link_of)
         shape = face.shape, face.radius, face.centre, face.axis, face.length
         place = face.entity, face.occurrence
-        rows.append(WrapRow(attribute.name, attribute.link, *shape, attribute.muscles, *place))
+        link = use.link or _link_at(face, link_of)
+        rows.append(WrapRow(use.name, link, *shape, use.muscles, *place))
     return rows

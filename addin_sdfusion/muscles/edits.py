@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from .rows import COLORS, MuscleRow, MuscleTable, ViaPointRow, WrapRow, WrapUse
+from ..snapshot import WrapUse
+from .rows import COLORS, MuscleRow, MuscleTable, ViaPointRow, WrapRow
 
 
 def renumbered(table: MuscleTable) -> MuscleTable:

@@ -15,9 +15,10 @@ from ..robot.finding import Finding
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import WORLD
 from ..robot.model.rotations import dot, normalized, subtract
+from ..snapshot import WrapUse
 from .checks import finding
 from .edits import delete_muscle, new_muscle_name, next_color, with_muscle, with_points
-from .rows import MuscleTable, ViaPointRow, WrapUse
+from .rows import MuscleTable, ViaPointRow
 
 _OTHER = {"l": "r", "left": "right"}
 _OTHER |= {right: left for left, right in _OTHER.items()}

@@ -11,12 +11,13 @@ from typing import Literal
 from ..robot.model.muscle import CableModel
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import Axis
+from ..snapshot import DEFAULT_COLOR, F_MAX, F_MIN, MuscleSnapshot, WrapUse
 from .point_names import natural_key
 
 _IDEAL = CableModel()
 
 COLORS = (
-    "#d62728",
+    DEFAULT_COLOR,
     "#1f77b4",
     "#2ca02c",
     "#ff7f0e",
@@ -28,9 +29,6 @@ COLORS = (
     "#7f7f7f",
 )
 """Colours that muscles get in turn."""
-
-F_MIN, F_MAX = 10.0, 80.0
-"""Force limits of a muscle of which nothing is known, in [N]: those of the add-in before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,23 +50,10 @@ class MuscleRow:
     model: CableModel = _IDEAL
 
 
-@dataclass(frozen=True, slots=True)
-class WrapUse:
-    """A muscle that wraps over a surface.
-
-    Attributes:
-        muscle: Name of the muscle.
-        after: Number of the via point before the surface.
-        side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter path.
-        turns: Whole turns about it.
-        inside: Whether it is led through the surface; then it has no side and no turns.
-    """
-
-    muscle: str
-    after: int
-    side: Literal[-1, 0, 1] = 0
-    turns: int = 0
-    inside: bool = False
+def muscle_row(m: MuscleSnapshot) -> MuscleRow:
+    """The row of a design's muscle."""
+    model = CableModel(m.model, tuple(m.parameters.items()))
+    return MuscleRow(m.name, m.color.lower(), m.f_min, m.f_max, model)
 
 
 @dataclass(frozen=True, slots=True)

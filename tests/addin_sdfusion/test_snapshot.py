@@ -8,6 +8,7 @@ import json
 import math
 import zlib
 from array import array
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,33 +17,36 @@ import pytest
 from fake_fusion import designs
 from hypothesis import given
 from hypothesis import strategies as st
+from support.designs.small_designs import arm
 
 from addin_sdfusion import records
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding, Subject
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
-    FORMAT,
     BodySnapshot,
+    CouplingSnapshot,
     DesignSnapshot,
     GroupSnapshot,
     JointSnapshot,
     MassSnapshot,
     MeshSnapshot,
     MotionSnapshot,
+    MuscleSnapshot,
     OccurrenceSnapshot,
     PointSnapshot,
+    PointUse,
+    SourceSnapshot,
     SurfaceSnapshot,
-    read_snapshot,
-    snapshot_text,
-    write_snapshot,
+    SurfaceUse,
+    WrapUse,
 )
+from addin_sdfusion.snapshot_file import FORMAT, read_snapshot, snapshot_text, write_snapshot
 
 NUMBERS = st.floats(-1e300, 1e300)
 LIMITS = st.one_of(st.none(), NUMBERS, st.sampled_from([math.inf, -math.inf]))
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
 TEXTS = st.text(max_size=12)
-ATTRIBUTES = st.dictionaries(TEXTS, TEXTS, max_size=3)
 PATHS = st.one_of(st.none(), st.just(Path("a/b.xml")))
 
 MASSES = st.builds(MassSnapshot, NUMBERS, VECTORS, st.tuples(*[NUMBERS] * 6), VECTORS)
@@ -77,7 +81,20 @@ JOINTS = st.builds(
     motions=st.lists(MOTIONS, max_size=3).map(tuple),
 )
 OCCURRENCES = st.builds(OccurrenceSnapshot, TEXTS, mass=st.one_of(st.none(), MASSES))
-POINTS = st.builds(PointSnapshot, TEXTS, TEXTS, VECTORS, attributes=ATTRIBUTES)
+WRAPS = st.builds(WrapUse, TEXTS, st.integers(0, 9), side=st.sampled_from([-1, 0, 1]))
+POINT_USES = st.builds(PointUse, st.sampled_from(["via", "task", "marker"]), TEXTS, TEXTS)
+SURFACE_USES = st.builds(SurfaceUse, TEXTS, TEXTS, st.lists(WRAPS, max_size=2).map(tuple))
+POINTS = st.builds(
+    PointSnapshot, TEXTS, TEXTS, VECTORS, use=st.one_of(st.none(), POINT_USES), problem=TEXTS
+)
+MUSCLES = st.builds(
+    MuscleSnapshot,
+    TEXTS,
+    st.sampled_from(["#012def", "#ABCDEF"]),
+    f_max=st.one_of(NUMBERS, st.just(math.inf)),
+    model=st.sampled_from(["ideal", "hill_thelen2003"]),
+    parameters=st.dictionaries(TEXTS, NUMBERS, max_size=3),
+)
 SURFACES = st.builds(
     SurfaceSnapshot,
     TEXTS,
@@ -86,7 +103,7 @@ SURFACES = st.builds(
     VECTORS,
     VECTORS,
     NUMBERS,
-    attributes=ATTRIBUTES,
+    use=st.one_of(st.none(), SURFACE_USES),
 )
 FINDINGS = st.builds(Finding, subject=st.builds(Subject, TEXTS, TEXTS), file=PATHS)
 SNAPSHOTS = st.builds(
@@ -99,9 +116,11 @@ SNAPSHOTS = st.builds(
     st.lists(JOINTS, max_size=2).map(tuple),
     st.lists(POINTS, max_size=2).map(tuple),
     st.lists(SURFACES, max_size=2).map(tuple),
-    ATTRIBUTES,
+    st.lists(MUSCLES, max_size=2).map(tuple),
     st.sampled_from(["part", "assembly", "hybrid", "unknown"]),
     st.lists(FINDINGS, max_size=2).map(tuple),
+    st.builds(SourceSnapshot, TEXTS, TEXTS, TEXTS),
+    st.lists(st.builds(CouplingSnapshot, TEXTS, TEXTS, NUMBERS), max_size=2).map(tuple),
 )
 
 
@@ -160,11 +179,34 @@ def test_what_is_no_snapshot(tmp_path: Path) -> None:
         read_snapshot(tmp_path)
 
 
-@pytest.mark.parametrize("version", [0, FORMAT + 1, "1", None, 1.5, [1]])
+@pytest.mark.parametrize("version", [0, FORMAT + 1, "1", None, 1.5, [1], True, 1.0])
 def test_other_formats_are_refused(tmp_path: Path, snapshot: DesignSnapshot, version: Any) -> None:
     error = refused(tmp_path, plain(snapshot) | {"format": version})
     assert error.key == "format"
     assert str(FORMAT) in error.what
+
+
+def test_format_1_is_brought_to_this_one(tmp_path: Path) -> None:
+    """It held muscles, and what points and faces are, as texts of attributes."""
+    use = SurfaceUse("elbow", "upper", (WrapUse("flexor", 1, -1),))
+    face = SurfaceSnapshot("upper:1", "sphere", 0.02, (0.4, 0.0, 0.0), use=use)
+    snapshot = replace(arm(), surfaces=(face,))
+    content = plain(snapshot) | {"format": 1}
+    design = content["design"]
+    design["attributes"] = {"muscles": json.dumps(design.pop("muscles")), "settings": "{}"}
+    for kind, called in (("points", "point"), ("surfaces", "wrap")):
+        assert design[kind]
+        for item in design[kind]:
+            item["attributes"] = {called: json.dumps(item.pop("use"))}
+    (tmp_path / "old.json").write_text(json.dumps(content))
+    assert read_snapshot(tmp_path / "old.json") == snapshot
+    design["points"][0]["attributes"]["point"] = "{"
+    design["attributes"]["muscles"] = "7"
+    (tmp_path / "old.json").write_text(json.dumps(content))
+    read = read_snapshot(tmp_path / "old.json")
+    assert [f.code for f in read.findings if f not in snapshot.findings] == ["bad-attribute"] * 2
+    design["points"][0]["attributes"] = 7
+    assert refused(tmp_path, content).key == "design.points[0].attributes"
 
 
 CHANGES: list[tuple[tuple[Any, ...], Any, str]] = [
@@ -187,7 +229,13 @@ CHANGES: list[tuple[tuple[Any, ...], Any, str]] = [
     (("bodies", 0, "mesh", "nodes", "type"), "i", "design.bodies[0].mesh.nodes"),
     (("bodies", 0, "mesh", "triangles", "type"), "d", "design.bodies[0].mesh.triangles"),
     (("bodies", 0, "mesh", "nodes", "zlib"), 5, "design.bodies[0].mesh.nodes"),
-    (("attributes",), {"muscles": 7}, "design.attributes"),
+    (("muscles",), [{"name": "m", "parameters": {"k": "x"}}], "design.muscles[0].parameters.k"),
+    (("muscles",), [{"name": "m", "color": "red"}], "design.muscles[0].color"),
+    (
+        ("points",),
+        [{"name": "p", "occurrence": "", "position": [0, 0, 0], "use": {"role": "eye"}}],
+        "design.points[0].use.role",
+    ),
     (("settings",), {"quality": "superb"}, "design.settings.quality"),
 ]
 
@@ -282,7 +330,7 @@ def test_many_small_bombs_are_one(
 def test_a_file_that_is_too_large_is_not_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from addin_sdfusion import snapshot as module
+    from addin_sdfusion import snapshot_file as module
 
     monkeypatch.setattr(module, "_LARGEST", 1000)
     assert "larger than" in refused(tmp_path, " " * 2000).what

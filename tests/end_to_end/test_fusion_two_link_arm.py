@@ -17,7 +17,8 @@ from support.robots.robots import PLANAR_2R, planar_2r
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Robot, read_robot
-from addin_sdfusion.snapshot import DesignSnapshot, read_snapshot, write_snapshot
+from addin_sdfusion.snapshot import DesignSnapshot
+from addin_sdfusion.snapshot_file import read_snapshot, write_snapshot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.simulation.run import simulate

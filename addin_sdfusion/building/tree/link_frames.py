@@ -116,5 +116,11 @@ def _coordinate(edge: Edge, motion: MotionSnapshot) -> Coordinate:
         -math.inf if motion.lower is None else motion.lower,
         math.inf if motion.upper is None else motion.upper,
         motion.value + 0.0,
-        unit="rad" if motion.kind == "rotation" else "m",
+        motion.damping,
+        "rad" if motion.kind == "rotation" else "m",
+        stiffness=motion.stiffness,
+        rest=motion.rest,
+        friction=motion.friction,
+        tau_min=-math.inf if motion.effort is None else -motion.effort,
+        tau_max=math.inf if motion.effort is None else motion.effort,
     )

@@ -9,7 +9,7 @@ from ...fusion.design import read_design
 from ...progress import Cancelled
 from ...robot.errors import CardsflowError
 from ...robot.finding import Finding, errors_first
-from ...snapshot import write_snapshot
+from ...snapshot_file import write_snapshot
 from ..command import Command, Window
 from ..guard import application, chosen_file
 from ..inputs import Cell, Inputs

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...muscles.attributes import PointAttribute, read_point
+from ...muscles.attributes import read_point
 from ...muscles.point_names import marker_name, motor_numbers, task_point_name, via_point_name
 from ...muscles.rows import MarkerRow, MuscleTable, TaskRow, ViaPointRow
 from ...robot.errors import InputError
+from ...snapshot import PointUse
 
 AnyRow = ViaPointRow | TaskRow | MarkerRow
 
@@ -26,7 +27,7 @@ class DesiredPoint:
 
     row: AnyRow
     name: str
-    attribute: PointAttribute
+    attribute: PointUse
 
 
 def rows_of(table: MuscleTable) -> Iterator[AnyRow]:
@@ -40,16 +41,16 @@ def desired_points(table: MuscleTable) -> Iterator[DesiredPoint]:
     """All construction points as the table has them."""
     motors = motor_numbers(row.name for row in table.rows)
     for p in table.points:
-        attribute = PointAttribute("via", p.link, p.muscle, p.number)
+        attribute = PointUse("via", p.link, p.muscle, p.number)
         yield _item(p, via_point_name(motors[p.muscle], p.link, p.number), attribute)
     for t in table.tasks:
-        attribute = PointAttribute("task", t.link, name=t.name, axes=t.axes)
+        attribute = PointUse("task", t.link, name=t.name, axes=t.axes)
         yield _item(t, task_point_name(t.link), attribute)
     for m in table.markers:
-        yield _item(m, marker_name(m.link), PointAttribute("marker", m.link, name=m.name))
+        yield _item(m, marker_name(m.link), PointUse("marker", m.link, name=m.name))
 
 
-def _item(row: AnyRow, name: str, attribute: PointAttribute) -> DesiredPoint:
+def _item(row: AnyRow, name: str, attribute: PointUse) -> DesiredPoint:
     return DesiredPoint(row, name, replace(attribute, occurrence=row.occurrence, made=row.made))
 
 

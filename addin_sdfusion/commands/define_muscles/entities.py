@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ...muscles.attributes import GROUP, WRAP
-from ...snapshot import DesignSnapshot
+from ...muscles.stored import stored_surface
+from ...snapshot import DesignSnapshot, SurfaceUse
 
 
 class Entities:
@@ -31,8 +32,7 @@ class Entities:
                 self.points[point.entity or f"{point.occurrence}/{point.name}"] = found
         free = [a for a in design.findAttributes(GROUP, WRAP) if a.parent is not None]
         for surface in snapshot.surfaces:
-            text = surface.attributes.get(WRAP)
-            match = next((a for a in free if a.value == text), None)
+            match = next((a for a in free if _use(a.value) == surface.use), None)
             if match is not None and surface.entity not in self.faces:
                 free.remove(match)
                 self.faces[surface.entity] = match.parent
@@ -44,6 +44,10 @@ class Entities:
     def face_key(self, face: Any) -> str:
         """What the snapshot calls a face, or a name for one that it has not."""
         return _key(self.faces, face, "face")
+
+
+def _use(text: str) -> SurfaceUse | None:
+    return stored_surface({WRAP: text}, "", [])
 
 
 def _key(known: dict[str, Any], entity: Any, kind: str) -> str:

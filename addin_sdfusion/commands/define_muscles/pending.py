@@ -29,11 +29,11 @@ from ...muscles.rows import (
     TaskRow,
     ViaPointRow,
     WrapRow,
-    WrapUse,
 )
 from ...robot.finding import Finding
 from ...robot.model.pose import Vector3
 from ...robot.model.robot import WORLD
+from ...snapshot import WrapUse
 
 Role = Literal["task", "marker"]
 HANDLE = "pick:"

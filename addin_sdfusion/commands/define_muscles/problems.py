@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ...muscles.attributes import COLOR
 from ...muscles.rows import MuscleTable
 from ...robot.errors import UnknownNameError
 from ...robot.model.robot import WORLD
+from ...snapshot import COLOR
 
 
 def problems(table: MuscleTable, links: Collection[str]) -> list[str]:

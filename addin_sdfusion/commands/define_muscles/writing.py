@@ -20,7 +20,6 @@ from ...muscles.attributes import (
     MUSCLES,
     POINT,
     WRAP,
-    WrapAttribute,
     muscles_text,
     point_text,
     wrap_text,
@@ -29,6 +28,7 @@ from ...muscles.point_names import natural_key, parse_point_name
 from ...muscles.rows import MuscleTable
 from ...robot.errors import InputError
 from ...robot.model.robot import WORLD
+from ...snapshot import SurfaceUse
 from .desired_points import AnyRow, DesiredPoint, as_made, desired_points, original_name, rows_of
 from .edits import About, added, base_feature, delete, is_called, native
 from .picks import Picks, is_center, problem_of
@@ -214,7 +214,7 @@ class Writer:
             face = self._faces.get(wrap.entity) or native(self._picks.entity(wrap.entity))
             if face is None:
                 raise InputError(f"wrap surface {wrap.name!r}: its face is gone; pick it again")
-            text = wrap_text(WrapAttribute(wrap.name, wrap.link, wrap.muscles, wrap.occurrence))
+            text = wrap_text(SurfaceUse(wrap.name, wrap.link, wrap.muscles, wrap.occurrence))
             why = problem_of(None, self._occurrences.get(wrap.occurrence))
             self._set(face, WRAP, text, f"wrap surface {wrap.name!r}", why)
 

@@ -78,7 +78,7 @@ def test_at_its_initial_pose_everything_is_where_the_design_has_it(drawn: Drawn)
         R, R_drawn = T[:3, :3], T_drawn[:3, :3]
         J = R @ np.array(link.inertia.matrix) @ R.T
         np.testing.assert_allclose(J, R_drawn @ np.array(written.matrix) @ R_drawn.T, atol=1e-12)
-    drawn_at = {(p.attributes["point"]): p.position for p in drawn.snapshot.points}
+    drawn_at = {(p.name): p.position for p in drawn.snapshot.points}
     assert drawn_at
     for muscle in robot.muscles:
         written_points = drawn.robot.muscle(muscle.name).via_points

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from array import array
 from dataclasses import replace
 from pathlib import Path
@@ -21,11 +20,14 @@ from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
     DesignSnapshot,
     MeshSnapshot,
+    MuscleSnapshot,
     PointSnapshot,
+    PointUse,
     SurfaceSnapshot,
-    read_snapshot,
-    write_snapshot,
+    SurfaceUse,
+    WrapUse,
 )
+from addin_sdfusion.snapshot_file import read_snapshot, write_snapshot
 
 
 def robot_of(snapshot: DesignSnapshot) -> Robot:
@@ -35,15 +37,10 @@ def robot_of(snapshot: DesignSnapshot) -> Robot:
 
 
 def face(name: str, after: int, shape: Any = "cylinder", **more: Any) -> SurfaceSnapshot:
-    stored = {
-        "name": name,
-        "link": "upper",
-        "muscles": [{"muscle": "flexor", "after": after, "side": -1, "turns": 1}],
-    }
+    use = SurfaceUse(name, "upper", (WrapUse("flexor", after, -1, 1),))
     axis = more.pop("axis", (0.6, 0.0, 0.8))
     length = 0.3 if shape == "cylinder" else 0.0
-    text = {"wrap": json.dumps(stored)}
-    return SurfaceSnapshot("upper:1", shape, 0.02, (0.4, 0.1, 0.2), axis, length, name, text)
+    return SurfaceSnapshot("upper:1", shape, 0.02, (0.4, 0.1, 0.2), axis, length, name, use)
 
 
 def displaced() -> DesignSnapshot:
@@ -55,22 +52,16 @@ def displaced() -> DesignSnapshot:
 
 
 def test_a_muscle_has_what_the_table_says() -> None:
-    rows = [
-        {
-            "name": "b",
-            "f_min": 2.0,
-            "f_max": 30.0,
-            "model": "linear_spring",
-            "parameters": {"k": 5.0},
-        },
-        {"name": "a", "f_min": 0.0, "f_max": "inf"},
-    ]
+    rows = (
+        MuscleSnapshot("b", f_min=2.0, f_max=30.0, model="linear_spring", parameters={"k": 5.0}),
+        MuscleSnapshot("a", f_min=0.0, f_max=float("inf")),
+    )
     points = [
         via(name, number, link, (0.1 * number, 0.2, 0.0))
         for name in "ab"
         for number, link in ((10, "lower"), (2, "upper"), (0, "world"))
     ]
-    robot = robot_of(arm(points=tuple(points), attributes={"muscles": json.dumps(rows)}))
+    robot = robot_of(arm(points=tuple(points), muscles=rows))
     b, a = robot.muscles
     assert (b.name, b.f_min, b.f_max) == ("b", 2.0, 30.0)
     assert b.model == CableModel("linear_spring", (("k", 5.0),))
@@ -107,8 +98,8 @@ def test_task_points_and_markers_are_operational_spaces() -> None:
         PointSnapshot("EE_lower", "lower:1", (0.6, 0.2, 0.1), "2"),
         PointSnapshot("VM_lower", "lower:1", (0.7, 0.2, 0.1), "3"),
     ]
-    turned = {"role": "task", "name": "palm", "link": "lower", "axes": ["alpha", "gamma"]}
-    palm = PointSnapshot("p", "lower:1", (0.6, 0.0, 0.0), "4", {"point": json.dumps(turned)})
+    turned = PointUse("task", "lower", name="palm", axes=("alpha", "gamma"))
+    palm = PointSnapshot("p", "lower:1", (0.6, 0.0, 0.0), "4", turned)
     robot = robot_of(replace(snapshot, points=(*snapshot.points, *marked, palm)))
     assert robot.task_set == "task"
     assert [f.name for f in robot.task_frames] == ["lower", "palm", "upper"]
@@ -185,7 +176,7 @@ PLACES = st.sampled_from(
         ("joints", "motions"),
         ("points", "occurrence"),
         ("points", "position"),
-        ("points", "attributes"),
+        ("points", "use"),
     ]
 )
 
@@ -204,8 +195,8 @@ def _strange(old: Any, value: Any) -> Any:
         return (replace(old[0], value=value, lower=value, axis=(value, 0.0, 0.0)), *old[1:])
     if isinstance(old, tuple):
         return ()
-    if isinstance(old, dict):
-        return {"point": "{}"}
+    if isinstance(old, PointUse):
+        return replace(old, link=value) if isinstance(value, str) else None
     if old is not None and isinstance(value, float):
         return replace(old, mass=value, com=(value, 0.0, 0.0))
     return None

@@ -322,7 +322,7 @@ def test_names_keep_what_the_designer_wrote() -> None:
             revolute("関節 1", "lower:1", "upper:1", origin_one=(0.4, 0, 0), origin_two=None),
         ),
         points=(),
-        attributes={},
+        muscles=(),
     )
     made = build_robot(snapshot)
     assert [name for name, _, _ in tree(made)] == ["world_base", "Schulter & co", "関節 1"]
@@ -342,3 +342,18 @@ def test_findings_do_not_depend_on_the_order_of_creation(
         settings=ExportSettings(fixed_base=fixed),
     )
     assert build_robot(shuffled(snapshot, seed)) == build_robot(snapshot)
+
+
+def test_joints_have_the_designs_damping_friction_spring_and_effort() -> None:
+    """On both sides of a joint that is passed backwards, too: they belong to its value."""
+    how = {"damping": 0.3, "friction": 0.2, "stiffness": 5.0, "rest": 0.1, "effort": 7.0}
+    for ends in (("upper:1", "base:1"), ("base:1", "upper:1")):
+        shoulder = revolute("shoulder", *ends)
+        turns = replace(shoulder.motions[0], **how)
+        design = arm(joints=(replace(shoulder, motions=(turns,)), arm().joints[1]))
+        robot = build_robot(design).robot
+        assert robot is not None
+        made, elbow = robot.coordinates
+        assert (made.damping, made.friction, made.stiffness, made.rest) == (0.3, 0.2, 5.0, 0.1)
+        assert (made.tau_min, made.tau_max) == (-7.0, 7.0)
+        assert (elbow.damping, elbow.tau_max) == (0.0, float("inf"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import Any
 
@@ -23,11 +22,15 @@ from support.designs.small_designs import (
 from addin_sdfusion.building.build_robot import build_robot, check_design
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
+    CouplingSnapshot,
     GroupSnapshot,
     JointSnapshot,
     MotionSnapshot,
+    MuscleSnapshot,
     PointSnapshot,
     SurfaceSnapshot,
+    SurfaceUse,
+    WrapUse,
 )
 
 ARM = arm()
@@ -81,8 +84,8 @@ def twins(**more: Any) -> DesignSnapshot:
         for k in (1, 2)
     )
     if "occurrence" in more:
-        stored = {**json.loads(both[0].attributes["point"]), "occurrence": more["occurrence"]}
-        both = tuple(replace(p, attributes={"point": json.dumps(stored)}) for p in both)
+        use = replace(both[0].use, occurrence=more["occurrence"])
+        both = tuple(replace(p, use=use) for p in both)
     return replace(
         ARM,
         occurrences=(*ARM.occurrences, *fingers),
@@ -98,8 +101,8 @@ def twins(**more: Any) -> DesignSnapshot:
 
 
 def wrap(link: str = "upper", after: int = 1, **more: Any) -> DesignSnapshot:
-    stored = {"name": "elbow", "link": link, "muscles": [{"muscle": "flexor", "after": after}]}
-    given = {"length": 0.1, "attributes": {"wrap": json.dumps(stored)}, **more}
+    use = SurfaceUse("elbow", link, (WrapUse("flexor", after),))
+    given = {"length": 0.1, "use": use, **more}
     surface = SurfaceSnapshot("upper:1", "cylinder", 0.02, (0.4, 0.0, 0.0), **given)
     return replace(ARM, surfaces=(surface,))
 
@@ -142,7 +145,7 @@ CASES = {
     ),
     "copied group": (
         replace(
-            ARM, groups=(*ARM.groups[:2], group("lower (1)", "lower:1")), points=(), attributes={}
+            ARM, groups=(*ARM.groups[:2], group("lower (1)", "lower:1")), points=(), muscles=()
         ),
         [("warning", "copied-name", "EXPORT_lower (1)"), ("warning", "no-muscles", "arm")],
     ),
@@ -165,7 +168,7 @@ CASES = {
             settings(links="components", components=("base:1", "uper:1")),
             joints=(),
             points=(),
-            attributes={},
+            muscles=(),
         ),
         [
             ("error", "unknown-component", "uper:1"),
@@ -270,7 +273,7 @@ CASES = {
         [("warning", "joint-outside-links", "screwed")],
     ),
     "two joints of one name": (
-        replace(ARM, joints=(SHOULDER, replace(ELBOW, name="shoulder")), points=(), attributes={}),
+        replace(ARM, joints=(SHOULDER, replace(ELBOW, name="shoulder")), points=(), muscles=()),
         [("error", "duplicate-joint", "shoulder"), ("warning", "no-muscles", "arm")],
     ),
     # Names
@@ -288,7 +291,7 @@ CASES = {
     ),
     "no name": (replace(ARM, name=""), [("error", "missing-name", "")]),
     "a link called world": (
-        replace(ARM, groups=(*ARM.groups[:2], group("world", "lower:1")), points=(), attributes={}),
+        replace(ARM, groups=(*ARM.groups[:2], group("world", "lower:1")), points=(), muscles=()),
         [("error", "reserved-name", "world"), ("warning", "no-muscles", "arm")],
     ),
     # Muscles
@@ -321,12 +324,16 @@ CASES = {
         with_points(replace(via("flexor", 3, "lower", (0.6, 0, 0)), entity="x")),
         [("error", "duplicate-number", "flexor")],
     ),
+    "a coupling": (
+        replace(ARM, couplings=(CouplingSnapshot("elbow", "shoulder", 2.0),)),
+        [("warning", "coupling-not-exported", "elbow")],
+    ),
     "no forces given": (
-        replace(ARM, attributes={}),
+        replace(ARM, muscles=()),
         [("warning", "default-forces", "flexor")],
     ),
     "reversed forces": (
-        replace(ARM, attributes={"muscles": '[{"name": "flexor", "f_min": 9, "f_max": 1}]'}),
+        replace(ARM, muscles=(MuscleSnapshot("flexor", f_min=9.0, f_max=1.0),)),
         [("error", "force-limits-reversed", "flexor")],
     ),
     "broken point": (
@@ -365,7 +372,7 @@ CASES = {
         [("warning", "part-design", "cube"), ("warning", "no-muscles", "cube")],
     ),
     "assembly": (
-        replace(ARM, intent="assembly", points=(), attributes={}),
+        replace(ARM, intent="assembly", points=(), muscles=()),
         [("warning", "assembly-design", "arm"), ("warning", "no-muscles", "arm")],
     ),
     "an assembly with muscles": (replace(ARM, intent="assembly"), []),
@@ -428,7 +435,7 @@ def test_all_defects_are_reported_at_once() -> None:
         joints=(SHOULDER, replace(ELBOW, problem="Lost")),
         points=(*ARM.points[:2], via("flexor", 3, "hand", (0, 0, 0))),
         bodies=(*NO_MASS, body("")),
-        attributes=muscles("flexor", "extensor"),
+        muscles=muscles("flexor", "extensor"),
     )
     assert {code for _, code, _ in reported(snapshot)} == {
         "broken-joint",

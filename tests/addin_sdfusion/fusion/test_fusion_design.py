@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 from collections import Counter
 from typing import Any
@@ -19,7 +18,8 @@ from support.designs.drawn import at, drawn_joints, places, random_design, tenso
 from addin_sdfusion.progress import Cancelled
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.settings import ExportSettings
-from addin_sdfusion.snapshot import DesignSnapshot, read_snapshot, write_snapshot
+from addin_sdfusion.snapshot import DesignSnapshot, PointUse
+from addin_sdfusion.snapshot_file import read_snapshot, write_snapshot
 
 with fake_fusion.modules():
     from addin_sdfusion.fusion.design import read_design
@@ -119,8 +119,8 @@ def test_own_attributes_and_settings(fusion: Any) -> None:
     snapshot = read_design(build.done())
     assert snapshot.settings.name == "robo"
     assert snapshot.settings.quality == "high"
-    assert set(snapshot.attributes) == {"settings", "muscles"}
-    assert snapshot.attributes["muscles"] == "[]"
+    assert snapshot.muscles == ()
+    assert snapshot.source.program == "Fusion"
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_points_by_name_or_attribute_in_every_place(fusion: Any) -> None:
     assert len({p.entity for p in via.values()}) == 1
     assert len({p.entity for p in found}) == 5
     assert [p.problem for p in found if p.problem] == ["its vertex is gone"]
-    assert {p.attributes.get("point") for p in found if p.name == "named"} == {'{"role": "task"}'}
+    assert {p.use for p in found if p.name == "named"} == {PointUse("task")}
 
 
 def test_points_of_one_name_are_different_entities(fusion: Any) -> None:
@@ -375,7 +375,7 @@ def test_large_design_is_read_whole(fusion: Any) -> None:
     assert len(snapshot.joints) == 199
 
 
-def test_attributes_of_the_fake_are_json(fusion: Any) -> None:
+def test_what_the_design_stores_becomes_records(fusion: Any) -> None:
     snapshot = read_design(designs.two_link_arm(), meshes=False)
-    assert json.loads(snapshot.attributes["muscles"])
-    assert all(json.loads(p.attributes["point"]) for p in snapshot.points)
+    assert snapshot.muscles
+    assert all(p.use is not None for p in snapshot.points)

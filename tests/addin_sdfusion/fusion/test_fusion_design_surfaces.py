@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.drawn import at
 
-from addin_sdfusion.snapshot import DesignSnapshot
+from addin_sdfusion.snapshot import DesignSnapshot, SurfaceUse
 
 with fake_fusion.modules():
     from addin_sdfusion.fusion.design import read_design
@@ -69,7 +69,7 @@ def test_cylinder_face_in_every_place(seed: int, radius: float, height: float) -
         assert surface.length == pytest.approx(0.01 * height)
         assert surface.centre == pytest.approx(at(pose, (0, 0, 0)), abs=1e-12)
         assert surface.axis == pytest.approx(pose[:3, 2], abs=1e-12)
-        assert surface.attributes == {"wrap": '{"name": "w"}'}
+        assert surface.use == SurfaceUse("w")
 
 
 def test_origin_of_the_cylinder_is_not_its_middle(

@@ -14,7 +14,8 @@ from fake_fusion.model.entity import occurrence
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addin_sdfusion.snapshot import DesignSnapshot, snapshot_text
+from addin_sdfusion.snapshot import DesignSnapshot
+from addin_sdfusion.snapshot_file import snapshot_text
 
 with fake_fusion.modules():
     from addin_sdfusion.fusion.design import read_design
@@ -113,8 +114,10 @@ def with_everything() -> Any:
     build = Builder()
     paths = designs.chain(build, ("base", "a", "b"))
     part = build.place("part", translation((1.0, 2.0, 3.0)), above=paths[2])
-    build.cylinder(part, 1.0, 2.0).topology()[2][0].attributes["CARDSFlow", "wrap"] = "{}"
-    build.point(part, (1.0, 0.0, 0.0), "EE_b", {"point": "{}"})
+    build.cylinder(part, 1.0, 2.0).topology()[2][0].attributes["CARDSFlow", "wrap"] = (
+        '{"name": "w"}'
+    )
+    build.point(part, (1.0, 0.0, 0.0), "EE_b", {"point": '{"role": "task"}'})
     nut = build.place("nut", above=part)
     build.joint("turns", "revolute", nut, part, inside=part, as_built=True)
     build.joint("too", "revolute", nut, part, inside=part, by_origins=True)

@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 
 from addin_sdfusion.muscles import edits as edits
 from addin_sdfusion.muscles.attributes import (
-    PointAttribute,
-    WrapAttribute,
     muscles_text,
     point_text,
     read_muscles,
@@ -35,21 +33,28 @@ from addin_sdfusion.muscles.rows import (
     TaskRow,
     ViaPointRow,
     WrapRow,
-    WrapUse,
+    muscle_row,
 )
+from addin_sdfusion.muscles.stored import stored_muscles, stored_point, stored_surface
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding
 from addin_sdfusion.robot.model.muscle import CableModel
 from addin_sdfusion.settings import ExportSettings
-from addin_sdfusion.snapshot import DesignSnapshot, PointSnapshot, SurfaceSnapshot
+from addin_sdfusion.snapshot import (
+    DesignSnapshot,
+    PointSnapshot,
+    PointUse,
+    SurfaceSnapshot,
+    SurfaceUse,
+    WrapUse,
+)
 
 # Reading a design
 
 
-def point(name: str, attribute: PointAttribute | None = None, **more: Any) -> PointSnapshot:
-    attributes = {"point": point_text(attribute)} if attribute else {}
+def point(name: str, use: PointUse | None = None, **more: Any) -> PointSnapshot:
     place = {"occurrence": "a:1", "position": (0.0, 0.0, 0.0), "entity": name} | more
-    return PointSnapshot(name, attributes=attributes, **place)
+    return PointSnapshot(name, use=use, **place)
 
 
 def design(*points: PointSnapshot, **more: Any) -> DesignSnapshot:
@@ -82,7 +87,7 @@ def test_copies_of_fusion_are_an_error_that_names_them() -> None:
 
 
 def test_an_attribute_beats_the_name() -> None:
-    attribute = PointAttribute("via", "arm", "biceps", 4)
+    attribute = PointUse("via", "arm", "biceps", 4)
     table, findings = read_table(design(point("VP_motor0_EXPORT_hand_9", attribute)))
     (row,) = table.points
     assert (row.muscle, row.number, row.link) == ("biceps", 4, "arm")
@@ -90,8 +95,8 @@ def test_an_attribute_beats_the_name() -> None:
 
 
 def test_points_of_all_roles() -> None:
-    task = PointAttribute("task", "hand", name="tip", axes=("x", "z"))
-    marker = PointAttribute("marker", "hand", name="led")
+    task = PointUse("task", "hand", name="tip", axes=("x", "z"))
+    marker = PointUse("marker", "hand", name="led")
     table, findings = read_table(
         design(
             point("p", task),
@@ -114,7 +119,7 @@ def test_points_of_all_roles() -> None:
 
 
 def test_a_point_in_several_places_counts_where_its_link_is() -> None:
-    attribute = PointAttribute("via", "right", "m", 0)
+    attribute = PointUse("via", "right", "m", 0)
     places = [
         point("p", attribute, occurrence=path, position=(x, 0.0, 0.0))
         for path, x in (("arm:1", 1.0), ("arm:2", 2.0))
@@ -124,26 +129,32 @@ def test_a_point_in_several_places_counts_where_its_link_is() -> None:
     assert [p.position[0] for p in table.points] == [2.0]
     table, _ = read_table(design(*places))
     assert [p.position[0] for p in table.points] == [1.0]
-    meant = point_text(replace(attribute, occurrence="arm:1"))
-    table, _ = read_table(
-        design(*(replace(p, attributes={"point": meant}) for p in places)), link_of
-    )
+    meant = replace(attribute, occurrence="arm:1")
+    table, _ = read_table(design(*(replace(p, use=meant) for p in places)), link_of)
     assert [p.position[0] for p in table.points] == [1.0]
 
 
+def test_a_point_that_names_no_link_is_on_that_of_its_component() -> None:
+    use = PointUse("via", muscle="m")
+    places = [
+        point(str(k), replace(use, number=k), occurrence=o) for k, o in enumerate(("a:1", ""))
+    ]
+    table, _ = read_table(design(*places), {"a:1": "arm"})
+    assert [p.link for p in table.points] == ["arm", "world"]
+    (row,) = read_table(design(places[0]))[0].points
+    assert row.link == "a:1"  # no link: the message about it names the component
+
+
 @pytest.mark.parametrize(
-    "text", ["", "{", "[]", "{}", '{"role": "via"}', '{"role": "eye", "link": "a"}',
+    "text", ["", "{", "[]", "{}", '{"role": "eye", "link": "a"}',
              '{"role": "via", "link": "a", "what": 1}', '{"role": "via", "link": 1}', "[" * 9999]
 )  # fmt: skip
 def test_broken_attributes_are_findings(text: str) -> None:
-    broken = replace(point("p"), attributes={"point": text})
-    table, findings = read_table(design(broken))
-    assert table.points == ()
+    findings: list[Finding] = []
+    assert stored_point({"point": text}, "p", findings) is None
+    assert stored_point({"point": text}, "p", findings) is None  # in another place: said once
     assert codes(findings) == ["bad-attribute"]
     assert "'p'" in findings[0].message
-    named = replace(point("VP_motor1_EXPORT_a_0"), attributes={"point": text})
-    table, _ = read_table(design(named))
-    assert len(table.points) == 1
 
 
 @pytest.mark.parametrize(
@@ -152,58 +163,59 @@ def test_broken_attributes_are_findings(text: str) -> None:
              '[{"name": "m", "parameters": {"K": NaN}}]', '[{"name": "m", "model": "magic"}]']
 )  # fmt: skip
 def test_a_broken_list_of_muscles_is_a_finding(text: str) -> None:
-    table, findings = read_table(design(attributes={"muscles": text}))
-    assert table.rows == ()
+    findings: list[Finding] = []
+    assert stored_muscles({"muscles": text}, "robot", findings) == ()
     assert codes(findings) == ["bad-attribute"]
 
 
 def test_the_list_of_muscles_gives_order_and_forces() -> None:
     rows = (MuscleRow("z", f_max=math.inf), MuscleRow("a", "#00ff00", 1.0, 2.0))
-    attribute = PointAttribute("via", "arm", "m", 0)
+    attribute = PointUse("via", "arm", "m", 0)
     table, findings = read_table(
-        design(point("p", attribute), attributes={"muscles": muscles_text(rows)})
+        design(point("p", attribute), muscles=read_muscles(muscles_text(rows)))
     )
     assert table.rows[:2] == rows
     assert table.rows[2].name == "m"
-    twice = json.dumps(json.loads(muscles_text(rows)) * 2)
-    table, findings = read_table(design(attributes={"muscles": twice}))
+    table, findings = read_table(design(muscles=read_muscles(muscles_text(rows)) * 2))
     assert table.rows == rows
     assert codes(findings) == ["duplicate-muscle"] * 2
 
 
 def test_wrap_surfaces_and_what_is_wrong_with_them() -> None:
-    points = [point(str(k), PointAttribute("via", "arm", "m", k)) for k in (3, 4)]
-    good = WrapAttribute("w", "arm", (WrapUse("m", 3, 1, 2),))
-    bad = WrapAttribute("w", "arm", (WrapUse("m", 4), WrapUse("n", 0)))
+    points = [point(str(k), PointUse("via", "arm", "m", k)) for k in (3, 4)]
+    good = SurfaceUse("w", "arm", (WrapUse("m", 3, 1, 2),))
+    bad = SurfaceUse("w", "arm", (WrapUse("m", 4), WrapUse("n", 0)))
     surfaces = [
         SurfaceSnapshot("a:1", "cylinder", 0.01, (1.0, 2.0, 3.0), (1.0, 0.0, 0.0), 0.2, str(i),
-                        {"wrap": wrap_text(attribute)})
+                        attribute)
         for i, attribute in enumerate((good, bad))
     ]  # fmt: skip
-    surfaces.append(replace(surfaces[0], entity="2", attributes={"wrap": "?"}))
-    surfaces.append(replace(surfaces[0], entity="3", attributes={}))
+    surfaces.append(replace(surfaces[0], entity="2", use=None))
+    found: list[Finding] = []
+    assert stored_surface({"wrap": "?"}, "a:1", found) is None
+    assert codes(found) == ["bad-attribute"]
     table, findings = read_table(design(*points, surfaces=tuple(surfaces)))
     assert table.wraps_of("m")[0][1] == WrapUse("m", 3, 1, 2)
     assert table.wraps[0].length == 0.2
     assert sorted(codes(findings)) == sorted(
-        ["bad-attribute", "default-forces", "bad-wrap", "bad-wrap", "duplicate-wrap"]
+        ["default-forces", "bad-wrap", "bad-wrap", "duplicate-wrap"]
     )
 
 
 def test_huge_numbers_do_not_take_long() -> None:
-    points = [point(str(k), PointAttribute("via", "arm", "m", k)) for k in (0, 10**15)]
+    points = [point(str(k), PointUse("via", "arm", "m", k)) for k in (0, 10**15)]
     _, findings = read_table(design(*points))
     assert "1, 2, 3, 4, 5, ..." in findings[-1].message
 
 
 def test_attributes_are_what_they_were_written_as() -> None:
-    attribute = PointAttribute("task", "a", name="n", axes=("x",), occurrence="a:1", made=True)
+    attribute = PointUse("task", "a", name="n", axes=("x",), occurrence="a:1", made=True)
     assert read_point(point_text(attribute)) == attribute
     assert json.loads(point_text(attribute)).keys() >= {"role", "muscle", "number", "link", "name"}
-    wrap = WrapAttribute("w", "a", (WrapUse("m", 1, -1, 2), WrapUse("n", 0)), "a:1")
+    wrap = SurfaceUse("w", "a", (WrapUse("m", 1, -1, 2), WrapUse("n", 0)), "a:1")
     assert read_wrap(wrap_text(wrap)) == wrap
     rows = (MuscleRow("ü", model=CableModel("linear_spring", (("K", 1e-9),)), f_max=math.inf),)
-    assert read_muscles(muscles_text(rows)) == rows
+    assert tuple(map(muscle_row, read_muscles(muscles_text(rows)))) == rows
     settings = ExportSettings("n", cut_joints=("a", "b"), up_axis="y")
     assert read_settings(settings_text(settings)) == settings
     with pytest.raises(InputError):

@@ -15,7 +15,8 @@ from support.robots.robots import planar_2r
 import addin_sdfusion
 from addin_sdfusion.robot import Finding, InputError, Subject
 from addin_sdfusion.settings import ExportSettings
-from addin_sdfusion.snapshot import DesignSnapshot, write_snapshot
+from addin_sdfusion.snapshot import DesignSnapshot
+from addin_sdfusion.snapshot_file import write_snapshot
 from cardsflow_fmu import addin
 from cardsflow_fmu.cli.main import main
 

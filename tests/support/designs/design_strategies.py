@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -34,8 +33,10 @@ from addin_sdfusion.snapshot import (
     JointSnapshot,
     MassSnapshot,
     MotionSnapshot,
+    MuscleSnapshot,
     OccurrenceSnapshot,
     PointSnapshot,
+    PointUse,
 )
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -285,29 +286,25 @@ class Draughtsman:
                 for j, about in zip(robot.joints[1:], how, strict=True)
             ),
             tuple(self.points(robot, poses, paths)),
-            attributes={"muscles": json.dumps([_row(muscle) for muscle in robot.muscles])},
+            muscles=tuple(
+                MuscleSnapshot(m.name, f_min=m.f_min, f_max=m.f_max) for m in robot.muscles
+            ),
         )
 
     def points(self, robot: Robot, poses: dict[str, Any], paths: dict[str, str]) -> Any:
         for i, muscle in enumerate(robot.muscles):
             for k, via in enumerate(muscle.via_points):
-                stored = {"role": "via", "muscle": muscle.name, "number": k, "link": via.link}
                 yield PointSnapshot(
                     f"VP_motor{i}_EXPORT_{via.link}_{k}",
                     paths.get(via.link, ""),
                     moved(poses[via.link], via.position),
                     f"p{i}.{k}",
-                    {"point": json.dumps(stored)},
+                    PointUse("via", via.link, muscle.name, k),
                 )
         for task in robot.task_frames:
-            stored = {"role": "task", "link": task.link, "name": task.name}
+            use = PointUse("task", task.link, name=task.name)
             at = moved(poses[task.link], task.position)
-            text = {"point": json.dumps(stored)}
-            yield PointSnapshot(f"EE_{task.name}", paths[task.link], at, task.name, text)
-
-
-def _row(muscle: Muscle) -> dict[str, Any]:
-    return {"name": muscle.name, "f_min": muscle.f_min, "f_max": muscle.f_max}
+            yield PointSnapshot(f"EE_{task.name}", paths[task.link], at, task.name, use)
 
 
 def _inertia(parts: Any) -> Inertia:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,8 +13,10 @@ from addin_sdfusion.snapshot import (
     GroupSnapshot,
     JointSnapshot,
     MotionSnapshot,
+    MuscleSnapshot,
     OccurrenceSnapshot,
     PointSnapshot,
+    PointUse,
 )
 
 from .design_strategies import mass_of
@@ -72,15 +73,14 @@ def group(link: str, *paths: str, **more: Any) -> GroupSnapshot:
 def via(
     muscle: str, number: int, link: str, at: Sequence[float], path: str = "", **more: Any
 ) -> Any:
-    stored = {"role": "via", "muscle": muscle, "number": number, "link": link}
-    text = {"point": json.dumps({**stored, **more})}
+    use = PointUse("via", link, muscle, number, **more)
     return PointSnapshot(
-        f"P{muscle}{number}", path, tuple(map(float, at)), f"{muscle}.{number}", text
+        f"P{muscle}{number}", path, tuple(map(float, at)), f"{muscle}.{number}", use
     )
 
 
-def muscles(*names: str) -> dict[str, str]:
-    return {"muscles": json.dumps([{"name": n, "f_min": 1.0, "f_max": 50.0} for n in names])}
+def muscles(*names: str) -> tuple[MuscleSnapshot, ...]:
+    return tuple(MuscleSnapshot(name, f_min=1.0, f_max=50.0) for name in names)
 
 
 def arm(**more: Any) -> DesignSnapshot:
@@ -102,7 +102,7 @@ def arm(**more: Any) -> DesignSnapshot:
             via("flexor", 2, "upper", (0.3, 0.1, 0.0), "upper:1"),
             via("flexor", 3, "lower", (0.5, 0.05, 0.0), "lower:1"),
         ),
-        "attributes": muscles("flexor"),
+        "muscles": muscles("flexor"),
         **more,
     }
     return DesignSnapshot("arm", **given)

@@ -12,7 +12,7 @@ from support.robots.muscle_bench import HILL, SOUND, slider
 from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
-from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable
+from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable, muscle_row
 from addin_sdfusion.robot import (
     CableModel,
     CableSet,
@@ -155,7 +155,7 @@ def test_files_give_every_law_back_to_the_last_bit(kind, tmp_path):
 def test_the_designs_table_gives_every_law_back(kind):
     model = CableModel(kind, tuple(SOUND[kind].items()))
     rows = (MuscleRow("m", "#112233", 1.0, 20.0, model),)
-    assert read_muscles(muscles_text(rows)) == rows
+    assert tuple(map(muscle_row, read_muscles(muscles_text(rows)))) == rows
     table, findings = read_csv(csv_text(MuscleTable(rows)).encode())
     assert not findings
     assert table.rows == rows

@@ -1,0 +1,102 @@
+"""Files of snapshots: JSON of one format, which earlier formats are brought to."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from .muscles.stored import stored_muscles, stored_point, stored_surface
+from .records import from_plain, to_plain
+from .robot.errors import InputError
+from .robot.files import read_file, write_files
+from .robot.finding import Finding
+from .robot.json_text import json_text
+from .snapshot import DesignSnapshot
+
+FORMAT = 2
+"""Version of the file format. A change that a reader of before would misread gives it a new one."""
+
+_LARGEST = 2**30
+
+
+def snapshot_text(snapshot: DesignSnapshot) -> str:
+    """The text of a snapshot's file."""
+    plain = {"format": FORMAT, "design": to_plain(snapshot)}
+    return json_text(plain, indent=1, sort_keys=True) + "\n"
+
+
+def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
+    """Write a snapshot as JSON.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    file = Path(file)
+    return write_files(file.parent, {file.name: snapshot_text(snapshot)})[0]
+
+
+def read_snapshot(file: str | Path) -> DesignSnapshot:
+    """Read a snapshot from JSON, of this format or an earlier one.
+
+    Raises:
+        InputError: It cannot be read or is no snapshot; the message names the key.
+    """
+    file = Path(file)
+    try:
+        plain = json.loads(read_file(file, _LARGEST).decode())
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is not JSON: {error}", file=file) from None
+    if not isinstance(plain, dict) or plain.keys() - {"$schema"} != {"format", "design"}:
+        raise InputError("is no design snapshot: see docs/snapshot.md", file=file)
+    if plain["format"] not in (1, FORMAT) or type(plain["format"]) is not int:
+        what = f"has format {plain['format']!r}, this version reads 1 to {FORMAT}"
+        raise InputError(what, file=file, key="format")
+    try:
+        design = plain["design"]
+        return from_plain(
+            DesignSnapshot, design if plain["format"] == FORMAT else _from_1(design), "design"
+        )
+    except InputError as error:
+        raise InputError(error.what, file=file, key=error.key) from None
+
+
+def _from_1(design: Any) -> Any:
+    """A design of format 1, which held muscles, points' and faces' uses as texts.
+
+    What is not as it was in format 1 is left, to be refused by its key.
+    """
+    if not isinstance(design, dict):
+        return design
+    findings: list[Finding] = []
+    name = str(design.get("name", ""))
+    moved = {key: value for key, value in design.items() if key != "attributes"}
+    if "attributes" in design:
+        muscles = stored_muscles(_texts(design, "design"), name, findings)
+        moved["muscles"] = [to_plain(muscle) for muscle in muscles]
+    for key, stored in (("points", stored_point), ("surfaces", stored_surface)):
+        if isinstance(design.get(key), list):
+            moved[key] = [
+                _with_use(item, f"design.{key}[{i}]", stored, findings)
+                for i, item in enumerate(design[key])
+            ]
+    earlier = design.get("findings", [])
+    if findings and isinstance(earlier, list):
+        moved["findings"] = earlier + [to_plain(finding) for finding in findings]
+    return moved
+
+
+def _with_use(item: Any, where: str, stored: Any, findings: list[Finding]) -> Any:
+    if not isinstance(item, dict):
+        return item
+    name = str(item.get("name", item.get("occurrence", "")))
+    use = stored(_texts(item, where), name, findings)
+    moved = {key: value for key, value in item.items() if key != "attributes"}
+    return moved if use is None else {**moved, "use": to_plain(use)}
+
+
+def _texts(plain: dict[str, Any], where: str) -> dict[str, str]:
+    texts = plain.get("attributes", {})
+    if not isinstance(texts, dict) or not all(isinstance(text, str) for text in texts.values()):
+        raise InputError("must hold an object of texts", key=f"{where}.attributes")
+    return texts
