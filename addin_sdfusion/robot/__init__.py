@@ -73,7 +73,7 @@ def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool =
     """Read a robot from its files.
 
     Args:
-        path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
+        path: A model.sdf, .urdf, .osim, MJCF .xml, CASPR `<name>_bodies.xml`, or the folder of one.
         cable_set: The cable set to make active; the file's own choice if None.
         repair: Whether to undo known defects of published files.
 

@@ -17,7 +17,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
     """Links, joints, muscles and task frames of a robot as plain data in SI units.
 
     Args:
-        path: A model.sdf, a CASPR `<name>_bodies.xml`, or their folder.
+        path: A robot's file, or the folder that holds one.
         cable_set: The cable set to use; the file's own when None.
 
     Raises:

@@ -17,6 +17,7 @@ from cardsflow_fmu.config.file import require_sizes
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
 
+ROBOT_FILE = "a robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder"
 INTERRUPTED, DOUBTFUL, BAD_INPUT, FAILED, GOOD = 130, 3, 2, 1, 0
 
 EXIT_CODES = """exit codes:
@@ -79,7 +80,7 @@ def add_settings(
 
 def add_robot(parser: argparse.ArgumentParser, others: str = "") -> None:
     """Add a robot and its cable set."""
-    what = f"a model.sdf, a *_bodies.xml, or their folder{others}"
+    what = f"{ROBOT_FILE}{others}"
     parser.add_argument("robot", type=Path, help=what)
     add_cable_set(parser)
 

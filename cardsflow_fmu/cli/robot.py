@@ -13,6 +13,7 @@ from addin_sdfusion.robot.json_text import json_text
 from .common import (
     FAILED,
     GOOD,
+    ROBOT_FILE,
     Commands,
     add_cable_set,
     add_experiment,
@@ -72,9 +73,7 @@ def add_info(commands: Commands) -> None:
         "Show what a robot, an FMU or a system of FMUs is made of.",
         "cardsflow info examples/planar_2r/robot --cable-set basic_multi_segment",
     )
-    parser.add_argument(
-        "thing", type=Path, help="a model.sdf, a *_bodies.xml, their folder, an .fmu or an .ssp"
-    )
+    parser.add_argument("thing", type=Path, help=f"{ROBOT_FILE}, an .fmu or an .ssp")
     add_cable_set(parser)
     add_json(parser)
 
@@ -153,10 +152,10 @@ def _check(options: argparse.Namespace) -> int:
 
 def _experiment(path: Path) -> Experiment | None:
     """The experiment of an experiment.toml, or of a folder that holds one and no robot."""
+    from addin_sdfusion.robot.readers import holds_robot
     from cardsflow_fmu.experiment.experiment import Experiment
 
-    robots = (path / "model.sdf", *path.glob("*_bodies.xml"))
-    inside = (path / "experiment.toml").is_file() and not any(file.is_file() for file in robots)
+    inside = (path / "experiment.toml").is_file() and not holds_robot(path)
     return Experiment.load(path) if path.suffix == ".toml" or inside else None
 
 

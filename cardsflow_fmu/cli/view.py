@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
 
-from .common import GOOD, Commands, add_json, print_files
+from .common import GOOD, ROBOT_FILE, Commands, add_json, print_files
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Watch
@@ -28,9 +28,7 @@ def add_view(commands: Commands) -> None:
         "as a page that opens from disk.",
         "cardsflow view results --html arm.html",
     )
-    parser.add_argument(
-        "thing", type=Path, help="the folder of a run; or a model.sdf, a *_bodies.xml, their folder"
-    )
+    parser.add_argument("thing", type=Path, help=f"the folder of a run; or {ROBOT_FILE}")
     parser.add_argument(
         "other", type=Path, nargs="?", help="the folder of another run, shown beside the first"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.readers import holds_robot
 from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.config.key_path import set_value
 from cardsflow_fmu.config.multiples import require_multiple
@@ -30,7 +31,6 @@ from .settings.run import RunSettings
 from .start import read_reference
 
 EXPERIMENT_TOML = "experiment.toml"
-_ROBOTS = (".sdf", ".xml", ".urdf", ".osim", ".mjcf")
 
 _GAINS = {"kp": 100.0, "kd": 20.0}  # critically damped, at 10 rad/s
 
@@ -73,9 +73,7 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
 
 def _require_experiment(path: Path, file: Path) -> None:
     """Refuse a robot, and say how an experiment for it is made."""
-    robots = (path / "model.sdf", *path.glob("*_bodies.xml")) if path.is_dir() else ()
-    is_robot = path.suffix in _ROBOTS if path.is_file() else any(r.is_file() for r in robots)
-    if is_robot and not (path.is_dir() and file.is_file()):
+    if path.suffix != ".toml" and holds_robot(path) and not (path.is_dir() and file.is_file()):
         own = shlex.quote(str(path))
         what = f"is a robot, no experiment; `cardsflow init {own} -o {EXPERIMENT_TOML}` writes one"
         raise InputError(what, file=path)

@@ -92,7 +92,7 @@ def init(
     """Write an experiment.toml for a robot, which `cardsflow run` runs as it is.
 
     Args:
-        robot: A model.sdf, a *_bodies.xml, or their folder.
+        robot: A robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder.
         output: The file, or a folder for experiment.toml.
         cable_set: The cable set to use; the file's own when None.
 

@@ -11,18 +11,22 @@ from ..checks.check import check
 from ..errors import InputError, RobotError
 from ..finding import Finding, errors_first
 from ..model.robot import Robot
-from .caspr.model import BODIES, read_caspr
+from .caspr.model import read_caspr
 from .caspr.trajectories import (
     read_trajectories,
     read_trajectory,
     trajectories_file,
     trajectory_names,
 )
+from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
 from .sdf.model import read_sdf
+from .urdf.model import read_urdf
 from .xml import Notes
 
 __all__ = [
+    "WHAT",
     "Reading",
+    "holds_robot",
     "read",
     "read_robot",
     "read_trajectories",
@@ -63,7 +67,7 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
     """Read a robot and everything that is wrong with it.
 
     Args:
-        path: A model.sdf, a folder that holds one robot, or a CASPR `<name>_bodies.xml`.
+        path: A model.sdf, .urdf, .osim, MJCF .xml, CASPR `<name>_bodies.xml`, or the folder of one.
         cable_set: The cable set to make active; the file's own choice if None.
         repair: Whether to undo known defects of published files; each repair is a finding.
 
@@ -71,7 +75,7 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
         InputError: A file is missing or not readable XML.
         UnknownNameError: There is no such cable set.
     """
-    file = _robot_file(Path(path))
+    file = robot_file(Path(path))
     notes = Notes()
     robot = _reader(file, repair)(file, cable_set, notes)
     findings = list(notes.findings)
@@ -99,29 +103,10 @@ def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
 
 
 def _reader(file: Path, repair: bool) -> Reader:
-    if file.suffix == ".sdf":
-        return partial(read_sdf, repair=repair)
-    if file.name.endswith(BODIES):
-        return read_caspr
-    if not file.exists():
-        raise InputError("cannot be read: No such file or directory", file=file)
-    what = f"is not a robot: give a folder, a model.sdf or a <name>{BODIES}"
-    raise InputError(what, file=file)
+    kind = kind_of(file)
+    if kind is None:
+        raise InputError(f"is not a robot: give {WHAT}", file=file)
+    return partial(read_sdf, repair=repair) if kind == "sdf" else _READERS[kind]
 
 
-def _robot_file(path: Path) -> Path:
-    """The file to begin with: the path itself, or the one robot in a folder."""
-    try:
-        if not path.is_dir():
-            return path
-        names = sorted(entry.name for entry in path.iterdir())
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    if "model.sdf" in names:
-        return path / "model.sdf"
-    bodies = [name for name in names if name.endswith(BODIES)]
-    if len(bodies) == 1:
-        return path / bodies[0]
-    there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    what = f"holds {len(bodies)} files *{BODIES} and no model.sdf (there: {there or 'nothing'})"
-    raise InputError(f"{what}; name the robot's file", file=path)
+_READERS: dict[Kind, Reader] = {"caspr": read_caspr, "urdf": read_urdf}

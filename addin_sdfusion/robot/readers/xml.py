@@ -24,6 +24,7 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 INFINITY = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
 SPACE = re.compile(r"\s")
 INTEGER = re.compile(r"\d{1,9}", re.ASCII)
+TRUE = ("true", "1")
 
 
 @dataclass

@@ -57,6 +57,17 @@ def merge_fixed_joints(robot: Robot) -> Robot:
     return _rehomed(replace(robot, links=links, joints=joints), homes)
 
 
+def joint_frames(robot: Robot) -> Robot:
+    """The robot with the frame of each link at the joint that carries it: T_child_joint is none.
+
+    An orientation that is controlled is then that of the joint's frame.
+    """
+    homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
+    for joint in robot.joints:
+        homes[joint.child] = (joint.child, inverse(joint.T_child_joint))
+    return _reframed(robot, homes)
+
+
 def align_frames(robot: Robot) -> Robot:
     """The robot with link frames at their joints and parallel to the world at q = 0.
 
@@ -78,12 +89,23 @@ def align_frames(robot: Robot) -> Robot:
                 T_child_joint=IDENTITY,
             )
         )
+    return _with_frames(replace(robot, joints=tuple(joints)), homes)
+
+
+def _reframed(robot: Robot, homes: Homes) -> Robot:
+    """The robot with other link frames, which are those of their joints."""
+    joints = tuple(replace(_rehung(j, homes), T_child_joint=IDENTITY) for j in robot.joints)
+    return _with_frames(replace(robot, joints=joints), homes)
+
+
+def _with_frames(robot: Robot, homes: Homes) -> Robot:
+    """What is on the links, seen from their new frames."""
     links = []
     for link in robot.links:
         T_new_link = homes[link.name][1]
         end = None if link.end is None else apply(T_new_link, link.end)
         links.append(replace(_in_frame(link, T_new_link), end=end))
-    return _rehomed(replace(robot, links=tuple(links), joints=tuple(joints)), homes)
+    return _rehomed(replace(robot, links=tuple(links)), homes)
 
 
 def _may_merge(robot: Robot, link: str, home: str, T_home_link: Pose) -> bool:

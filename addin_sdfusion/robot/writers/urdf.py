@@ -1,4 +1,7 @@
-"""Writer of URDF: links, inertias, joints, limits, damping, meshes.
+"""Writer of URDF: links, inertias, joints, limits, damping, motors, meshes.
+
+What URDF has no words for, muscles above all, is in a cardsflow.xml beside it: what an SDF's plugin
+holds, so that both together read back as the robot.
 
 The root link is called `world`. A joint that moves has the name of its coordinate, so that joint
 states by name are q by name; URDF has no order of joints. A joint of several motions becomes a
@@ -13,15 +16,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
+from ..checks.check import require_valid
+from ..files import write_files
 from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.joint import Coordinate
 from ..model.pose import IDENTITY, Pose
 from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot
-from ..model.rotations import apply, compose, inverse, normalized, rotate_inertia, rotation
+from ..model.rotations import normalized
 from ..transforms.joint_chains import SingleJoint, single_joints
-from .common_losses import chained_joints, link_ends, names, other_sets
-from .file_names import write_document
+from ..transforms.simplify import joint_frames
+from .common_losses import chained_joints
+from .file_names import file_name
+from .sdf.joints import has_one_effort, needs_words
+from .sdf.plugin import plugin_content
 from .xml_text import document, element, numbers
 
 NO_LIMIT = 1e16
@@ -29,38 +37,62 @@ NO_LIMIT = 1e16
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:
-    """Write `<name>.urdf`; returns and raises as `write_document`."""
-    return write_document(robot, folder, name, "urdf", _urdf)
+    """Write `<name>.urdf`, and a cardsflow.xml where there is something for it.
+
+    Raises as `write_document`; the URDF is the first file returned.
+    """
+    require_valid(robot)
+    framed = joint_frames(robot)
+    files = {file_name(robot.name if name is None else name, "urdf"): _urdf(framed)}
+    if _needs_more(framed):
+        files["cardsflow.xml"] = _beside(framed)
+    return write_files(folder, files)
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:
-    """What URDF cannot hold of a valid robot; it refuses none."""
+    """What URDF cannot hold of a valid robot; it refuses none.
+
+    With the cardsflow.xml beside it nothing is lost to CARDSFlow but the place of link frames.
+    """
     return [
         *chained_joints(robot, "URDF"),
-        *_muscles(robot),
+        *_held_beside(robot),
         *_moved_frames(robot),
         *_coordinates(robot),
         *_renamed_joints(robot),
-        *link_ends(robot, "URDF"),
-        *other_sets(robot, "URDF"),
-        *names(robot, "URDF", (j for j in robot.joints if j.motions), sets=False),
     ]
 
 
-def _muscles(robot: Robot) -> Iterator[Finding]:
-    subject = Subject("robot", robot.name)
-    if robot.muscles:
-        problem = f"URDF has no muscles; {len(robot.muscles)} are left out"
-        yield warning(subject, "muscles-left-out", problem)
-    if robot.wrap_surfaces:
-        problem = f"URDF has no wrap surfaces; {len(robot.wrap_surfaces)} are left out"
-        yield warning(subject, "wrap-surfaces-left-out", problem)
-    if robot.task_frames:
-        problem = f"URDF has no task frames; {len(robot.task_frames)} are left out"
-        yield warning(subject, "task-frames-left-out", problem)
-    if robot.gravity != GRAVITY:
-        problem = f"URDF has no gravity; set {robot.gravity} in [m/s²] where it is used"
-        yield warning(subject, "gravity-left-out", problem)
+def _needs_more(robot: Robot) -> bool:
+    """Whether there is something that URDF has no words for."""
+    return bool(_beyond(robot)) or any(
+        needs_words(joint) or any(c.rest for c in joint.coordinates) for joint in robot.joints
+    )
+
+
+def _beyond(robot: Robot) -> list[str]:
+    """What other programs do not see."""
+    several = {
+        "muscles": robot.cable_sets,
+        "wrap surfaces": robot.wrap_surfaces,
+        "task frames": robot.task_sets,
+        "far ends of links": [link for link in robot.links if link.end is not None],
+        "springs": [c for c in robot.coordinates if c.stiffness],
+        "initial values": [c for c in robot.coordinates if c.initial],
+        "motors' bounds": [c for c in robot.coordinates if not has_one_effort(c)],
+    }
+    gravity = ["gravity"] if robot.gravity != GRAVITY else []
+    return gravity + [word for word, group in several.items() if group]
+
+
+def _held_beside(robot: Robot) -> Iterator[Finding]:
+    beyond = _beyond(robot)
+    if beyond:
+        problem = (
+            f"URDF has no {', '.join(beyond)}: they are in the cardsflow.xml beside it, which "
+            "CARDSFlow reads with it and others do not"
+        )
+        yield warning(Subject("robot", robot.name), "held-beside-urdf", problem)
 
 
 def _moved_frames(robot: Robot) -> Iterator[Finding]:
@@ -73,17 +105,6 @@ def _moved_frames(robot: Robot) -> Iterator[Finding]:
 def _coordinates(robot: Robot) -> Iterator[Finding]:
     for c in robot.coordinates:
         subject = Subject("coordinate", c.name)
-        if c.initial:
-            problem = f"URDF has no initial values; {c.initial!r} {c.unit} is left out"
-            yield warning(subject, "initial-left-out", problem)
-        if c.actuated:
-            problem = "URDF has no motors; its motor is left out, its torque bounds are efforts"
-            yield warning(subject, "motor-left-out", problem)
-        if c.tau_min != -c.tau_max:
-            problem = f"URDF has one effort for both ways; {_effort(c)!r} is written"
-            yield warning(subject, "one-sided-effort", problem)
-        if c.stiffness:
-            yield warning(subject, "spring-left-out", "URDF has no springs; its spring is left out")
         if _is_limited(c) and not (math.isfinite(c.lower) and math.isfinite(c.upper)):
             problem = f"URDF limits both sides or none; the open one is {NO_LIMIT!r}"
             yield warning(subject, "one-sided-limit", problem)
@@ -97,52 +118,70 @@ def _renamed_joints(robot: Robot) -> Iterator[Finding]:
             yield warning(Subject("joint", joint.name), "renamed", problem)
 
 
-def _urdf(robot: Robot) -> str:
-    root = element(None, "robot", name=robot.name)
-    element(root, "link", name=WORLD)
-    links = {link.name: link for link in robot.links}
-    singles = single_joints(robot)
-    for single in singles:
-        if single.child in links:
-            _link(root, links[single.child], inverse(single.T_child_joint))
-        else:
-            _inertial(element(root, "link", name=single.child), Inertia(0.0), IDENTITY)
-    T_link_joint = {single.child: single.T_child_joint for single in singles}
-    for single in singles:
-        parent = T_link_joint.get(single.parent, IDENTITY)
-        _joint(root, single, compose(inverse(parent), single.T_parent_joint))
+def _beside(robot: Robot) -> str:
+    """The text of the cardsflow.xml."""
+    root = element(None, "cardsflow")
+    movers = {
+        joint.name: [joint.coordinates[motion.coordinate].name for motion in joint.motions]
+        for joint in robot.joints
+    }
+    plugin_content(root, robot, movers, springs=True)
     return document(root)
 
 
-def _link(root: ElementTree.Element, link: Link, T_joint_link: Pose) -> None:
+def _urdf(robot: Robot) -> str:
+    root = element(None, "robot", name=robot.name)
+    element(root, "link", name=WORLD)
+    singles = single_joints(robot)
+    links = {link.name for link in robot.links}
+    for link in robot.links:
+        _link(root, link)
+    for single in singles:
+        if single.child not in links:
+            _inertial(element(root, "link", name=single.child), Inertia(0.0))
+    for single in singles:
+        _joint(root, single)
+    for c in robot.motors:
+        _transmission(root, c)
+    return document(root)
+
+
+def _transmission(root: ElementTree.Element, c: Coordinate) -> None:
+    """A motor, as ROS has them."""
+    node = element(root, "transmission", name=f"{c.name}_transmission")
+    element(node, "type", "transmission_interface/SimpleTransmission")
+    joint = element(node, "joint", name=c.name)
+    element(joint, "hardwareInterface", "hardware_interface/EffortJointInterface")
+    motor = element(node, "actuator", name=f"{c.name}_motor")
+    element(motor, "mechanicalReduction", 1.0)
+
+
+def _link(root: ElementTree.Element, link: Link) -> None:
     node = element(root, "link", name=link.name)
-    _inertial(node, link.inertia, T_joint_link)
+    _inertial(node, link.inertia)
     for mesh in link.meshes:
-        _mesh(node, mesh, T_joint_link)
+        _mesh(node, mesh)
 
 
-def _inertial(link: ElementTree.Element, inertia: Inertia, T_joint_link: Pose) -> None:
+def _inertial(link: ElementTree.Element, inertia: Inertia) -> None:
     """Zeros are written as well: a link without `inertial` weighs 1 kg to DART."""
     node = element(link, "inertial")
-    _origin(node, Pose(apply(T_joint_link, inertia.com)))
+    _origin(node, Pose(inertia.com))
     element(node, "mass", value=numbers([inertia.mass]))
-    matrix = inertia.matrix
-    if any(T_joint_link.rpy):
-        matrix = rotate_inertia(rotation(T_joint_link.rpy), matrix)
-    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = matrix
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = inertia.matrix
     entries = {"ixx": ixx, "ixy": ixy, "ixz": ixz, "iyy": iyy, "iyz": iyz, "izz": izz}
     element(node, "inertia", None, **{entry: numbers([x]) for entry, x in entries.items()})
 
 
-def _mesh(link: ElementTree.Element, mesh: Mesh, T_joint_link: Pose) -> None:
+def _mesh(link: ElementTree.Element, mesh: Mesh) -> None:
     node = element(link, mesh.role, **({"name": mesh.name} if mesh.name else {}))
-    _origin(node, compose(T_joint_link, mesh.pose))
+    _origin(node, mesh.pose)
     element(element(node, "geometry"), "mesh", filename=mesh.uri, scale=numbers(mesh.scale))
 
 
-def _joint(root: ElementTree.Element, single: SingleJoint, origin: Pose) -> None:
+def _joint(root: ElementTree.Element, single: SingleJoint) -> None:
     node = element(root, "joint", name=single.name, type=_type(single))
-    _origin(node, origin)
+    _origin(node, single.T_parent_joint)
     element(node, "parent", link=single.parent)
     element(node, "child", link=single.child)
     if single.motion is None or single.coordinate is None:

@@ -25,7 +25,10 @@ def _of(parts: str) -> Any:
 class RobotSettings(Table):
     """The robot."""
 
-    path: Text = setting("a model.sdf, a *_bodies.xml, or their folder, relative to this file")
+    path: Text = setting(
+        "a robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder, "
+        "relative to this file"
+    )
     cable_set: Text = setting("the cable set to use; the file's own when left out", None)
     operational_space: Text = setting(
         "the set of task coordinates y to use; the file's own if left out", None

@@ -178,5 +178,5 @@ def test_a_set_that_is_not_active_is_lost(tmp_path: Path, cardsflow: CommandLine
     robot = planar_2r()
     other = TaskSet("other", (TaskFrame("elbow", "link_1"),))
     write_caspr(replace(robot, task_sets=(*robot.task_sets, other)), tmp_path)
-    codes = [finding["code"] for finding in cardsflow.json("check", tmp_path, "--for", "urdf")]
+    codes = [finding["code"] for finding in cardsflow.json("check", tmp_path, "--for", "mjcf")]
     assert "task-sets-left-out" in codes

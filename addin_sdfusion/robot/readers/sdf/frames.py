@@ -9,13 +9,12 @@ from ...finding import Subject
 from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.rotations import compose, inverse, rpy
 from ...writers.sdf.names import MODEL_FRAME
-from ..xml import Node, shortened
+from ..xml import TRUE, Node, shortened
 
 Key = tuple[str, str]
 """Kind (`link`, `joint`, `frame` or `model`) and name."""
 
 MODEL: Key = ("model", MODEL_FRAME)
-TRUE = ("true", "1")
 
 
 @dataclass(frozen=True)

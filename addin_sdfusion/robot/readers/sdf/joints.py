@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from ...finding import Subject
@@ -12,8 +11,8 @@ from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD
 from ...model.rotations import compose, inverse, normalized, rotate, rotation
 from ...writers.sdf.names import NO_LIMIT, joint_frame_name
-from ..xml import Node, shortened
-from .frames import MODEL, TRUE, Frames
+from ..xml import TRUE, Node, shortened
+from .frames import MODEL, Frames
 
 JOINT_TYPES: dict[str, tuple[MotionKind, ...]] = {
     "revolute": ("rotation",),
@@ -180,50 +179,3 @@ def _axis_in_joint(axis: Node | None, joint: str, model: Model) -> Vector3:
         return vector
     T_joint_frame = compose(inverse(model.frames.in_model(("joint", joint))), T_model_frame)
     return rotate(rotation(T_joint_frame.rpy), vector)
-
-
-def welds(model: Node, joints: Iterable[Joint], placed: Model) -> list[Joint]:
-    """Fixed joints to the world for the links that no joint carries."""
-    carried = {joint.child for joint in joints}
-    taken = {joint.name for joint in joints}
-    made: list[Joint] = []
-    for node in model.all("link"):
-        name = node.attribute("name")
-        if name in carried:
-            continue
-        carried.add(name)
-        joint = f"{WORLD}_to_{name}"
-        while joint in taken:
-            joint += "_"
-        taken.add(joint)
-        node = node.about(Subject("joint", joint)).about(Subject("link", name))
-        node.warning("welded-root", f"no joint carries it; it is fixed to {WORLD!r} where it is")
-        pose = compose(placed.T_world_model, placed.frames.in_model(("link", name)))
-        made.append(Joint(joint, WORLD, name, T_parent_joint=pose))
-    if len(made) > 1:
-        names = ", ".join(repr(joint.child) for joint in made[:10])
-        problem = f"falls apart into {len(made)} trees, with roots {names}; add the joints between"
-        model.warning("several-roots", problem)
-    return made
-
-
-def parents_first(joints: list[Joint]) -> list[Joint]:
-    """The joints in an order with parents first that moves as few as possible.
-
-    Those that come after a loop are last, where the check finds them.
-    """
-    ordered: list[Joint] = []
-    waiting: dict[str, list[Joint]] = {}
-    carried = {joint.child for joint in joints}
-    placed = {WORLD, *(joint.parent for joint in joints if joint.parent not in carried)}
-    for joint in joints:
-        ready = [joint]
-        while ready:
-            first = ready.pop()
-            if first.parent not in placed:
-                waiting.setdefault(first.parent, []).append(first)
-                continue
-            ordered.append(first)
-            placed.add(first.child)
-            ready += reversed(waiting.pop(first.child, []))
-    return ordered + [joint for group in waiting.values() for joint in group]

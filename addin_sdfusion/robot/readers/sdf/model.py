@@ -12,13 +12,15 @@ from ...model.robot import Robot
 from ...model.rotations import compose, inverse
 from ...transforms.repair import diagnose
 from ...transforms.repair import repair as repair_inertias
+from ..chains import join_chains
 from ..distinct import distinct
-from ..xml import Node, Notes, parse, shortened
-from .chains import join_chains
-from .extras import read_extras
-from .frames import TRUE, Frames, read_pose
-from .joints import Model, parents_first, read_joint, welds
-from .links import note_missing_meshes, read_link
+from ..extras import read_extras
+from ..meshes import note_missing_meshes
+from ..tree import parents_first, welds
+from ..xml import TRUE, Node, Notes, parse, shortened
+from .frames import Frames, read_pose
+from .joints import Model, read_joint
+from .links import read_link
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(4, 13))
 
@@ -51,14 +53,20 @@ def read_sdf(
     frames = Frames(node)
     model = Model(frames, _placed(node, frames), root.attribute("version", ""))
     joints = [read_joint(_about(child, "joint"), model) for child in node.all("joint")]
-    roots = welds(node, joints, model)
+    roots = welds(
+        node.all("link"),
+        joints,
+        lambda name: compose(model.T_world_model, frames.in_model(("link", name))),
+        node,
+    )
     joints, inner = join_chains(joints, node.all("plugin"))
     links = [read_link(_about(child, "link"), frames) for child in node.all("link")]
     links = [link for link in links if link.name not in inner]
     note_missing_meshes(node, links)
     robot = Robot(node.subject.name, tuple(links), tuple(parents_first([*roots, *joints])))
     robot = _diagnosed(robot, frames, node, undo=repair)
-    return read_extras(robot, node, cable_set)
+    plugins = node.all("plugin")
+    return read_extras(robot, node, plugins, cable_set)
 
 
 def _about(node: Node, kind: str) -> Node:

@@ -11,8 +11,8 @@ from ...finding import Finding, Subject
 from ...mesh_files import mesh_file
 from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.rotations import apply, compose
-from ..xml import Node, Notes, parse, shortened
-from .frames import TRUE, Frames, read_pose
+from ..xml import TRUE, Node, Notes, parse, shortened
+from .frames import Frames, read_pose
 
 _LEVEL = 1e-9
 _SHAPES = ("sphere", "box", "capsule", "cylinder", "mesh", "plane")

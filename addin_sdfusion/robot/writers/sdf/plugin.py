@@ -4,10 +4,11 @@ gravity: x y z, in [m/s²].
 link_end link: the far end of a link, in its frame, in [m].
 mesh_name link role as: the name of a mesh, in place of the one that it is written as.
 joint name: its coordinates in the order of q, as coordinate elements.
-coordinate name joint motion actuated torques initial: the joint element that moves it, its place
-    among the motions from the parent to the child, counted from 0, whether it has a motor, the
-    bounds of its torque where they are not those of the joint's effort, and its initial value
-    where that is not 0; SDF's <initial_position> is gone from its newest version.
+coordinate name joint motion actuated torques initial spring: the joint element that moves it, its
+    place among the motions from the parent to the child, counted from 0, whether it has a motor,
+    the bounds of its torque where they are not those of the joint's effort, and its initial value
+    where that is not 0; SDF's <initial_position> is gone from its newest version. In a
+    cardsflow.xml beside a URDF, its spring's stiffness and rest as well.
 wrap_surface name link shape radius length: what muscles wrap over; its pose in the link's frame, in
     [m, rad].
 cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
@@ -17,7 +18,7 @@ task_set id active: endEffector elements as in cardsflow.xml.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
 
 from ...model.joint import Joint
@@ -25,7 +26,7 @@ from ...model.muscle import WrapSurface
 from ...model.robot import Link, Robot
 from ..cardsflow_xml import end_effector_element, muscle_element, wrap_elements
 from ..xml_text import element, numbers
-from .joints import SdfJoint, has_one_effort, needs_words, sdf_joints
+from .joints import has_one_effort, needs_words, sdf_joints
 from .names import mesh_names
 
 PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo_plugin"}
@@ -34,13 +35,34 @@ PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo
 def plugin_element(model: ElementTree.Element, robot: Robot) -> None:
     """Add the plugin to a model."""
     plugin = element(model, "plugin", None, **PLUGIN)
+    written = sdf_joints(robot).items()
+    movers = {name: [part.name for part in parts for _ in part.motions] for name, parts in written}
+    plugin_content(plugin, robot, movers)
+
+
+def plugin_content(
+    plugin: ElementTree.Element,
+    robot: Robot,
+    movers: Mapping[str, Sequence[str]],
+    *,
+    springs: bool = False,
+) -> None:
+    """Add what the plugin holds.
+
+    Args:
+        plugin: Where to.
+        robot: The robot.
+        movers: The joint elements that make the motions of each joint, in their order.
+        springs: Whether the joint elements have no words for springs.
+    """
     element(plugin, "gravity", numbers(robot.gravity))
     for link in robot.links:
         _link(plugin, link)
-    written = sdf_joints(robot)
     for joint in robot.joints:
-        if needs_words(joint):
-            _joint(plugin, joint, written[joint.name])
+        if needs_words(joint) or (
+            springs and any(c.stiffness or c.rest for c in joint.coordinates)
+        ):
+            _joint(plugin, joint, movers[joint.name], springs=springs)
     for surface in robot.wrap_surfaces:
         _wrap_surface(plugin, surface)
     for cable_set in robot.cable_sets:
@@ -66,15 +88,18 @@ def _link(plugin: ElementTree.Element, link: Link) -> None:
             element(plugin, "mesh_name", mesh.name, **attributes)
 
 
-def _joint(plugin: ElementTree.Element, joint: Joint, parts: Sequence[SdfJoint]) -> None:
+def _joint(
+    plugin: ElementTree.Element, joint: Joint, movers: Sequence[str], *, springs: bool
+) -> None:
     node = element(plugin, "joint", name=joint.name)
-    movers = [part.name for part in parts for _ in part.motions]
     places = {motion.coordinate: place for place, motion in enumerate(joint.motions)}
     for i, coordinate in enumerate(joint.coordinates):
         words = {"joint": movers[places[i]], "motion": str(places[i])}
         actuated = "true" if coordinate.actuated else "false"
         if coordinate.initial:
             words["initial"] = numbers([coordinate.initial])
+        if springs and (coordinate.stiffness or coordinate.rest):
+            words["spring"] = numbers([coordinate.stiffness, coordinate.rest])
         if not has_one_effort(coordinate):
             words["torques"] = numbers([coordinate.tau_min, coordinate.tau_max])
         element(node, "coordinate", name=coordinate.name, **words, actuated=actuated)

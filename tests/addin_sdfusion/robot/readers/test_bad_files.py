@@ -89,7 +89,7 @@ def test_what_is_not_a_file_is_refused(tmp_path):
     assert "cannot be read" in refusal(tmp_path / ("x" * 5000 + ".sdf"))
     assert "null byte" in refusal(tmp_path / "a\0b.sdf")
     (tmp_path / "folder.sdf").mkdir()
-    assert "holds 0 files" in refusal(tmp_path / "folder.sdf")
+    assert "holds no robot" in refusal(tmp_path / "folder.sdf")
     os.mkfifo(tmp_path / "pipe.sdf")
     assert "is not a regular file" in refusal(tmp_path / "pipe.sdf")
 
@@ -110,7 +110,7 @@ def test_a_huge_file_is_refused_before_it_is_read(tmp_path):
 def test_a_folder_with_no_robot_or_several_is_answered_with_what_is_there(folder):
     shutil.copy(folder / "planar_2r_bodies.xml", folder / "other_bodies.xml")
     text = refusal(folder)
-    assert "2 files" in text
+    assert "2 robots" in text
     assert "other_bodies.xml" in text
     assert "is not a robot" in refusal(folder / "planar_2r_cables.xml")
 

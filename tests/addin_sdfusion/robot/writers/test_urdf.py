@@ -35,7 +35,7 @@ from sim_dart import DartDynamics
 
 
 def load(robot, folder):
-    (file,) = write_urdf(robot, folder, "robot")
+    file, *_ = write_urdf(robot, folder, "robot")
     skeleton = dartpy.utils.DartLoader().parseSkeleton(str(file))
     assert skeleton is not None
     return skeleton
@@ -97,7 +97,7 @@ def test_limits_and_damping_arrive(tmp_path):
     ],
 )
 def test_joint_type_follows_from_motion_and_limits(motions, limits, kind, tmp_path):
-    (file,) = write_urdf(one_link(motions=motions, **limits), tmp_path)
+    file, *_ = write_urdf(one_link(motions=motions, **limits), tmp_path)
     joint = ElementTree.parse(file).find("joint")
     assert (file.name, joint.get("type"), joint.get("name")) == ("r.urdf", kind, "q")
     assert (joint.find("limit") is None) == (kind == "continuous")
@@ -108,7 +108,7 @@ def test_meshes_stand_in_the_frame_of_the_joint(tmp_path):
     robot = one_link()
     link = replace(robot.links[0], meshes=(mesh, replace(mesh, role="collision", name="")))
     joint = replace(robot.joints[0], T_child_joint=Pose((0.25, 0.0, 0.0)))
-    (file,) = write_urdf(replace(robot, links=(link,), joints=(joint,)), tmp_path)
+    file, *_ = write_urdf(replace(robot, links=(link,), joints=(joint,)), tmp_path)
     root = ElementTree.parse(file)
     assert root.find("link/visual").get("name") == "shell"
     assert root.find("link/visual/origin").get("xyz") == "0.75 0.0 0.0"
@@ -120,7 +120,7 @@ def test_a_fixed_joint_gives_way_to_a_coordinate_of_its_name(tmp_path):
     robot = one_link()
     fixed = (Link("b", Inertia(1.0)), Joint("q", "a", "b"))
     robot = replace(robot, links=(*robot.links, fixed[0]), joints=(*robot.joints, fixed[1]))
-    (file,) = write_urdf(robot, tmp_path)
+    file, *_ = write_urdf(robot, tmp_path)
     assert [j.get("name") for j in ElementTree.parse(file).iter("joint")] == ["q", "q_"]
     assert "renamed" in {finding.code for finding in urdf_losses(robot)}
 
@@ -132,32 +132,24 @@ def test_a_link_between_single_joints_gives_way_to_a_link_of_its_name():
     assert [single.child for single in single_joints(robot)] == ["j_1_", "j_1"]
 
 
-def test_what_is_left_out_is_said():
+def test_what_urdf_has_no_words_for_is_said():
     robot = planar_2r()
-    codes = {finding.code for finding in urdf_losses(robot)}
-    assert codes == {
-        "muscles-left-out",
-        "task-frames-left-out",
-        "cable-sets-left-out",
-        "link-ends-left-out",
-    }
-    other = one_link(lower=0.0, initial=1.0, actuated=True)
-    other = replace(other, gravity=(0.0, 0.0, 0.0))
+    assert {finding.code for finding in urdf_losses(robot)} == {"held-beside-urdf"}
+    other = one_link(lower=0.0, initial=1.0, actuated=True, stiffness=1.0)
     codes = {finding.code for finding in urdf_losses(other)}
-    assert codes == {"gravity-left-out", "initial-left-out", "motor-left-out", "one-sided-limit",
-                     "names-left-out"}  # fmt: skip
+    assert codes == {"held-beside-urdf", "one-sided-limit"}
 
 
 @pytest.mark.parametrize("limits", [{"lower": -1.0, "upper": 1.0}, {}])
 @pytest.mark.parametrize(("least", "written"), [(-5.0, 5.0), (-7.0, 7.0), (-math.inf, 1e16)])
 def test_the_bounds_of_a_motor_are_its_effort(least, written, limits, tmp_path):
     robot = one_link(actuated=True, tau_min=least, tau_max=5.0, **limits)
-    (file,) = write_urdf(robot, tmp_path)
+    file, *_ = write_urdf(robot, tmp_path)
     limit = ElementTree.parse(file).find("joint/limit")
     assert (1e16 if limit is None else float(limit.get("effort"))) == written
-    codes = {finding.code for finding in urdf_losses(robot)}
-    assert "motor-left-out" in codes
-    assert ("one-sided-effort" in codes) == (least != -5.0)
+    assert ElementTree.parse(file).find("transmission/joint").get("name") == "q"
+    (motor,) = read_robot(file).motors
+    assert (motor.tau_min, motor.tau_max) == (least, 5.0)
 
 
 def test_a_broken_robot_is_not_written(tmp_path):

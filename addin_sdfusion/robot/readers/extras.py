@@ -1,36 +1,40 @@
-"""Reader of an SDF model's plugin and the cardsflow.xml beside it."""
+"""Reader of what robots' own files have no words for: an SDF's plugin, a cardsflow.xml beside."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ...errors import UnknownNameError
-from ...finding import Subject
-from ...finding_builders import unknown
-from ...model.pose import Vector3
-from ...model.robot import Robot
-from ..cardsflow_xml import MARKERS, MuscleReader, read_surface, read_task_set
-from ..xml import Node, parse
+from ..errors import UnknownNameError
+from ..finding import Subject
+from ..finding_builders import unknown
+from ..model.pose import Vector3
+from ..model.robot import Robot
+from .cardsflow_xml import MARKERS, MuscleReader, read_surface, read_task_set
+from .xml import Node, parse
 
 DEFAULT_SET = "cardsflow"
 """The name of the only cable set and task set in files that do not name them."""
 
 
-def read_extras(robot: Robot, model: Node, cable_set: str | None) -> Robot:
+def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: str | None) -> Robot:
     """The same robot with its cable sets, task sets, link ends and gravity.
 
-    The file's own choice of a cable set is active if `cable_set` is None.
+    Args:
+        robot: The robot without them.
+        model: The element of the robot.
+        plugins: The elements that hold them; the cardsflow.xml beside the file is read where they
+            lack some.
+        cable_set: The cable set to make active; the file's own choice if None.
 
     Raises:
         InputError: The cardsflow.xml is not readable XML.
         UnknownNameError: There is no such cable set.
     """
-    plugins = model.all("plugin")
     cable_sets, task_sets = _children(plugins, "cable_set"), _children(plugins, "task_set")
     sources = plugins
     if not cable_sets or not task_sets:
-        sources = [*_cardsflow_xml(model), *plugins]
+        sources = [*(() if _are_beside(plugins, model) else cardsflow_xml(model)), *plugins]
     robot = _with_mesh_names(_with_ends(robot, plugins), plugins)
     for node in _children(plugins, "gravity"):
         robot = replace(robot, gravity=node.vector3())
@@ -55,8 +59,13 @@ def _children(nodes: Sequence[Node], tag: str) -> list[Node]:
     return [child for node in nodes for child in node.all(tag)]
 
 
-def _cardsflow_xml(model: Node) -> list[Node]:
-    """The root of the cardsflow.xml beside the SDF; nothing if there is none."""
+def _are_beside(plugins: Sequence[Node], model: Node) -> bool:
+    """Whether they come from the cardsflow.xml beside the file."""
+    return any(plugin.file != model.file for plugin in plugins)
+
+
+def cardsflow_xml(model: Node) -> list[Node]:
+    """The root of the cardsflow.xml beside a robot's file; nothing if there is none."""
     file = model.file.with_name("cardsflow.xml")
     if not file.exists():
         return []

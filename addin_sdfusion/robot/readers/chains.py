@@ -1,4 +1,4 @@
-"""Chains of joints of an SDF model made one joint again, as its plugin says."""
+"""Chains of joints made one joint again, as an SDF's plugin or a cardsflow.xml says."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from ...finding import Subject
-from ...finding_builders import unknown
-from ...model.joint import Coordinate, Joint
-from ...model.pose import IDENTITY
-from ...model.rotations import compose, inverse
-from ..xml import Node, shortened
-from .frames import TRUE
+from ..finding import Subject
+from ..finding_builders import unknown
+from ..model.joint import Coordinate, Joint
+from ..model.pose import IDENTITY
+from ..model.rotations import compose, inverse
+from .xml import TRUE, Node, shortened
 
 
 @dataclass(frozen=True)
@@ -22,6 +21,7 @@ class _Word:
     Attributes:
         torques: Bounds of its motor; those of the joint element when None.
         initial: Its initial value; that of the joint element when None.
+        spring: Its spring's stiffness and rest; those of the joint element when None.
     """
 
     name: str
@@ -30,11 +30,14 @@ class _Word:
     actuated: bool
     torques: tuple[float, ...] | None
     initial: float | None
+    spring: tuple[float, ...] | None
 
     def applied(self, coordinate: Coordinate) -> Coordinate:
         """The coordinate of the joint element, as the plugin says it is."""
         initial = coordinate.initial if self.initial is None else self.initial
         named = replace(coordinate, name=self.name, actuated=self.actuated, initial=initial)
+        if self.spring is not None:
+            named = replace(named, stiffness=self.spring[0], rest=self.spring[1])
         if self.torques is None:
             return named
         return replace(named, tau_min=self.torques[0], tau_max=self.torques[1])
@@ -71,7 +74,9 @@ def _words(node: Node) -> list[_Word]:
         if child.has("torques"):
             torques = child.numbers_attribute("torques", 2, infinite=True)
         initial = child.number_attribute("initial") if child.has("initial") else None
-        words.append(_Word(name, child.attribute("joint"), motion, actuated, torques, initial))
+        spring = child.numbers_attribute("spring", 2) if child.has("spring") else None
+        joint = child.attribute("joint")
+        words.append(_Word(name, joint, motion, actuated, torques, initial, spring))
     return words
 
 

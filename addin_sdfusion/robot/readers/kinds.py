@@ -1,0 +1,87 @@
+"""Formats of robots' files, told by their names and by what is in them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Literal
+
+from ..errors import InputError
+from ..files import is_folder, read_file
+from ..limits import XML
+from .caspr.model import BODIES
+
+Kind = Literal["sdf", "caspr", "urdf", "mjcf", "osim"]
+
+WHAT = f"a model.sdf, .urdf, .osim, MJCF .xml or *{BODIES}, or the folder of one"
+"""What can be given as a robot."""
+BY_SUFFIX: dict[str, Kind] = {".sdf": "sdf", ".urdf": "urdf", ".xacro": "urdf", ".osim": "osim"}
+BY_ROOT: dict[str, Kind] = {
+    "mujoco": "mjcf",
+    "robot": "urdf",
+    "OpenSimDocument": "osim",
+    "sdf": "sdf",
+}
+_ROOT = re.compile(rb"<([A-Za-z_][\w.:-]*)")
+_MISC = re.compile(rb"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(\[.*?\])?\s*>", re.DOTALL)
+
+
+def kind_of(file: Path) -> Kind | None:
+    """The format of a file; None where it is no robot's.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    if file.name.endswith(BODIES):
+        return "caspr"
+    if file.suffix in BY_SUFFIX:
+        return BY_SUFFIX[file.suffix]
+    root = _ROOT.search(_MISC.sub(b"", read_file(file, XML).replace(b"\0", b"")))
+    return None if root is None else BY_ROOT.get(root[1].decode("ascii", "replace"))
+
+
+def robot_file(path: Path) -> Path:
+    """The file to begin with: the path itself, or the one robot in a folder.
+
+    Raises:
+        InputError: A folder holds none, or several.
+    """
+    try:
+        if not path.is_dir():
+            return path
+        names = sorted(entry.name for entry in path.iterdir())
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    found = _robots_among(path, names)
+    if len(found) == 1:
+        return path / found[0]
+    there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    robots = f"{len(found)} robots ({', '.join(found[:10])})" if found else "no robot"
+    what = f"holds {robots} and no model.sdf (there: {there or 'nothing'})"
+    raise InputError(f"{what}; name the robot's file: {WHAT}", file=path)
+
+
+def holds_robot(path: Path) -> bool:
+    """Whether a path is a robot's file, or a folder that holds one."""
+    try:
+        return kind_of(robot_file(path)) is not None
+    except (InputError, OSError, ValueError):
+        return False
+
+
+def _robots_among(folder: Path, names: list[str]) -> list[str]:
+    """The robots' files of a folder, of the formats in their order."""
+    if "model.sdf" in names:
+        return ["model.sdf"]
+    for suffix in (BODIES, ".urdf", ".osim"):
+        found = [name for name in names if name.endswith(suffix)]
+        if found:
+            return found
+    return [name for name in names if name.endswith(".xml") and _is_robot(folder / name)]
+
+
+def _is_robot(file: Path) -> bool:
+    try:
+        return not is_folder(file) and kind_of(file) is not None
+    except InputError:
+        return False

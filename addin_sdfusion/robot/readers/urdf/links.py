@@ -1,0 +1,89 @@
+"""Reader of the links of a URDF: masses, inertias and meshes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Literal, cast
+
+from ...model.pose import IDENTITY, Pose, Vector3
+from ...model.robot import WORLD, Inertia, Link, Mesh
+from ...model.rotations import rotate_inertia, rotation
+from ..xml import ZERO, Node
+
+SEEN = ("visual", "collision")
+
+
+def read_link(node: Node) -> Link:
+    """A link; one without inertial has no mass."""
+    inertial = node.optional("inertial")
+    inertia = Inertia(0.0) if inertial is None else _inertia(inertial)
+    return Link(node.subject.name, inertia, meshes=tuple(_meshes(node)))
+
+
+def note_shapes(robot: Node) -> None:
+    """Shapes that are no meshes, in one warning, and what link `world` has, are left out."""
+    counts: Counter[str] = Counter()
+    first: Node | None = None
+    for link in robot.all("link"):
+        if link.attribute("name", "") == WORLD and link.all("inertial", *SEEN):
+            problem = f"link {WORLD!r} is the fixed frame; its mass and shapes are left out"
+            link.warning("world-left-out", problem)
+        for shape in _shapes(link):
+            if shape.tag != "mesh":
+                counts[shape.tag] += 1
+                first = first or shape
+    if first is not None:
+        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(counts.items()))
+        problem = f"only meshes are kept of what is seen and of collisions; left out: {kinds}"
+        first.warning("geometry-left-out", problem)
+
+
+def read_origin(parent: Node) -> Pose:
+    """The `<origin>` of an element; the identity where there is none."""
+    node = parent.optional("origin")
+    if node is None:
+        return IDENTITY
+    return Pose(_vector(node, "xyz"), _vector(node, "rpy"))
+
+
+def _vector(node: Node, name: str) -> Vector3:
+    return node.vector_attribute(name) if node.has(name) else ZERO
+
+
+def _inertia(inertial: Node) -> Inertia:
+    pose = read_origin(inertial)
+    mass_node, node = inertial.required("mass"), inertial.optional("inertia")
+    mass = 0.0 if mass_node is None else mass_node.number_attribute("value")
+    if node is None:
+        return Inertia(mass, pose.position)
+    moments = {entry: node.number_attribute(entry, 0.0) for entry in ("ixx", "iyy", "izz")}
+    products = {entry: node.number_attribute(entry, 0.0) for entry in ("ixy", "ixz", "iyz")}
+    inertia = Inertia(mass, pose.position, **moments, **products)
+    if not any(pose.rpy):
+        return inertia
+    matrix = rotate_inertia(rotation(pose.rpy), inertia.matrix)
+    return Inertia.of(mass, pose.position, matrix)
+
+
+def _shapes(link: Node) -> list[Node]:
+    return [
+        shape
+        for node in link.all(*SEEN)
+        for geometry in node.all("geometry")
+        for shape in geometry.all()
+    ]
+
+
+def _meshes(link: Node) -> Iterator[Mesh]:
+    for node in link.all(*SEEN):
+        geometry = node.required("geometry")
+        shape = None if geometry is None else geometry.optional("mesh")
+        if shape is not None:
+            yield Mesh(
+                cast(Literal["visual", "collision"], node.tag),
+                shape.attribute("filename"),
+                read_origin(node),
+                shape.vector_attribute("scale") if shape.has("scale") else (1.0, 1.0, 1.0),
+                node.attribute("name", ""),
+            )
