@@ -92,10 +92,10 @@ def platform_flags(is_small: bool) -> list[str]:
 def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
     """Compile one library below `output`; returns its path."""
     sources = [str(ROOT / name) for name in library.sources(ROOT)]
-    flags = [*FLAGS, *library.flags, *shlex.split(os.environ.get("CARDSFLOW_CFLAGS", "")), *extra]
     is_small = library is _SOURCES.NATIVE and not extra
-    small = _SOURCES.SMALL if is_small else ()
-    command = [*compiler(), *flags, *small, *sources, *platform_flags(is_small)]
+    of_user = shlex.split(os.environ.get("CARDSFLOW_CFLAGS", ""))
+    flags = [*FLAGS, *library.flags, *(_SOURCES.SMALL if is_small else ()), *of_user, *extra]
+    command = [*compiler(), *flags, *sources, *platform_flags(is_small)]
     return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
 
 

@@ -160,7 +160,7 @@ class Place:
             "MPLBACKEND": "Agg",
             "BROWSER": "true",
             "PYTHONUNBUFFERED": "1",
-            "CARDSFLOW_CFLAGS": "-O1",  # of what a change compiles: soon done
+            "CARDSFLOW_CFLAGS": "-O0",  # of what a change compiles: soon done
             "RUN_WITH": run_with,
         }
         if self._changed is not None:

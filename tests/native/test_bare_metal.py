@@ -83,7 +83,7 @@ def emulate(program: Path) -> list[str]:
     return run([emulator, "-cpu", "max", program]).splitlines()
 
 
-@pytest.mark.parametrize("processor", PROCESSORS)
+@pytest.mark.parametrize("processor", ["none", "double", "M4F"])
 def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
     """As on this machine; test_float.py says how far single precision is from double precision."""
     cpu, single = PROCESSORS[processor]

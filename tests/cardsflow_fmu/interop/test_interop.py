@@ -33,6 +33,8 @@ STEP = 1e-3
 NATIVE_STEP, NATIVE_STEPS = 5e-3, 60
 BUILDS: list[tuple[FmiVersion, bool]] = [("2.0", False), ("3.0", True), ("3.0", False)]
 
+NATIVE_BUILDS = [("roboy_left_arm", "3.0", True), *(("hill_arm", *how) for how in BUILDS)]
+
 
 class Case(NamedTuple):
     """An example's system, how it is stepped, and how near other tools come to our rows."""
@@ -167,8 +169,7 @@ def test_plant_and_controller_run_in_fmpy_alone(
         np.testing.assert_allclose([values[0], values[-1]], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
-@pytest.mark.parametrize("example", ["roboy_left_arm", "hill_arm"])
+@pytest.mark.parametrize(("example", "version", "arrays"), NATIVE_BUILDS)
 def test_native_plant_and_controller_run_in_fmpy_alone(
     bare: BareEnvironment, example: str, version: FmiVersion, arrays: bool, tmp_path: Path
 ) -> None:
@@ -200,8 +201,7 @@ def last(bare: BareEnvironment, file: Path, names: list[str]) -> list[float]:
     return values
 
 
-@pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
-@pytest.mark.parametrize("example", ["roboy_left_arm", "hill_arm"])
+@pytest.mark.parametrize(("example", "version", "arrays"), NATIVE_BUILDS)
 def test_checkers_find_nothing_in_native_fmus(
     example: str, version: FmiVersion, arrays: bool, tmp_path: Path
 ) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import Robot
 from sim_dart import compile_blob
 
-from .targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, require, run, single_flags
+from .targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, compiled, require, run, single_flags
 
 Array = NDArray[Any]
 GCC = Target(["gcc", "-O2"])
@@ -46,9 +46,9 @@ class Precision:
         files = [PROGRAMS / name for name in sources]
         headers = [f"-I{ROOT}", f"-I{folder}"]
         own = (*single_flags(GCC), *STRICT) if single else ()
-        command = [*GCC.compiler, *FLAGS, "-shared", "-fPIC", *own]
-        command += [*flags, *headers, *map(str, files), *SOURCES, "-o", str(target), "-lm"]
-        run(command)
+        shared = [*FLAGS, "-fPIC", *own, *flags]
+        command = [*GCC.compiler, *shared, *headers, "-shared", *map(str, files)]
+        run([*command, *compiled(GCC, shared, SOURCES), "-o", str(target), "-lm"])
         self.library = ctypes.CDLL(str(target))
         for name in _ANSWERS_SIZE:
             getattr(self.library, name).restype = ctypes.c_size_t

@@ -18,6 +18,8 @@ import pytest
 
 from cardsflow_fmu.runtime.sources import CONTROL, CORE, TANGENT
 
+from .objects import compile_objects
+
 ROOT = Path(__file__).parents[3]
 PROGRAMS = ROOT / "tests/native/csrc"
 """Programs of the tests in C."""
@@ -27,6 +29,7 @@ DERIVATIVES = str(ROOT / TANGENT / "tangent.c")
 """The core for derivatives, which only FMUs have."""
 FLAGS = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE"]
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
+_OF_PROGRAMS = ("-I", "-l", "-D_GNU_SOURCE", "-DFUZZ", "-DCARDSFLOW_LIBFUZZER", "-DVECTORS")
 TIMEOUT = 900  # in [s]: ziglang makes a platform's C library first
 
 
@@ -133,7 +136,18 @@ def build_program(
     """
     runner = require(target)
     program = folder / f"{Path(sources[0]).stem}{target.suffix}"
-    files = [PROGRAMS / name for name in sources]
-    flags = [*FLAGS, *more, f"-I{ROOT}"]
-    run([*target.compiler, *flags, *files, *libraries, "-o", program, "-lm"])
+    own = [PROGRAMS / name for name in sources]
+    others = [*libraries, *(word for word in more if word.endswith(".c"))]
+    flags = [*FLAGS, *(word for word in more if not word.endswith(".c")), f"-I{ROOT}"]
+    if target.compiler[0] != sys.executable:  # ziglang keeps compiled files itself
+        others = compiled(target, flags, others)
+    run([*target.compiler, *flags, *own, *others, "-o", program, "-lm"])
     return [*runner, str(program)]
+
+
+def compiled(target: Target, flags: Sequence[str], files: Sequence[str]) -> list[str]:
+    """Object files in the place of the package's C files; a program's own flags are not theirs."""
+    shared = [word for word in flags if not word.startswith(_OF_PROGRAMS)]
+    command = [*target.compiler, *shared, "-D_GNU_SOURCE", f"-I{ROOT}"]
+    made = compile_objects(command, [name for name in files if name.endswith(".c")], run)
+    return [*made, *(name for name in files if not name.endswith(".c"))]

@@ -145,8 +145,8 @@ def test_every_field_is_changed() -> None:
 CASES = [
     *(pytest.param(1, 1, format_) for format_ in FORMATS),
     *(
-        pytest.param(seed, 4, format_, marks=pytest.mark.slow)
-        for seed in (0, 3, 4, 5)
+        pytest.param(seed, 3, format_, marks=pytest.mark.slow)
+        for seed in (4, 5)
         for format_ in FORMATS
         if seed % 2 or format_ != "caspr"  # which refuses joints of turned frames
     ),
