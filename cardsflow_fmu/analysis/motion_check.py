@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,10 +31,14 @@ from addin_sdfusion.robot.readers import (
 from cardsflow_fmu.signals.port import identifier
 from cardsflow_fmu.utils.arrays import FloatArray
 
+if TYPE_CHECKING:
+    from sim_dart.dart.interference import Nearest
+
 RANDOM = "random"
 _POSTURES = 500
 _WIDE = {"rad": math.pi, "m": 1.0}  # where a joint has no limits
 _TOUCHING = 1e-9  # in [m]
+_NEAR = 1e-3  # in [m]: muscles, which have no thickness, meet within it
 
 
 @dataclass(frozen=True)
@@ -180,14 +185,43 @@ def motion_findings(
     for near in Interference(robot, scene).nearest(postures.postures):
         if near.distance > clearance:
             break
-        place = postures.place(robot, near.sample)
-        if near.is_link and near.distance < 0:
-            what = f"passes {-1e3 * near.distance:.3g} mm deep through link {near.other!r}"
-        else:
-            kind = "link" if near.is_link else "muscle"
-            apart = f"{1e3 * near.distance:.3g} mm" if near.distance > _TOUCHING else "touch"
-            what = f"comes within {apart} of {kind} {near.other!r}"
+        message = f"{_meeting(near)} {postures.place(robot, near.sample)}"
         code = "muscle-meets-link" if near.is_link else "muscle-meets-muscle"
-        message = f"muscle {near.muscle!r} {what} {place}"
         findings.append(Finding("warning", code, message, Subject("muscle", near.muscle)))
     return findings
+
+
+def new_meetings(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[str]:
+    """Muscles that come to meet one another or links along a motion, apart at its start.
+
+    Args:
+        robot: The robot.
+        mesh_folder: Where the links' collision meshes are; without them muscles alone count.
+        postures: The motion, shape (k, n), in [rad] or [m].
+
+    Returns:
+        A line for each pair.
+    """
+    from sim_dart.dart.interference import Interference
+    from sim_dart.scene import Scene
+
+    try:
+        pairs = Interference(robot, Scene(mesh_folder=mesh_folder))
+    except InputError:  # no meshes that can be read
+        pairs = Interference(robot, Scene(links="none"))
+    there = {(n.muscle, n.other): n.distance for n in pairs.nearest(postures[:1])}
+    return [
+        _meeting(near)
+        for near in pairs.nearest(postures)
+        if near.distance <= _NEAR < there[near.muscle, near.other]
+    ]
+
+
+def _meeting(near: Nearest) -> str:
+    if near.is_link and near.distance < 0:
+        what = f"passes {-1e3 * near.distance:.3g} mm deep through link {near.other!r}"
+    else:
+        kind = "link" if near.is_link else "muscle"
+        apart = f"{1e3 * near.distance:.3g} mm" if near.distance > _TOUCHING else "touch"
+        what = f"comes within {apart} of {kind} {near.other!r}"
+    return f"muscle {near.muscle!r} {what}"

@@ -11,6 +11,7 @@ from addin_sdfusion.exporting.experiment_text import point_lines, toml_key
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.model.trajectory import Trajectory
+from cardsflow_fmu.config.key_path import EVERY_OTHER
 from cardsflow_fmu.config.schema import json_schema
 
 from .settings.file import ExperimentTables
@@ -122,13 +123,22 @@ def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:
     if beginning.f_max:
         yield "[muscles]"
         yield from (f"# {line}" for line in wrap(beginning.f_max_reason, 96))
-        for name, value in beginning.f_max.items():
+        for name, value in _by_pattern(robot, beginning.f_max).items():
             yield f"{toml_key(name)}.f_max = {value!r}  # [N]"
         return
     yield f"# [muscles.{toml_key(muscle.name)}]"
     f_max = muscle.f_max if muscle.f_max < float("inf") else max(100.0, muscle.f_min)
     yield from _line("f_min", muscle.f_min, keys, used=False)
     yield from _line("f_max", f_max, keys, used=False)
+
+
+def _by_pattern(robot: Robot, values: Mapping[str, float]) -> Mapping[str, float]:
+    """One value for all muscles where they share it, which a single name may differ from."""
+    names = {muscle.name for muscle in robot.muscles}
+    shared = len(set(values.values())) == 1 and names == set(values) and len(names) > 1
+    if not shared or EVERY_OTHER in names:
+        return values
+    return {EVERY_OTHER: next(iter(values.values()))}
 
 
 def _defaults(form: Form, keys: set[str]) -> Iterator[str]:

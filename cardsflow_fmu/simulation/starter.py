@@ -18,6 +18,7 @@ from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.first_motion import DURATION, FirstMotion, first_motion
+from cardsflow_fmu.analysis.motion_check import new_meetings
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import experiment_settings
 from cardsflow_fmu.experiment.template import Beginning, experiment_text
@@ -39,6 +40,8 @@ _STABLE = 0.5  # most that a displacement may grow by within a period: the perio
 _GOOD_ERROR = 5e-4  # in [rad] or [m]: a motion that is followed this well is good
 _SCALES = (1.0, 0.5, 0.2)
 _MOST_LOCKED = 6  # coordinates that are locked as trials have failed
+_POSTURES = 33  # of a motion, at which muscles are looked at
+_MOST_LINES, _SOME_LINES = 8, 5  # on what is locked: at most, and of more
 _STRONGER = 3.0  # f_max over the largest force of the motion
 
 
@@ -132,7 +135,7 @@ class _Search:
         held: dict[str, str] = {}
         tried: list[tuple[Beginning, Trial, FirstMotion]] = []
         for _ in range(_MOST_LOCKED + 1):
-            first = len(tried)
+            first, crossing = len(tried), []
             for scale in _SCALES:
                 motion = first_motion(self.robot, scale, held)
                 if not motion.start:
@@ -142,8 +145,14 @@ class _Search:
                     if trial is None:
                         return self._described(beginning, motion, None), None
                     tried.append((beginning, trial, motion))
-                    if trial.is_good:
+                    if not trial.is_good:
+                        continue
+                    if not self._meetings(motion):
                         return self._bounded(beginning, trial, motion)
+                    crossing.append((beginning, trial, motion))  # muscles meet: a shorter one
+                    break
+            if crossing:
+                return self._bounded(*crossing[0])
             if len(tried) == first:  # nothing is left
                 break
             worst = min(tried[first:], key=lambda one: one[1].rank)[1].worst
@@ -197,10 +206,7 @@ class _Search:
     def _described(
         self, beginning: Beginning, motion: FirstMotion, trial: Trial | None
     ) -> Beginning:
-        remarks = [
-            f"{name} is locked at {q:.4g}: {motion.reasons[name]}"
-            for name, q in motion.locked.items()
-        ]
+        remarks = _locked(motion)
         if motion.moved:
             remarks.append("the start is not the robot's initial pose, which muscles cannot hold")
         still = [
@@ -210,6 +216,8 @@ class _Search:
         ]
         if still:
             remarks.append(f"muscles hold {', '.join(still)}, with no room for a motion")
+        meetings = self._meetings(motion) if trial is not None and trial.is_good else []
+        remarks += [f"along the motion {line}" for line in meetings[:_SOME_LINES]]
         remarks += not_simulated(self.robot)
         if beginning.f_max:
             value = next(iter(beginning.f_max.values()))
@@ -240,12 +248,30 @@ class _Search:
         summary = summarize(experiment, recording, Speed(0.0, 0.0), "native")
         return _judged(experiment.robot, summary)
 
+    def _meetings(self, motion: FirstMotion) -> list[str]:
+        """Muscles that meet one another or links along a motion, a line each."""
+        start, way = np.array(motion.start), np.subtract(motion.end, motion.start)
+        postures = start + way * np.linspace(0.0, 1.0, _POSTURES)[:, None]
+        folder = self.robot_path if is_folder(self.robot_path) else self.robot_path.parent
+        return new_meetings(motion.robot, folder.resolve(), postures)
+
     def _cannot_be_held(self, motion: FirstMotion) -> InputError:
         words = "; ".join(f"{name}: {why}" for name, why in list(motion.reasons.items())[:8])
         return InputError(
             f"robot {self.robot.name!r} cannot be held by its muscles in any pose: {words}",
             file=self.robot_path,
         )
+
+
+def _locked(motion: FirstMotion) -> list[str]:
+    """What is locked and why, a line each; of many the first, as the file has a line for each."""
+    lines = [
+        f"{name} is locked at {q:.4g}: {motion.reasons[name]}" for name, q in motion.locked.items()
+    ]
+    if len(lines) <= _MOST_LINES:
+        return lines
+    more = len(lines) - _SOME_LINES
+    return [*lines[:_SOME_LINES], f"{more} others are locked, too: the file has a line for each"]
 
 
 def _judged(robot: Robot, summary: Mapping[str, Any]) -> Trial:

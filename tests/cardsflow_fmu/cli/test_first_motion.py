@@ -26,6 +26,7 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.starter import init
 from sim_dart import CoreDynamics
 
 Y = (0.0, 1.0, 0.0)
@@ -76,6 +77,25 @@ def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: Com
     f_max = data["muscles"]["strand 0"]["f_max"]
     assert summary["forces"]["max"] < f_max < 10.0 * summary["forces"]["max"]
     assert f"it is set to {f_max:g} N" in err
+
+
+@pytest.mark.native
+@pytest.mark.parametrize(("apart", "meets"), [(0.01, False), (0.002, True)])
+def test_motions_keep_muscles_apart_or_say_where_they_meet(
+    apart: float, meets: bool, tmp_path: Path
+) -> None:
+    """Cables above and below the middle of a strand, which 0.1 rad moves by 15 mm."""
+    middle = 0.5 * (np.array(ABOVE) + (0.3, 0.0, 0.0))
+    across = [
+        Muscle(name, tuple(ViaPoint(WORLD, (middle[0], y, middle[2] + z)) for y in (-1.0, 1.0)))
+        for name, z in (("over", apart), ("under", -apart))
+    ]
+    write_sdf(arm(*strands(ABOVE, BELOW), *across), tmp_path / "robot")
+    starter = init(tmp_path / "robot", tmp_path)
+    assert any("'strand 0' comes within" in note for note in starter.notes) == meets
+    curve = Experiment.load(starter.file).reference.curve
+    assert abs(curve.points[1].q[0] - curve.points[0].q[0]) == pytest.approx(0.1 if meets else 0.05)
+    assert tomllib.loads(starter.file.read_text())["muscles"].keys() == {"*"}
 
 
 @pytest.mark.native

@@ -102,7 +102,7 @@ def test_odd_names_are_written_so_that_they_read_back(name: str, tmp_path: Path)
     motion = Trajectory("reference", "quintic", rest, 0.001)
     beginning = Beginning(
         motion,
-        f_max={m.name: 10.0 for m in odd.muscles},
+        f_max={m.name: 10.0 + k for k, m in enumerate(odd.muscles)},
         f_max_reason=f"from {name}",
         kp=400.0,
         kd=40.0,
@@ -111,7 +111,7 @@ def test_odd_names_are_written_so_that_they_read_back(name: str, tmp_path: Path)
     )
     data = tomllib.loads(experiment_text(odd, f"robots/{name}", beginning))
     assert data["robot"]["path"] == f"robots/{name}"
-    assert data["muscles"] == {m.name: {"f_max": 10.0} for m in odd.muscles}
+    assert data["muscles"] == {m.name: {"f_max": 10.0 + k} for k, m in enumerate(odd.muscles)}
 
 
 def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
