@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from sim_dart import CoreDynamics
 from sim_dart.core.mass_check import massless_coordinates
 
 from .first_motion import initial_pose, lacks, pose_terms
-from .sizing import reference_motion
+from .sizing import driven_part, reference_motion
 
 _POSES = 5
 _NO_ARM = 1e-9  # beside the largest of the robot's
@@ -45,7 +45,8 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
         return found
     subject = Subject("experiment", experiment.name)
     found += [warning(subject, "experiment", line) for line in experiment.warnings()]
-    found += _held(robot, dynamics, np.array(experiment.start.q))
+    passive = experiment.controller.passive
+    found += _held(robot, dynamics, np.array(experiment.start.q), passive)
     return found + list(_motion(experiment, subject))
 
 
@@ -61,18 +62,24 @@ def _massless(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
         yield error(Subject("coordinate", name), "massless-motion", problem)
 
 
-def _held(robot: Robot, dynamics: CoreDynamics, start: FloatArray | None) -> Iterator[Finding]:
+def _held(
+    robot: Robot,
+    dynamics: CoreDynamics,
+    start: FloatArray | None,
+    passive: Sequence[bool] = (),
+) -> Iterator[Finding]:
     """Coordinates that no muscle moves, and those that muscles cannot hold at the start."""
     arms = [np.abs(dynamics.actuator_jacobian(q)).max(axis=0) for q in _poses(robot)]
     still = np.max(arms, axis=0) <= _NO_ARM * max(float(np.max(arms)), 1e-300)
     free = []
     for k, c in enumerate(robot.coordinates):
-        if not c.lower < c.upper:
+        if not c.lower < c.upper or (passive and passive[k]):
             continue
         if still[k]:
             problem = (
-                "no muscle moves it; lock it, give it a motor, or leave it to a spring: "
-                f"[robot.coordinates.{c.name}] locked = true; `cardsflow init` locks it"
+                "no muscle moves it; lock it, [robot.coordinates."
+                f"{c.name}] locked = true, as `cardsflow init` does, give it a motor, or leave it "
+                f"to a spring and a damper: controller.passive.{c.name} = true"
             )
             yield warning(Subject("coordinate", c.name), "coordinate-without-muscle", problem)
         else:
@@ -103,7 +110,8 @@ def _motion(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
     """Points of the reference at which no forces fit."""
     try:
         motion = reference_motion(experiment, _POINTS)
-        terms = motion_terms(CoreDynamics(experiment.robot), motion)
+        robot, motion = driven_part(experiment, experiment.robot, motion)
+        terms = motion_terms(CoreDynamics(robot), motion)
     except InputError as problem:
         yield warning(subject, "motion-not-reached", str(problem))
         return

@@ -40,6 +40,7 @@ _HALVINGS = 4
 _SEARCHED = 1000  # poses that are tried, over the square of the number of coordinates
 
 NO_ROOM, NO_MASS = "its limits leave it no room", "it moves no mass"
+UNDRIVEN = "no muscle moves it"
 
 
 @dataclass(frozen=True)
@@ -237,7 +238,7 @@ def lacks(robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable) 
         if k in driven:
             words[k] = "what drives it is too weak; `cardsflow size` says what it needs"
         elif lack == "any muscle":
-            words[k] = "no muscle moves it"
+            words[k] = UNDRIVEN
         elif lack == "one of its own":
             words[k] = "muscles do not move it apart from the others, or by far too little"
         else:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from addin_sdfusion.robot import InputError, Muscle, Robot
+from addin_sdfusion.robot.transforms.lock import lock
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles
 from cardsflow_fmu.signals.ports import force_unit
@@ -98,7 +99,8 @@ def size(
 ) -> dict[str, Any]:
     """Required strengths of an experiment's muscles, as plain data in SI units.
 
-    The robot is the one that is simulated; its loads from outside count.
+    The robot is the one that is simulated; its loads from outside count. Passive coordinates are
+    held where the motion begins.
 
     Args:
         experiment: The experiment.
@@ -109,7 +111,26 @@ def size(
         InputError: The margin is wrong, or the reference is out of the robot's reach.
     """
     motion = _loaded(experiment, reference_motion(experiment))
-    return size_robot(experiment.plant_robot, motion, margin=margin, method=method)
+    robot, motion = driven_part(experiment, experiment.plant_robot, motion)
+    return size_robot(robot, motion, margin=margin, method=method)
+
+
+def driven_part(experiment: Experiment, robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
+    """A robot and its motion with passive coordinates locked where the motion begins.
+
+    Args:
+        experiment: The experiment, which says what is passive.
+        robot: Its robot, or the one that is simulated.
+        motion: Its motion.
+    """
+    passive = np.array(experiment.controller.passive, bool)
+    if not passive.any():
+        return robot, motion
+    names = np.array([c.name for c in robot.coordinates])
+    held = dict(zip(names[passive].tolist(), motion.q[0, passive].tolist(), strict=True))
+    q, qd, qdd = (values[:, ~passive] for values in (motion.q, motion.qd, motion.qdd))
+    w_e = None if motion.w_e is None else motion.w_e[:, ~passive]
+    return lock(robot, held), Motion(motion.times, q, qd, qdd, w_e)
 
 
 def _loaded(experiment: Experiment, motion: Motion) -> Motion:

@@ -61,7 +61,7 @@ def _export_snapshot(options: argparse.Namespace) -> int:
     except RobotError as error:
         findings, files = error.findings, ()
     if not options.json:
-        print_findings(findings)
+        print_findings(findings, verbose=True)
     print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
     return FAILED if any(finding.is_error for finding in findings) else GOOD
 

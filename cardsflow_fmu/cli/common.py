@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 ROBOT_FILE = "a robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder"
 INTERRUPTED, DOUBTFUL, BAD_INPUT, FAILED, GOOD = 130, 3, 2, 1, 0
+
+_REPEATED = 3  # findings of one kind that have a line each
 
 EXIT_CODES = """exit codes:
   0    it is done
@@ -99,10 +101,35 @@ def _words(text: str) -> list[str]:
     return [word for word in text.split(",") if word]
 
 
-def print_findings(findings: Iterable[Finding]) -> None:
-    """Print findings to stderr, a line each."""
+def add_verbose(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add `--verbose`."""
+    parser.add_argument("--verbose", action="store_true", help=what)
+
+
+def print_findings(findings: Iterable[Finding], verbose: bool = False) -> None:
+    """Print findings to stderr; see `finding_lines`."""
+    for line in finding_lines(findings, verbose):
+        print(line, file=sys.stderr)
+
+
+def finding_lines(findings: Iterable[Finding], verbose: bool = False) -> Iterator[str]:
+    """Findings as lines: one each, but where one kind repeats, the first and the others' names.
+
+    Args:
+        findings: In their order.
+        verbose: Whether all have a line.
+    """
+    kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
-        print(finding, file=sys.stderr)
+        kind = kinds.setdefault((finding.severity, finding.code), [])
+        kind.append(finding)
+    for kind in kinds.values():
+        if verbose or len(kind) <= _REPEATED:
+            yield from map(str, kind)
+            continue
+        names = ", ".join(repr(finding.subject.name) for finding in kind[1 : 1 + _REPEATED])
+        more = ", ..." if len(kind) > 1 + _REPEATED else ""
+        yield f"{kind[0]} and {len(kind) - 1} more such: {names}{more} (--verbose: all)"
 
 
 def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:

@@ -20,7 +20,9 @@ from .common import (
     add_json,
     add_output,
     add_robot,
+    add_verbose,
     experiment_of,
+    finding_lines,
     print_files,
     print_findings,
 )
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from addin_sdfusion.robot.readers import Reading
     from cardsflow_fmu.experiment.experiment import Experiment
 
+_EVERY = "print every finding, not one line for those that repeat"
 _FORMATS = "sdf, caspr, cardsflow, urdf, mjcf or osim"
 
 
@@ -42,6 +45,7 @@ def add_check(commands: Commands) -> None:
     )
     add_robot(parser, "; or an experiment.toml, or the folder that holds one")
     add_json(parser, "the findings")
+    add_verbose(parser, _EVERY)
     parser.add_argument(
         "--for",
         dest="format",
@@ -93,6 +97,7 @@ def add_convert(commands: Commands) -> None:
     add_output(parser, "folder for the files", required=True)
     _add_repair(parser)
     add_json(parser, "files and findings")
+    add_verbose(parser, _EVERY)
 
 
 def add_size(commands: Commands) -> None:
@@ -140,13 +145,15 @@ def _check(options: argparse.Namespace) -> int:
     if options.json:
         print(json_text([finding.as_dict() for finding in findings], indent=1))
     else:
-        for finding in findings:
-            print(finding)
+        for line in finding_lines(findings, options.verbose):
+            print(line)
         errors = sum(finding.is_error for finding in findings)
         asked = {"--motion": options.motion, "--for": options.format}
         later = [] if sound else [option for option, value in asked.items() if value is not None]
         hint = f"; {' and '.join(later)} want a robot without errors" if later else ""
-        print(f"{errors} errors, {len(findings) - errors} warnings{hint}")
+        warnings = len(findings) - errors
+        counts = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
+        print(f"{counts}{hint}")
     return FAILED if any(finding.is_error for finding in findings) else GOOD
 
 
@@ -225,7 +232,7 @@ def _convert(options: argparse.Namespace) -> int:
         findings += [finding for finding in error.findings if finding not in findings]
         refused = error
     if not options.json:
-        print_findings(findings)
+        print_findings(findings, options.verbose)
     print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
     if refused is not None:
         raise refused

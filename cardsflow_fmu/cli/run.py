@@ -17,6 +17,7 @@ from .common import (
     add_experiment,
     add_json,
     add_output,
+    add_verbose,
     experiment_of,
     print_result,
     settings_of,
@@ -41,9 +42,7 @@ def add_run(commands: Commands) -> None:
     )
     add_experiment(parser, "; or an .ssp file")
     add_output(parser, "folder for the results")
-    parser.add_argument(
-        "--verbose", action="store_true", help="print every signal, not the worst of each kind"
-    )
+    add_verbose(parser, "print every signal, not the worst of each kind")
     stepped = parser.add_mutually_exclusive_group()
     stepped.add_argument(
         "--direct", action="store_true", help="step plain Python objects instead of FMUs"

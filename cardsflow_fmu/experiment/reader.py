@@ -95,7 +95,7 @@ def experiment_settings(
         require_own(tables.reference.file, roots, "reference.file")
     law, own_space = tables.controller.type, tables.controller.own_space
     start, reference = read_reference(
-        data.get("reference", {}),
+        _with_passive(data, robot),
         data.get("start", {}),
         "joint" if law is None else control_type(law, own_space).space,
         context,
@@ -140,6 +140,22 @@ def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
     if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
         return data
     return {**data, "controller": {**_GAINS, **own}}
+
+
+def _with_passive(data: Mapping[str, Any], robot: Robot) -> Any:
+    """The reference, whose points may leave out passive coordinates: they are where they begin."""
+    reference, passive = data.get("reference", {}), data["controller"].get("passive")
+    points = reference.get("points") if isinstance(reference, Mapping) else None
+    if not isinstance(passive, Mapping) or not isinstance(points, list):
+        return reference
+    rest = {c.name: c.initial for c in robot.coordinates if passive.get(c.name) is True}
+    filled = [
+        {**point, "q": rest | point["q"]}
+        if isinstance(point, Mapping) and isinstance(point.get("q"), Mapping)
+        else point
+        for point in points
+    ]
+    return {**reference, "points": filled}
 
 
 def _robots(tables: ExperimentTables, context: Context, named: tuple[Path, ...]) -> dict[str, Any]:

@@ -29,6 +29,8 @@ class Beginning:
     Attributes:
         motion: The motion to follow, of the coordinates that are left.
         locked: What coordinates are locked at, in [rad] or [m], and why, by name.
+        springs: Stiffness, rest and damping that would do instead, in SI units, by name, of those
+            that nothing drives.
         f_max: Force bounds that the robot's files lack, in [N], by the muscle's name.
         f_max_reason: Where they come from.
         kp, kd: Gains, in [1/s²] and [1/s].
@@ -38,6 +40,7 @@ class Beginning:
 
     motion: Trajectory
     locked: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    springs: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     f_max: Mapping[str, float] = field(default_factory=dict)
     f_max_reason: str = ""
     kp: float = field(kw_only=True)
@@ -73,7 +76,7 @@ def experiment_text(
         *_line("path", path, own_robot),
         *_line("cable_set", cable_set or robot.cable_set, own_robot, used=bool(cable_set)),
         *_line("gravity", list(robot.gravity), own_robot, used=False),
-        *_locked(robot, beginning.locked),
+        *_locked(robot, beginning),
         *_muscles(robot, beginning, tables["muscles"]),
         "",
         f"[reference]  # {_meaning(reference)}",
@@ -85,6 +88,7 @@ def experiment_text(
         *_line("kp", beginning.kp, controller),
         *_line("kd", beginning.kd, controller),
         *_line("period", beginning.period, controller),
+        *(f"# passive.{toml_key(name)} = true" for name in beginning.springs),
         *_defaults(controller, {"ki", "observer", "delay", "predict", "muscle_horizon", "engine"}),
         "",
         "[plant]",
@@ -103,15 +107,21 @@ def experiment_text(
     return "\n".join(lines) + "\n"
 
 
-def _locked(robot: Robot, locked: Mapping[str, tuple[float, str]]) -> Iterator[str]:
+def _locked(robot: Robot, beginning: Beginning) -> Iterator[str]:
     """What does not move, and why."""
-    if not locked:
+    if not beginning.locked:
         return
     yield ""
     yield "# Held where they are; free are those whose line is left out, for muscles or a motor:"
     units = {c.name: c.unit for c in robot.coordinates}
-    for name, (value, why) in locked.items():
+    for name, (value, why) in beginning.locked.items():
         yield f"coordinates.{toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
+    if beginning.springs:
+        yield "# Or left to springs and dampers, which [controller] calls passive then:"
+    for name, (stiffness, rest, damping) in beginning.springs.items():
+        own = f"initial = {beginning.locked[name][0]!r}, rest = {rest!r}"
+        spring = f"{own}, stiffness = {stiffness!r}, damping = {damping!r}"
+        yield f"# coordinates.{toml_key(name)} = {{ {spring} }}"
 
 
 def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:

@@ -207,6 +207,7 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             settings.kd,
             weights=settings.actuator_weights,
             solver=settings.solver,
+            **({"passive": settings.passive} if any(settings.passive) else {}),
         )
         return made
     posture = tasks.posture

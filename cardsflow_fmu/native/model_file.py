@@ -160,6 +160,7 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "delay": controller.delay,
         "predict": controller.predict,
         "H_f": controller.actuator_weights,
+        "passive": controller.passive,
     }
     rows = [] if controller.tasks is None else task_rows(robot)
     counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}

@@ -56,7 +56,7 @@ def summarize(
         through: `direct`, `fmu` or `native`.
     """
     robot, columns = experiment.robot, recording.columns
-    followed = followed_signals(robot, experiment.reference.space)
+    followed = followed_signals(robot, experiment.reference.space, experiment.controller.passive)
     bounds = {
         name: (muscle.f_min, muscle.f_max if np.isfinite(muscle.f_max) else None)
         for name, muscle in zip(tension_signals(robot), robot.muscles, strict=True)

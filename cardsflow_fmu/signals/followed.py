@@ -35,15 +35,22 @@ class Followed:
         return np.remainder(error + np.pi, 2.0 * np.pi) - np.pi if self.turns else error
 
 
-def followed_signals(robot: Robot, space: Space) -> list[Followed]:
-    """The positions that a reference of joints, or of task coordinates, is for."""
+def followed_signals(robot: Robot, space: Space, passive: Sequence[bool] = ()) -> list[Followed]:
+    """The positions that a reference of joints, or of task coordinates, is for.
+
+    Args:
+        robot: The robot.
+        space: What the reference is made of.
+        passive: Which coordinates follow nothing; none when empty.
+    """
     if space == "joint":
         names, prefixes = coordinate_signals, ("q", "q_d")
         units: list[str] = [c.unit for c in robot.coordinates]
     else:
         names, prefixes, units = task_signals, ("y", "y_d"), task_units(robot)
     rows = zip(*(names(prefix, robot) for prefix in prefixes), units, strict=True)
-    return [Followed(a, d, unit, space != "joint" and unit == "rad") for a, d, unit in rows]
+    follow = [Followed(a, d, unit, space != "joint" and unit == "rad") for a, d, unit in rows]
+    return [one for k, one in enumerate(follow) if not (passive and passive[k])]
 
 
 def followed_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[Followed]:

@@ -17,7 +17,7 @@ from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read
-from cardsflow_fmu.analysis.first_motion import DURATION, FirstMotion, first_motion
+from cardsflow_fmu.analysis.first_motion import DURATION, UNDRIVEN, FirstMotion, first_motion
 from cardsflow_fmu.analysis.motion_check import new_meetings
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import experiment_settings
@@ -36,6 +36,7 @@ _GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 ra
 _SLOW_GAINS = (150.0, 25.0)  # for muscles that take their time
 _PERIODS = ((0.005, 0.001), (0.002, 0.001), (0.001, 0.001), (0.0005, 0.0005), (0.0002, 0.0002))
 """Of the controller and of the simulation, in [s], the longest first."""
+_OWN_RATE = 20.0  # in [rad/s], of what springs hold; half of critical damping
 _STABLE = 0.5  # most that a displacement may grow by within a period: the period times this rate
 _GOOD_ERROR = 5e-4  # in [rad] or [m]: a motion that is followed this well is good
 _SCALES = (1.0, 0.5, 0.2)
@@ -171,13 +172,14 @@ class _Search:
         ]
         points.append(replace(points[0], time=DURATION))
         locked = {name: (q, motion.reasons[name]) for name, q in motion.locked.items()}
+        springs = self._springs(motion)
         kp, kd = _SLOW_GAINS if modelled_muscles(self.robot) else _GAINS
         rate = _growth(motion)
         for period, step in _PERIODS:
             if rate * period > _STABLE and period > _PERIODS[-1][0]:
                 continue
             reference = Trajectory("reference", "quintic", tuple(points), step)
-            yield Beginning(reference, locked, kp=kp, kd=kd, period=period, step=step)
+            yield Beginning(reference, locked, springs, kp=kp, kd=kd, period=period, step=step)
 
     def _bounded(
         self, beginning: Beginning, trial: Trial, motion: FirstMotion
@@ -247,6 +249,21 @@ class _Search:
             recording = loop.run()
         summary = summarize(experiment, recording, Speed(0.0, 0.0), "native")
         return _judged(experiment.robot, summary)
+
+    def _springs(self, motion: FirstMotion) -> dict[str, tuple[float, float, float]]:
+        """Stiffness, rest and damping of springs that would hold what nothing drives there."""
+        start = iter(motion.start)
+        names = [c.name for c in self.robot.coordinates]
+        q = [motion.locked[name] if name in motion.locked else next(start) for name in names]
+        dynamics = CoreDynamics(self.robot, may_be_singular=True)
+        M, G = dynamics.mass_matrix(q), dynamics.gravity(q)
+        springs = {}
+        for k, name in enumerate(names):
+            if motion.reasons.get(name) == UNDRIVEN:
+                stiffness = float(f"{_OWN_RATE**2 * M[k, k]:.3g}")
+                rest = q[k] + float(G[k]) / stiffness
+                springs[name] = stiffness, rest, float(f"{_OWN_RATE * M[k, k]:.3g}")
+        return springs
 
     def _meetings(self, motion: FirstMotion) -> list[str]:
         """Muscles that meet one another or links along a motion, a line each."""

@@ -282,4 +282,8 @@ def _tracking_unit(experiment: Experiment) -> str:
     """The unit of the tracking error."""
     from cardsflow_fmu.signals.followed import followed_signals, tracking_unit
 
-    return tracking_unit(followed_signals(experiment.robot, experiment.reference.space))
+    return tracking_unit(
+        followed_signals(
+            experiment.robot, experiment.reference.space, experiment.controller.passive
+        )
+    )

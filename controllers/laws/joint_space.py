@@ -5,12 +5,19 @@ s.t. M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + C(q, qd) + G(q) + w_e = -L(q)
      f_min <= f <= f_max
 
 Where no force fits, the error of the acceleration is made as small as the bounds allow.
+
+Passive coordinates follow nothing: springs, dampers and the motion of the others drive them. Their
+accelerations are eliminated by their own rows of the motion equation, which leaves the others'
+rows exact: with a the active and p the passive ones,
+
+    M_aa - M_ap M_pp⁻¹ M_pa,   tau_a - M_ap M_pp⁻¹ tau_p,   L_a - L_p M_pp⁻¹ M_pa
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
@@ -48,6 +55,7 @@ class JointSpaceController:
         kd: Velocity gain Kd, a number or shape (n,), in [1/s].
         weights: Diagonal of H, shape (a,), in [1/N²], or [1/(N·m)²] of motors; ones when None.
         solver: Name of a qpsolvers back end.
+        passive: Which coordinates follow nothing, shape (n,); none when None.
 
     Raises:
         InputError: A gain, bound or weight is wrong.
@@ -66,8 +74,13 @@ class JointSpaceController:
         *,
         weights: ArrayLike | None = None,
         solver: str = qp.DEFAULT_SOLVER,
+        passive: ArrayLike | None = None,
     ) -> None:
         self.dynamics = dynamics
+        names = dynamics.coordinate_names
+        chosen = np.zeros(len(names)) if passive is None else np.asarray(passive)
+        check_sizes(names, passive=chosen)
+        self._passive = np.flatnonzero(chosen)
         self.set_gains(kp, kd)
         self.distribution = ForceDistribution(
             dynamics.f_min,
@@ -159,7 +172,8 @@ class JointSpaceController:
     ) -> qpsolvers.Problem:
         """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
         tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e)
-        return self.distribution.build_problem(self.dynamics.actuator_jacobian(q), tau)
+        L, tau, _ = self._without_passive(self.dynamics.actuator_jacobian(q), tau, q)
+        return self.distribution.build_problem(L, tau)
 
     def solve(
         self,
@@ -182,5 +196,18 @@ class JointSpaceController:
         check_sizes(names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d)
         check_sizes(names, w_e=w_e, correction=correction)
         tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
-        M = self.dynamics.mass_matrix(q)
-        return self.distribution.solve(self.dynamics.actuator_jacobian(q), tau, M)
+        L, tau, M = self._without_passive(self.dynamics.actuator_jacobian(q), tau, q)
+        return self.distribution.solve(L, tau, M)
+
+    def _without_passive(
+        self, L: FloatArray, tau: FloatArray, q: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """L, tau and M with empty rows of the passive coordinates, which move as unit masses."""
+        M, p = self.dynamics.mass_matrix(q), self._passive
+        if not p.size:
+            return L, tau, M
+        share = np.linalg.solve(M[np.ix_(p, p)], M[p])  # M_pp⁻¹ M_p., shape (p, n)
+        L, tau, M = L - L[:, p] @ share, tau - share.T @ tau[p], M - M[:, p] @ share
+        L[:, p], tau[p], M[p], M[:, p] = 0.0, 0.0, 0.0, 0.0
+        M[p, p] = 1.0
+        return L, tau, M

@@ -38,6 +38,7 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
         "law.f_min": [muscle.f_min for muscle in robot.muscles],
         "law.f_max": [muscle.f_max for muscle in robot.muscles],
         "law.H_f": settings.weights,
+        "law.passive": settings.passive,
         "loop.ki": settings.ki,
         "loop.gain": -np.expm1(-settings.observer * settings.period),
         "loop.delay": float(settings.delay),

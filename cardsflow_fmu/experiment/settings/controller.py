@@ -117,6 +117,9 @@ class ControllerSettings(Table):
     motor_weights: tuple[Positive, ...] = each(
         "motor", "of squared torques, in 1/(N·m)² or 1/N²", None
     )
+    passive: tuple[bool, ...] = each(
+        "coordinate", "whether it follows nothing, left to its spring and damper", False
+    )
     observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
     delay: Annotated[int, Field(ge=0, le=1), AS_WHOLE] = setting(
         "ticks until forces take effect", 0
@@ -147,6 +150,9 @@ class ControllerSettings(Table):
         unsaid = self.own_law is not None and self.own_space is None
         if self.type is not None and self.space == "joint" and not unsaid:
             self.require_only(key for key in type(self).model_fields if key not in _OF_TASKS)
+        if any(self.passive) and self.type is not None and self.type not in _FREEING:
+            what = f"controllers of type {self.type!r} follow every coordinate"
+            raise SettingError(f"{what}; use {' or '.join(map(repr, _FREEING))}", key="passive")
         return self
 
     @property
@@ -192,6 +198,8 @@ class ControllerSettings(Table):
         return nothing | super().data(leave_out) | {"task_weights": exact}
 
 
+_FREEING = ("joint_space", "force_position")
+"""Laws that command accelerations of joints, and may leave some to themselves."""
 _OF_TASKS = (
     *("posture", "task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
     *("pretension", "limit_bandwidth"),

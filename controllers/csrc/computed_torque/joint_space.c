@@ -2,7 +2,11 @@
 
      min 1/2 f'Hf   s.t.   M(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + h = -L'f,   f_min <= f <= f_max
 
-   and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.               */
+   and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.
+
+   Passive coordinates follow nothing: their accelerations are whatever the others make of them. They are
+   eliminated by their own rows, so that the rest is exact: M, tau and L of the others become their Schur
+   complements.                                                                                         */
 #include "joint_space.h"
 
 #include "cholesky.h"
@@ -66,14 +70,34 @@ static int solve_soft(computed_torque *s, const real *tau, real allowed, int is_
     return is_proven ? COMPUTED_TORQUE_SOFT : COMPUTED_TORQUE_NOT_CONVERGED;
 }
 
+/* Take a passive coordinate out of all other rows; its own become those of a unit mass at rest. */
+static void eliminate(computed_torque *s, size_t p, real *tau)
+{
+    const size_t n = s->n, m = s->m;
+    const real pivot = s->M[p * n + p];
+    for (size_t j = 0; j < n; j++) {
+        if (j == p) continue;
+        const real factor = s->M[j * n + p] / pivot;
+        for (size_t k = 0; k < n; k++)
+            if (k != p) s->M[j * n + k] -= factor * s->M[p * n + k];
+        for (size_t i = 0; i < m; i++) s->L[i * n + j] -= factor * s->L[i * n + p];
+        tau[j] -= factor * tau[p];
+    }
+    for (size_t j = 0; j < n; j++) s->M[j * n + p] = s->M[p * n + j] = j == p;
+    for (size_t i = 0; i < m; i++) s->L[i * n + p] = 0;
+    tau[p] = 0;
+}
+
 int joint_space_solve(computed_torque *s)
 {
     const size_t n = s->n, m = s->m;
     dual_newton *program = s->hard;
     real *tau = s->column, most = 0;
     desired_acceleration(s, s->desired);
+    for (size_t j = 0; j < n; j++) tau[j] = dot(n, s->M + j * n, s->desired) + s->h[j];
+    for (size_t j = 0; j < n; j++)
+        if (s->passive[j] != 0) eliminate(s, j, tau);
     for (size_t j = 0; j < n; j++) {
-        tau[j] = dot(n, s->M + j * n, s->desired) + s->h[j];
         if (!isfinite(tau[j])) return COMPUTED_TORQUE_WRONG;
         most = larger(most, fabs(tau[j]));
     }

@@ -22,6 +22,7 @@
     ARRAY(f_min, m)                                                                                    \
     ARRAY(f_max, m)                                                                                    \
     ARRAY(H_f, m)                                                                                      \
+    ARRAY(passive, n)                                                                                  \
     ARRAY(H_q, n)                                                                                      \
     ARRAY(H_r, m)                                                                                      \
     ARRAY(f_p, m)                                                                                      \

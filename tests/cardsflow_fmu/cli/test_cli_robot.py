@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -180,3 +181,20 @@ def test_a_set_that_is_not_active_is_lost(tmp_path: Path, cardsflow: CommandLine
     write_caspr(replace(robot, task_sets=(*robot.task_sets, other)), tmp_path)
     codes = [finding["code"] for finding in cardsflow.json("check", tmp_path, "--for", "mjcf")]
     assert "task-sets-left-out" in codes
+
+
+def test_findings_that_repeat_are_one_line(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """Four muscles without a limit, and one finding of another kind, which stands by itself."""
+    robot = planar_2r()
+    endless = [replace(muscle, f_max=math.inf) for muscle in robot.muscles]
+    write_sdf(robot.with_muscles(endless), tmp_path / "robot")
+    code, out, _ = cardsflow("check", tmp_path / "robot")
+    (line,) = [line for line in out.splitlines() if "no-force-limit" in line]
+    assert "'cable_1': no largest force" in line
+    assert "and 3 more such: 'cable_2', 'cable_3', 'cable_4' (--verbose: all)" in line
+    _, every, _ = cardsflow("check", tmp_path / "robot", "--verbose")
+    assert every.count("no-force-limit") == 4
+    assert code == 0
+    assert every.splitlines()[-1] == out.splitlines()[-1]
+    words = ("convert", tmp_path / "robot", "--to", "sdf", "-o", tmp_path / "again")
+    assert cardsflow(*words)[2].count("no-force-limit") == 1

@@ -85,7 +85,7 @@ def test_motions_keep_muscles_apart_or_say_where_they_meet(
     apart: float, meets: bool, tmp_path: Path
 ) -> None:
     """Cables above and below the middle of a strand, which 0.1 rad moves by 15 mm."""
-    middle = 0.5 * (np.array(ABOVE) + (0.3, 0.0, 0.0))
+    middle = 0.5 * np.add(ABOVE, (0.3, 0.0, 0.0))
     across = [
         Muscle(name, tuple(ViaPoint(WORLD, (middle[0], y, middle[2] + z)) for y in (-1.0, 1.0)))
         for name, z in (("over", apart), ("under", -apart))
@@ -123,6 +123,31 @@ def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: Comm
     assert tomllib.loads(text)["robot"]["coordinates"] == {"wrist": {"locked": 0.0}}
     assert "no muscle moves it" in text
     assert list(summary["tracking"]["per_signal"]) == ["q.q"]
+
+
+@pytest.mark.native
+def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
+    file = tmp_path / "experiment.toml"
+    lines = [line for line in file.read_text().splitlines() if "wrist.locked" not in line]
+    springs = ("# coordinates.wrist", "# passive.wrist")
+    lines = [x.removeprefix("# ") if x.startswith(springs) else x for x in lines]
+    file.write_text("\n".join(lines))
+    code, out, err = cardsflow("run", tmp_path, "--direct", "-o", tmp_path / "sprung", "--strict")
+    assert code == 0, out + err
+    summary = json.loads((tmp_path / "sprung/summary.json").read_text())
+    assert_tracks(summary)
+    assert list(summary["tracking"]["per_signal"]) == ["q.q"]
+    table = (tmp_path / "sprung/results.csv").read_text().splitlines()
+    column = table[0].split(",").index("q.wrist")
+    assert np.ptp([float(row.split(",")[column]) for row in table[1:]]) > 1e-3
+    assert cardsflow.json("check", tmp_path) == [] or not [
+        f
+        for f in cardsflow.json("check", tmp_path)
+        if f["code"].startswith(("pose", "coord", "mo"))
+    ]
 
 
 @pytest.mark.native

@@ -144,6 +144,7 @@ def law_arrays(experiment: Experiment) -> dict[str, ArrayLike]:
         "law.f_min": [muscle.f_min for muscle in robot.muscles],
         "law.f_max": [muscle.f_max for muscle in robot.muscles],
         "law.H_f": settings.weights,
+        "law.passive": settings.passive,
         "loop.ki": settings.ki,
         "loop.gain": 1.0 - np.exp(-settings.observer * settings.period),
         "loop.delay": float(settings.delay),
