@@ -9,6 +9,7 @@ from .errors import CardsflowError, InputError, RobotError, SimulationError, Unk
 from .finding import Finding, Subject
 from .model.joint import Coordinate, Joint, JointType, Motion, MotionKind, prismatic, revolute
 from .model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
+from .model.muscle_path import Branch, CoordinateTerm, PointCondition
 from .model.pose import IDENTITY, Pose, Vector3
 from .model.robot import GRAVITY, WORLD, Axis, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
 from .model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
@@ -24,10 +25,12 @@ __all__ = [
     "WORLD",
     "Axis",
     "BasePulley",
+    "Branch",
     "CableModel",
     "CableSet",
     "CardsflowError",
     "Coordinate",
+    "CoordinateTerm",
     "Finding",
     "Inertia",
     "InputError",
@@ -38,6 +41,7 @@ __all__ = [
     "Motion",
     "MotionKind",
     "Muscle",
+    "PointCondition",
     "Pose",
     "Robot",
     "RobotError",

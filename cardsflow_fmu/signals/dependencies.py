@@ -21,6 +21,7 @@ from .ports import LIMITS_DROPPED, SOLVE_TIME
 Names = frozenset[str]
 
 _NONE: Names = frozenset()
+_NOWHERE: frozenset[int] = frozenset()
 _COMMAND, _LENGTH, _RATE = "u", "l", "v"
 
 _HILL = {"activation": "u", "fibre_length": "ul", "tension": "ulv"}
@@ -171,7 +172,11 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     on = [point.link for point in muscle.via_points]
     on += [links[wrap.surface] for wrap in muscle.wraps]
     moved = [above.get(link, frozenset()) for link in on]
-    return frozenset().union(*moved) - moved[0].intersection(*moved)
+    told = [point.when.coordinate for point in muscle.via_points if point.when is not None]
+    told += [term.coordinate for term in muscle.terms]
+    by_name = {c.name: i for i, c in enumerate(robot.coordinates)}
+    own = frozenset(by_name[name] for name in told)
+    return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | own
 
 
 def _energy_start(name: str, q: Sequence[str], qd: Sequence[str]) -> Names:

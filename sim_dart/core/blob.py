@@ -14,6 +14,7 @@ from .composite_inertia import CompositeInertia
 from .frames import MovingFrame, Place, moving_frames
 from .library import law_parameters, pack_blob
 from .path_fields import path_counts, path_fields
+from .refusals import refuse_uncomputed
 
 Fields = dict[str, ArrayLike]
 
@@ -95,8 +96,10 @@ def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
             microcontroller's, as a rule.
 
     Raises:
-        CardsflowError: A number is too large for single precision.
+        CardsflowError: A number is too large for single precision, or a muscle's path has what
+            is not computed yet.
     """
+    refuse_uncomputed(robot)
     frames, places = moving_frames(robot)
     tasks = robot.task_frames
     counts = path_counts(robot) | {

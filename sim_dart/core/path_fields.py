@@ -16,7 +16,7 @@ from addin_sdfusion.robot.model.rotations import rotation
 from .arrays import FloatArray
 from .frames import Place
 
-_KINDS = ("sphere", "cylinder")
+_KINDS = ("sphere", "cylinder", "ellipsoid")
 _INSIDE = 2
 """WRAP_INSIDE of layout.h."""
 

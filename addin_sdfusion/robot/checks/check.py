@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from ..errors import RobotError
 from ..finding import Finding, errors_first
 from ..model.robot import Robot
-from . import masses, muscles, names, numbers, tasks, tension_laws, tree, wraps
+from . import masses, muscle_paths, muscles, names, numbers, tasks, tension_laws, tree, wraps
 
 Check = Callable[[Robot], Iterable[Finding]]
 
@@ -29,12 +29,16 @@ CHECKS: tuple[Check, ...] = (
     masses.inertia_about_axis,
     muscles.has_muscles,
     muscles.via_points,
+    muscle_paths.conditions,
+    muscle_paths.branches,
+    muscle_paths.terms,
     muscles.moment_arms,
     muscles.force_limits,
     muscles.cable_models,
     tension_laws.tension_laws,
     wraps.wrap_surfaces,
     wraps.wraps,
+    muscle_paths.wrap_rules,
     tasks.task_frames,
 )
 

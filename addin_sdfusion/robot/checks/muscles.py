@@ -29,7 +29,7 @@ def via_points(robot: Robot) -> Iterator[Finding]:
     known = {WORLD, *links}
     for subject, muscle in all_muscles(robot):
         points = muscle.via_points
-        if len(points) < 2:
+        if len(points) < 2 and (points or not muscle.terms):
             problem = f"needs two via points at least, has {len(points)}"
             yield error(subject, "too-few-via-points", problem)
         for name in dict.fromkeys(point.link for point in points):
@@ -37,7 +37,7 @@ def via_points(robot: Robot) -> Iterator[Finding]:
                 problem = f"via point on {unknown('link', name, [WORLD, *links])}"
                 yield error(subject, "unknown-via-link", problem)
         for i, (start, end) in enumerate(pairwise(points), start=1):
-            if start == end:
+            if start == end and muscle.is_segment(i - 1):
                 problem = f"via points {i} and {i + 1} are the same point of link {start.link!r}"
                 yield error(subject, "zero-length-segment", problem)
 
@@ -50,7 +50,7 @@ def moment_arms(robot: Robot) -> Iterator[Finding]:
         links = [point.link for point in muscle.via_points]
         links += [surfaces[w.surface] for w in muscle.wraps if w.surface in surfaces]
         on = {bodies.get(link, link) for link in links}
-        if len(muscle.via_points) > 1 and len(on) == 1:
+        if len(muscle.via_points) > 1 and len(on) == 1 and not muscle.terms:
             problem = "all of its path is on one rigid body, so it moves nothing"
             yield warning(subject, "no-moment-arm", problem)
 

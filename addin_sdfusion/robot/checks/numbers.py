@@ -29,6 +29,7 @@ def numbers(robot: Robot) -> Iterator[Finding]:
             yield from _limits(subject, c)
     for subject, muscle in all_muscles(robot):
         yield from _report(subject, "via point or force limit", muscle_numbers(muscle))
+        yield from _report(subject, "condition, branch or term", path_numbers(muscle))
         yield from _report(subject, "cable or pulley parameter", cable_numbers(muscle))
     for surface in robot.wrap_surfaces:
         subject = Subject("wrap_surface", surface.name)
@@ -66,6 +67,23 @@ def muscle_numbers(muscle: Muscle) -> tuple[float, ...]:
     return (*points, muscle.f_min, *upper)
 
 
+def path_numbers(muscle: Muscle) -> tuple[float, ...]:
+    """What of a muscle's path depends on coordinates, and the points that say the sides of wraps.
+
+    An open end of a condition's range is left out.
+    """
+    conditions = [point.when for point in muscle.via_points if point.when is not None]
+    ranges = [x for when in conditions for x in (when.low, when.high) if not math.isinf(x)]
+    sides = [wrap.side_point.position for wrap in muscle.wraps if wrap.side_point is not None]
+    return (
+        *ranges,
+        *(when.smoothing for when in conditions),
+        *(branch.divisor for branch in muscle.branches),
+        *(term.factor for term in muscle.terms),
+        *(x for position in sides for x in position),
+    )
+
+
 def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
     """The parameters of a muscle's cable and of the pulley at its base."""
     pulley = muscle.pulley.parameters if muscle.pulley else ()
@@ -76,7 +94,8 @@ def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
 def surface_numbers(surface: WrapSurface) -> tuple[float, ...]:
     """What describes a wrap surface, without the length of one that has no ends."""
     length = () if surface.length == math.inf else (surface.length,)
-    return (*surface.pose.position, *surface.pose.rpy, surface.radius, *length)
+    axes = surface.half_axes or ()
+    return (*surface.pose.position, *surface.pose.rpy, surface.radius, *length, *axes)
 
 
 def _limits(subject: Subject, c: Coordinate) -> Iterator[Finding]:

@@ -33,6 +33,16 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
         if surface.radius <= 0.0 or surface.length <= 0.0:
             size = f"radius {surface.radius!r} and length {surface.length!r}"
             yield error(subject, "bad-wrap-size", f"{size} are not both above zero")
+        yield from _half_axes(subject, surface)
+
+
+def _half_axes(subject: Subject, surface: WrapSurface) -> Iterator[Finding]:
+    axes = surface.half_axes
+    if (surface.shape == "ellipsoid") != (axes is not None):
+        problem = "an ellipsoid needs the half axes along y and z, and nothing else has any"
+        yield error(subject, "bad-wrap-axes", problem)
+    elif axes is not None and min(axes) <= 0.0:
+        yield error(subject, "bad-wrap-size", f"half axes {axes!r} are not both above zero")
 
 
 def wraps(robot: Robot) -> Iterator[Finding]:
@@ -54,6 +64,9 @@ def _wraps(
         if not 0 <= wrap.segment <= last:
             problem = f"wraps in segment {wrap.segment}; its segments are 0 to {last}"
             yield error(subject, "bad-wrap-segment", problem)
+        if not wrap.segment <= wrap.last <= last and 0 <= wrap.segment <= last:
+            problem = f"wraps up to segment {wrap.last}; it may be {wrap.segment} to {last}"
+            yield error(subject, "bad-wrap-segment", problem)
         if not 0 <= wrap.turns <= MOST_TURNS:
             problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MOST_TURNS}"
             yield error(subject, "bad-wrap-turns", problem)
@@ -62,6 +75,8 @@ def _wraps(
             yield error(subject, "bad-wrap-inside", problem)
         elif wrap.inside:
             yield from _inside(subject, wrap, surfaces)
+        elif wrap.rule != "taut":
+            continue  # with an end inside it is straight, by these rules
         elif 0 <= wrap.segment <= last and wrap.surface in surfaces:
             yield from _ends_inside(subject, muscle, wrap, surfaces[wrap.surface])
 

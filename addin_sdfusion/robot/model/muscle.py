@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from .muscle_path import Branch, CoordinateTerm, PointCondition
 from .pose import IDENTITY, Pose, Vector3
 
 CableKind = Literal[
@@ -17,13 +18,18 @@ CableKind = Literal[
     "hill_millard2012",
     "hill_thelen2003",
     "ligament_blankevoort1991",
+    "mujoco_muscle",
     "passive_spring",
+    "path_spring",
+    "tendon_spring",
     "linear_spring",
     "vsd_torsion",
     "vsd_flexure",
     "vsd_polynomial",
 ]
-WrapShape = Literal["sphere", "cylinder"]
+WrapShape = Literal["sphere", "cylinder", "ellipsoid"]
+WrapRule = Literal["taut", "mujoco", "opensim"]
+Quadrant = Literal["all", "+x", "-x", "+y", "-y", "+z", "-z"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +39,12 @@ class ViaPoint:
     Attributes:
         link: The link it is fixed to, or `WORLD`.
         position: In that link's frame, in [m].
+        when: When the muscle passes through it; None for always.
     """
 
     link: str
     position: Vector3
+    when: PointCondition | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,10 +108,11 @@ class WrapSurface:
     Attributes:
         name: Its name, unique among the wrap surfaces.
         link: The link it is fixed to, or `WORLD`.
-        shape: `sphere` or `cylinder`; a cylinder's axis is the z axis of its pose.
-        radius: In [m].
+        shape: `sphere`, `cylinder` or `ellipsoid`; a cylinder's axis is the z axis of its pose.
+        radius: In [m]; of an ellipsoid, its half axis along x.
         pose: In the link's frame.
         length: Of a cylinder, in [m]; infinite where it has no ends.
+        half_axes: Of an ellipsoid, the half axes along y and z, in [m]; of others not used.
     """
 
     name: str
@@ -112,6 +121,7 @@ class WrapSurface:
     radius: float
     pose: Pose = IDENTITY
     length: float = math.inf
+    half_axes: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +143,17 @@ class Wrap:
     line passes through it, or begins or ends in it. Else it touches the surface from within at one
     point, smoothly. A cylinder's ends do not count there.
 
+    Models of other programs keep these programs' rules on whether and on which side a cable goes
+    round; the way itself is the shortest on that side, and it is straight where an end is inside:
+
+    * `mujoco`: without a side point as the straight line decides. With one outside of the surface,
+      on its side: also where the straight line clears the surface on the other side. With one
+      inside, the cable is led through the surface. Cylinders have no ends.
+    * `opensim`: in the quadrant `all` as the straight line decides, else in the half of space that
+      the quadrant says. A cylinder is left where the cable touches it beyond its ends only. Of the
+      segments up to `last_segment` the cable goes round in the first whose straight line meets the
+      surface, else in the one that becomes longer by the least.
+
     Attributes:
         surface: Name of the surface.
         segment: Index of the via point before it.
@@ -140,6 +161,12 @@ class Wrap:
             path.
         turns: Whole turns about it, besides.
         inside: Whether it passes inside the surface; then it has no side and no turns.
+        rule: Whose rules it goes by: `taut` for those of above, the only ones with side, turns and
+            inside; or `mujoco` or `opensim`.
+        side_point: Of MuJoCo's rules, the site that says the side; None if there is none.
+        quadrant: Of OpenSim's rules, the half of space about the surface's pose that it passes in.
+        last_segment: Index of the via point before the last segment that it may be in, where there
+            are several, by OpenSim's rules; None for `segment` alone.
     """
 
     surface: str
@@ -147,6 +174,15 @@ class Wrap:
     side: Literal[-1, 0, 1] = 0
     turns: int = 0
     inside: bool = False
+    rule: WrapRule = "taut"
+    side_point: ViaPoint | None = None
+    quadrant: Quadrant = "all"
+    last_segment: int | None = None
+
+    @property
+    def last(self) -> int:
+        """Index of the via point before the last segment that it may be in."""
+        return self.segment if self.last_segment is None else self.last_segment
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,12 +191,14 @@ class Muscle:
 
     Attributes:
         name: Its name, unique in its cable set.
-        via_points: At least two, in order.
+        via_points: At least two, in order; none for a length of terms alone.
         f_min: Smallest force that a controller may command, in [N].
         f_max: Largest force, in [N]; infinite where unknown.
         model: How force, length and stiffness belong together.
         pulley: A swivelling pulley at its first via point, if there is one.
         wraps: Wraps over surfaces, in order.
+        branches: Where the path begins anew, in order; none for a path in one piece.
+        terms: What is added to the length of the path in proportion to coordinates.
     """
 
     name: str
@@ -170,6 +208,12 @@ class Muscle:
     model: CableModel = CableModel()
     pulley: BasePulley | None = None
     wraps: tuple[Wrap, ...] = ()
+    branches: tuple[Branch, ...] = ()
+    terms: tuple[CoordinateTerm, ...] = ()
+
+    def is_segment(self, k: int) -> bool:
+        """Whether the path leads from via point k to the next one."""
+        return all(branch.point != k + 1 for branch in self.branches)
 
 
 @dataclass(frozen=True, slots=True)

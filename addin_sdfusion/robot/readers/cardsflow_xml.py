@@ -17,11 +17,14 @@ from ..model.muscle import (
     CableModel,
     CableSet,
     Muscle,
+    Quadrant,
     ViaPoint,
     Wrap,
+    WrapRule,
     WrapShape,
     WrapSurface,
 )
+from ..model.muscle_path import Branch, CoordinateTerm, PointCondition
 from ..model.pose import Pose, Vector3
 from ..model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
 from ..writers.cardsflow_xml import INSIDE, WRAP_STATES, WRAP_TYPES
@@ -75,7 +78,11 @@ class MuscleReader:
 
     def _muscle(self, node: Node) -> Muscle:
         steps = [step for block in node.all("link") for step in self._steps(block)]
-        points = [ViaPoint(step.link, step.position) for step in steps if step.shape is None]
+        points = [
+            ViaPoint(step.link, step.position, _condition(step.node))
+            for step in steps
+            if step.shape is None
+        ]
         return Muscle(
             node.attribute("name"),
             tuple(points),
@@ -84,6 +91,8 @@ class MuscleReader:
             read_actuator(node) or _cable_model(node),
             _base_pulley(node),
             (*self._wraps_on_the_way(steps), *_wraps(node)),
+            tuple(_branches(node)),
+            tuple(_terms(node)),
         )
 
     def _steps(self, block: Node) -> Iterator[_Step]:
@@ -148,7 +157,8 @@ def read_surface(node: Node) -> WrapSurface:
     """A `<wrap_surface>` of the plugin."""
     shape = node.attribute("shape")
     if node.has("shape") and shape not in get_args(WrapShape):
-        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is no sphere or cylinder")
+        known = ", ".join(get_args(WrapShape))
+        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is none of {known}")
     x, y, z, *angles = node.numbers(6)
     roll, pitch, yaw = angles
     return WrapSurface(
@@ -158,7 +168,13 @@ def read_surface(node: Node) -> WrapSurface:
         node.number_attribute("radius"),
         Pose((x, y, z), (roll, pitch, yaw)),
         node.number_attribute("length", math.inf, infinite=True),
+        _pair(node.numbers_attribute("half_axes", 2)) if node.has("half_axes") else None,
     )
+
+
+def _pair(values: Sequence[float]) -> tuple[float, float]:
+    first, second = values
+    return first, second
 
 
 def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
@@ -211,7 +227,52 @@ def _is_inside(node: Node) -> bool:
 def _wraps(node: Node) -> Iterator[Wrap]:
     for wrap in node.all("wrap"):
         segment, turns = _whole(wrap, "segment"), _whole(wrap, "turns")
-        yield Wrap(wrap.attribute("surface"), segment, _side(wrap), turns, _is_inside(wrap))
+        rule = _one_of(wrap, "rule", get_args(WrapRule))
+        yield Wrap(
+            wrap.attribute("surface"),
+            segment,
+            _side(wrap),
+            turns,
+            _is_inside(wrap),
+            cast(WrapRule, rule),
+            _side_point(wrap),
+            cast(Quadrant, _one_of(wrap, "quadrant", get_args(Quadrant))),
+            _whole(wrap, "last_segment") if wrap.has("last_segment") else None,
+        )
+
+
+def _one_of(node: Node, name: str, known: tuple[str, ...]) -> str:
+    """A word in an attribute; the first of those known if it is not given."""
+    word = node.attribute(name, known[0])
+    if word not in known:
+        node.error("bad-word", f"{name} {shortened(word)} is none of {', '.join(known)}")
+        return known[0]
+    return word
+
+
+def _side_point(node: Node) -> ViaPoint | None:
+    if not node.has("side_link"):
+        return None
+    x, y, z = node.numbers_attribute("side_position", 3)
+    return ViaPoint(node.attribute("side_link"), (x, y, z))
+
+
+def _condition(node: Node) -> PointCondition | None:
+    if not node.has("coordinate"):
+        return None
+    low, high = (node.number_attribute(name, infinite=True) for name in ("low", "high"))
+    smoothing = node.number_attribute("smoothing", 0.0)
+    return PointCondition(node.attribute("coordinate"), low, high, smoothing)
+
+
+def _branches(node: Node) -> Iterator[Branch]:
+    for branch in node.all("branch"):
+        yield Branch(_whole(branch, "point"), branch.number_attribute("divisor", 1.0))
+
+
+def _terms(node: Node) -> Iterator[CoordinateTerm]:
+    for term in node.all("term"):
+        yield CoordinateTerm(term.attribute("coordinate"), term.number_attribute("factor"))
 
 
 def _whole(node: Node, name: str) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..mesh_files import mesh_file
 from ..model.joint import Joint
-from ..model.muscle import BasePulley, CableSet, Muscle, ViaPoint, WrapSurface
+from ..model.muscle import BasePulley, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY, Pose, Vector3
 from ..model.robot import WORLD, Link, Robot, TaskFrame, TaskSet
 from ..model.rotations import apply, compose, rotate, rotation
@@ -113,16 +113,31 @@ def _joint(joint: Joint, member: Member) -> Joint:
 
 
 def _muscle(muscle: Muscle, member: Member) -> Muscle:
-    points = tuple(
-        ViaPoint(member.named(point.link), _point(point.link, point.position, member))
-        for point in muscle.via_points
-    )
-    wraps = tuple(replace(wrap, surface=member.named(wrap.surface)) for wrap in muscle.wraps)
+    points = tuple(_via_point(point, member) for point in muscle.via_points)
+    wraps = tuple(_wrap(wrap, member) for wrap in muscle.wraps)
+    terms = tuple(replace(t, coordinate=member.named(t.coordinate)) for t in muscle.terms)
     pulley = muscle.pulley
     if pulley is not None and muscle.via_points[0].link == WORLD:
         pulley = _turned(pulley, member)
     name = member.named(muscle.name)
-    return replace(muscle, name=name, via_points=points, wraps=wraps, pulley=pulley)
+    path = {"via_points": points, "wraps": wraps, "terms": terms}
+    return replace(muscle, name=name, pulley=pulley, **path)  # type: ignore[arg-type]
+
+
+def _via_point(point: ViaPoint, member: Member) -> ViaPoint:
+    when = point.when
+    return replace(
+        point,
+        link=member.named(point.link),
+        position=_point(point.link, point.position, member),
+        when=when and replace(when, coordinate=member.named(when.coordinate)),
+    )
+
+
+def _wrap(wrap: Wrap, member: Member) -> Wrap:
+    side = wrap.side_point
+    named = member.named(wrap.surface)
+    return replace(wrap, surface=named, side_point=side and _via_point(side, member))
 
 
 def _turned(pulley: BasePulley, member: Member) -> BasePulley:

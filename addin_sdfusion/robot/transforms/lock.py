@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ..errors import InputError
+from ..finding_builders import all_muscles
 from ..model.joint import Joint, Motion
 from ..model.pose import Pose
 from ..model.robot import Robot, find
@@ -26,11 +27,17 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
 
     Raises:
         UnknownNameError: There is no such coordinate.
-        InputError: A translation between two rotations of one joint would be held elsewhere than
-            at 0, which no joint can express.
+        InputError: A muscle's path depends on one, or a translation between two rotations of one
+            joint would be held elsewhere than at 0, which no joint can express.
     """
     for name in positions:
         find("coordinate", name, robot.coordinates)
+    for _, muscle in all_muscles(robot):
+        named = [point.when.coordinate for point in muscle.via_points if point.when is not None]
+        for name in (*named, *(term.coordinate for term in muscle.terms)):
+            if name in positions:
+                problem = f"muscle {muscle.name!r} depends on coordinate {name!r}: do not hold it"
+                raise InputError(problem)
     return replace(robot, joints=tuple(_locked(joint, positions) for joint in robot.joints))
 
 

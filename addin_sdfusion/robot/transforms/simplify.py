@@ -181,12 +181,19 @@ def _rehomed(robot: Robot, homes: Homes) -> Robot:
 
 
 def _muscle(muscle: Muscle, homes: Homes) -> Muscle:
-    points = [
-        ViaPoint(home, apply(T_home_link, point.position))
-        for point in muscle.via_points
-        for home, T_home_link in [homes[point.link]]
-    ]
-    return replace(muscle, via_points=tuple(points))
+    points = tuple(_via_point(point, homes) for point in muscle.via_points)
+    wraps = tuple(
+        wrap
+        if wrap.side_point is None
+        else replace(wrap, side_point=_via_point(wrap.side_point, homes))
+        for wrap in muscle.wraps
+    )
+    return replace(muscle, via_points=points, wraps=wraps)
+
+
+def _via_point(point: ViaPoint, homes: Homes) -> ViaPoint:
+    home, T_home_link = homes[point.link]
+    return replace(point, link=home, position=apply(T_home_link, point.position))
 
 
 def _task_frame(frame: TaskFrame, homes: Homes) -> TaskFrame:

@@ -6,6 +6,10 @@ the original format has no word for is in attributes and elements that its reade
     myoMuscle    f_min f_max       force limits, in [N]
     cable_model  kind              how the cable behaves; parameter elements by name
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
+    viaPoint     coordinate low high smoothing
+                                   when a muscle passes through it
+    branch       point divisor     the path begins anew at a via point, counted from 0
+    term         coordinate factor a part of the length, in proportion to a coordinate
     endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
 
 In cardsflow.xml a wrap surface stands where it lies in the path, as the original format has it: a
@@ -83,7 +87,8 @@ def wrap_losses(robot: Robot) -> Iterator[Finding]:
         left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
         if left:
             problem = (
-                "cardsflow.xml holds one wrap a segment, and cylinders along a link's z axis; "
+                "cardsflow.xml holds one wrap a segment, cylinders along a link's z axis, no "
+                "ellipsoids and no other programs' rules; "
                 f"{len(left)} of its wraps are left out there, over {', '.join(left)}"
             )
             yield warning(Subject("muscle", muscle.name), "wraps-left-out", problem)
@@ -99,7 +104,22 @@ def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
     for wrap in muscle.wraps:
         side = INSIDE if wrap.inside else str(wrap.side)
         words = {"segment": str(wrap.segment), "side": side, "turns": str(wrap.turns)}
-        element(node, "wrap", surface=wrap.surface, **words)
+        element(node, "wrap", surface=wrap.surface, **words, **_rule_words(wrap))
+
+
+def _rule_words(wrap: Wrap) -> dict[str, str]:
+    """What a wrap by another program's rules has; nothing for one by ours."""
+    if wrap.rule == "taut":
+        return {}
+    words: dict[str, str] = {"rule": wrap.rule}
+    if wrap.quadrant != "all":
+        words["quadrant"] = wrap.quadrant
+    if wrap.last_segment is not None:
+        words["last_segment"] = str(wrap.last_segment)
+    if wrap.side_point is not None:
+        words["side_link"] = wrap.side_point.link
+        words["side_position"] = numbers(wrap.side_point.position)
+    return words
 
 
 def end_effector_element(parent: ElementTree.Element, frame: TaskFrame) -> None:
@@ -128,12 +148,17 @@ def cardsflow_xml(robot: Robot) -> str:
 
 
 def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
-    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis."""
+    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis.
+
+    Those by other programs' rules and those over ellipsoids it cannot hold.
+    """
     counts = Counter(wrap.segment for wrap in muscle.wraps)
     return [
         wrap
         for wrap in muscle.wraps
         if counts[wrap.segment] == 1
+        and wrap.rule == "taut"
+        and surfaces[wrap.surface].shape in WRAP_TYPES
         and (surfaces[wrap.surface].shape == "sphere" or not any(surfaces[wrap.surface].pose.rpy))
     ]
 
@@ -143,7 +168,15 @@ class _Step:
 
     def __init__(self, point: ViaPoint, **attributes: str) -> None:
         self.point = point
-        self.attributes = attributes or {"type": "FIXPOINT"}
+        self.attributes = attributes or {"type": "FIXPOINT", **_condition_words(point)}
+
+
+def _condition_words(point: ViaPoint) -> dict[str, str]:
+    when = point.when
+    if when is None:
+        return {}
+    values = {"low": when.low, "high": when.high, "smoothing": when.smoothing}
+    return {"coordinate": when.coordinate} | {k: numbers([x]) for k, x in values.items()}
 
 
 def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
@@ -174,6 +207,11 @@ def _muscle(
         block = element(node, "link", name=link)
         for step in group:
             element(block, "viaPoint", numbers(step.point.position), **step.attributes)
+    for branch in muscle.branches:
+        words = {"point": str(branch.point), "divisor": numbers([branch.divisor])}
+        element(node, "branch", **words)
+    for term in muscle.terms:
+        element(node, "term", coordinate=term.coordinate, factor=numbers([term.factor]))
     if muscle.model.kind != "ideal" or muscle.model.parameters:
         rows = ((name, (number,)) for name, number in muscle.model.parameters)
         _parameters(element(node, "cable_model", kind=muscle.model.kind), rows)

@@ -7,7 +7,7 @@ from collections.abc import Container, Iterable, Iterator
 
 from ..errors import RobotError
 from ..finding import Finding, Subject
-from ..finding_builders import listed, warning
+from ..finding_builders import error, listed, warning
 from ..model.joint import Joint
 from ..model.robot import Robot
 
@@ -78,6 +78,46 @@ def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Fi
         if muscle.pulley is not None:
             problem = f"{format_} has no swivelling pulley; its fixed location is a via point"
             yield warning(subject, "pulley-left-out", problem)
+
+
+def muscle_paths(
+    robot: Robot, format_: str, held: Container[str] = (), rules: Container[str] = ("taut",)
+) -> Iterator[Finding]:
+    """What paths have beside fixed points and wraps by the format's own rules.
+
+    Args:
+        robot: The robot.
+        format_: What the format is called.
+        held: What of `conditions`, `branches` and `terms` it holds.
+        rules: The rules of wraps that it holds.
+    """
+    for muscle in robot.muscles:
+        subject = Subject("muscle", muscle.name)
+        conditions = [k for k, p in enumerate(muscle.via_points, 1) if p.when is not None]
+        if conditions and "conditions" not in held:
+            problem = f"{format_} has no points that are in use at times; always in use there: "
+            problem += ", ".join(map(str, conditions))
+            yield warning(subject, "point-condition-left-out", problem)
+        if muscle.branches and "branches" not in held:
+            problem = f"{format_} has no branches of a tendon; its path is one piece there"
+            yield warning(subject, "branches-left-out", problem)
+        if muscle.terms and "terms" not in held:
+            problem = f"{format_} has no lengths in proportion to coordinates"
+            lost = warning if muscle.via_points else error
+            yield lost(subject, "terms-left-out", f"{problem}; left out")
+        foreign = [wrap for wrap in muscle.wraps if wrap.rule not in rules]
+        if foreign:
+            problem = f"{format_} has no wraps by the rules of {foreign[0].rule}; those over "
+            problem += ", ".join(repr(wrap.surface) for wrap in foreign)
+            yield warning(subject, "wrap-rule-left-out", problem + " go by its own")
+
+
+def ellipsoids(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Ellipsoids, for formats that do not have them."""
+    for surface in robot.wrap_surfaces:
+        if surface.shape == "ellipsoid":
+            problem = f"{format_} wraps over no ellipsoids; it is left out, with its wraps"
+            yield warning(Subject("wrap_surface", surface.name), "ellipsoid-left-out", problem)
 
 
 def motor_bounds(robot: Robot, format_: str) -> Iterator[Finding]:

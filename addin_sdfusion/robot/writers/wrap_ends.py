@@ -29,7 +29,7 @@ WIDE = {"rad": math.pi / 2.0, "m": 0.2}
 
 def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
     """Wraps that are straight in another format where an end of their segment is inside."""
-    outer = [(m, wrap) for m in robot.muscles for wrap in m.wraps if not wrap.inside]
+    outer = [(m, wrap) for m in robot.muscles for wrap in m.wraps if _is_smooth(robot, wrap)]
     if not outer:
         return
     postures = list(_postures(robot))
@@ -57,6 +57,12 @@ def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
             f"that is, {format_} would run straight: {', '.join(map(repr, dict.fromkeys(unseen)))}"
         )
         yield warning(Subject("robot", robot.name), "ends-move-near-wraps", problem)
+
+
+def _is_smooth(robot: Robot, wrap: Wrap) -> bool:
+    """Whether an end inside makes the surface shrink."""
+    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    return wrap.rule == "taut" and not wrap.inside and surface.shape != "ellipsoid"
 
 
 def _postures(robot: Robot) -> Iterator[dict[str, float]]:

@@ -12,14 +12,17 @@ import numpy as np
 from addin_sdfusion.robot import (
     WORLD,
     BasePulley,
+    Branch,
     CableModel,
     CableSet,
     Coordinate,
+    CoordinateTerm,
     Inertia,
     Joint,
     Link,
     Mesh,
     Muscle,
+    PointCondition,
     Pose,
     Robot,
     TaskFrame,
@@ -53,6 +56,7 @@ def robot_of_every_field(seed: int) -> Robot:
         WrapSurface("ball", names[0], "sphere", 0.1, _pose(rng)),
         WrapSurface("rod", WORLD, "cylinder", 0.2, _pose(rng)),
         WrapSurface("drum", names[-1], "cylinder", 0.1, _pose(rng), 0.4),
+        WrapSurface("egg", names[0], "ellipsoid", 0.1, _pose(rng), half_axes=(0.2, 0.3)),
     )
     # fmt: off
     cables = [Muscle(f"law {kind}", _way(rng, names), 1.0, 50.0,
@@ -73,6 +77,7 @@ def robot_of_every_field(seed: int) -> Robot:
     cables.append(Muscle("thick", _way(rng, names), 0.0, 9.0, CableModel("ideal", _thick())))
     cables.append(Muscle("sprung", _way(rng, names), 0.0, 9.0, CableModel("linear_spring", _k())))
     cables.append(Muscle("led", _way(rng, names, WORLD), 0.0, 9.0, pulley=_pulley()))
+    cables += _of_other_programs(rng, tree, names)
     elastic = SOUND["hill_degroote2016"] | {"elastic_tendon": 1.0, "fibre_damping": 0.1}
     model = CableModel("hill_degroote2016", tuple(elastic.items()))
     other = (replace(cables[0], name="other"), Muscle("tendon", _way(rng, names), model=model))
@@ -86,6 +91,27 @@ def robot_of_every_field(seed: int) -> Robot:
         task_sets=(*tree.task_sets, TaskSet("more", more)),
         wrap_surfaces=surfaces,
     )
+
+
+def _of_other_programs(
+    rng: np.random.Generator, tree: Robot, names: list[str]
+) -> tuple[Muscle, ...]:
+    """Muscles with what the models of OpenSim and MuJoCo have."""
+    first, *others = _way(rng, names)
+    told = [c.name for c in tree.coordinates]
+    at_times = replace(others[0], when=PointCondition(told[0], -0.5, 0.75, 0.125))
+    points = (first, at_times, *others[1:], *_way(rng, names))
+    branches, terms = (Branch(0, 1.5), Branch(4, 2.0)), (CoordinateTerm(told[-1], 0.5),)
+    site = ViaPoint(names[-1], vector(rng))
+    at_side = Wrap("ball", 0, rule="mujoco", side_point=site)
+    in_half = Wrap("drum", 0, rule="opensim", quadrant="-y", last_segment=2)
+    return (
+        Muscle("at times", points, 0.0, 9.0, branches=branches, terms=terms),
+        Muscle("at side", _way(rng, names), 0.0, 9.0, wraps=(at_side,)),
+        Muscle("by MuJoCo", _way(rng, names), 0.0, 9.0, wraps=(Wrap("rod", 1, rule="mujoco"),)),
+        Muscle("by OpenSim", _way(rng, names), 0.0, 9.0,
+               wraps=(in_half, Wrap("egg", 1, rule="opensim"))),
+    )  # fmt: skip
 
 
 def _seen(rng: np.random.Generator, link: Link) -> Link:
@@ -217,6 +243,12 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "role": ["visual", "collision"],
         "side": [-1, 0, 1],
         "segment": [0, 1, 2],
+        "last_segment": [None, 1, 2],
+        "rule": ["taut", "mujoco", "opensim"],
+        "quadrant": ["all", "+x", "-z"],
+        "when": [None, PointCondition(robot.coordinates[0].name, -1.0, 1.0)],
+        "side_point": [None, ViaPoint(WORLD, (0.5, 0.0, 0.0))],
+        "point": [0, 2, 4],
         "turns": [0, 1, 2],
         "end": [None, (0.0, 0.0, 0.0), (0.1, 0.2, 0.3)],
         "uri": ["a.stl", "c.stl"],
@@ -224,7 +256,9 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "model": [CableModel(), CableModel("elastic_cable", (("stiffness", 1e3),))],
         "pulley": [None, _winch()],
     }
-    if name in choices:
+    if name == "coordinate" and isinstance(value, str):
+        yield from (c.name for c in robot.coordinates if c.name != value)
+    elif name in choices:
         yield from (other for other in choices[name] if other != value)
     elif isinstance(value, bool):
         yield not value
@@ -277,6 +311,7 @@ _REFERENCES = {
     "WrapSurface.name": ("surface",),
     "CableSet.name": ("cable_set",),
     "TaskSet.name": ("task_set",),
+    "Coordinate.name": ("coordinate",),
 }
 
 

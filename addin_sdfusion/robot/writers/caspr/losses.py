@@ -16,6 +16,7 @@ from ...model.muscle import BasePulley, Muscle
 from ...model.pose import IDENTITY
 from ...model.robot import GRAVITY, Robot
 from ...model.trajectory import Trajectory
+from ..common_losses import muscle_paths
 from .joints import CASPR_JOINTS, caspr_word
 from .tasks import task_items
 from .trajectories import TIME_TOLERANCE
@@ -35,6 +36,7 @@ def losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Findin
         *(finding for joint in robot.joints for finding in _joint(joint)),
         *_links(robot),
         *(finding for member in all_muscles(robot) for finding in _muscle(*member)),
+        *muscle_paths(robot, "CASPR"),
         *_tasks(robot),
         *_ids(robot),
         *trajectory_losses(robot, trajectories),

@@ -21,7 +21,17 @@ from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
-from ..common_losses import cables, link_ends, motor_bounds, names, other_sets, refuse, task_axes
+from ..common_losses import (
+    cables,
+    ellipsoids,
+    link_ends,
+    motor_bounds,
+    muscle_paths,
+    names,
+    other_sets,
+    refuse,
+    task_axes,
+)
 from ..file_names import write_document
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
@@ -65,6 +75,8 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         *_order(robot),
         *_equal_forces(robot),
         *motor_bounds(robot, "MJCF"),
+        *muscle_paths(robot, "MJCF"),
+        *ellipsoids(robot, "MJCF"),
         *wrap_losses(robot),
         *ends_inside(robot, "MuJoCo"),
         *mesh_losses(robot, meshes or {}),

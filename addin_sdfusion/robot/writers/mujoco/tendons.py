@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...model.muscle import Muscle, Wrap
+from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.robot import Robot, find
 from ...model.rotations import apply
 from ...transforms.joint_chains import Names
@@ -27,7 +27,7 @@ Bodies = dict[str, ElementTree.Element]
 
 def add_wrap_geoms(robot: Robot, bodies: Bodies) -> None:
     """Add the wrap surfaces to their bodies, as geoms that nothing collides with."""
-    for surface in robot.wrap_surfaces:
+    for surface in _written_surfaces(robot):
         size = [surface.radius]
         if surface.shape == "cylinder":
             endless = math.isinf(surface.length)
@@ -51,7 +51,7 @@ def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: 
     tendons = element(root, "tendon")
     for muscle in robot.muscles:
         tendon = element(tendons, "spatial", name=muscle.name)
-        wraps = _first_wraps(muscle)
+        wraps = _written_wraps(robot, muscle)
         for k, point in enumerate(muscle.via_points):
             site = sites.give(f"{muscle.name}:{k}")
             element(bodies[point.link], "site", name=site, pos=numbers(point.position))
@@ -81,6 +81,16 @@ def wrap_losses(robot: Robot) -> Iterator[Finding]:
                     "the initial coordinates"
                 )
                 yield warning(subject, "side-by-place", problem)
+
+
+def _written_surfaces(robot: Robot) -> list[WrapSurface]:
+    return [surface for surface in robot.wrap_surfaces if surface.shape != "ellipsoid"]
+
+
+def _written_wraps(robot: Robot, muscle: Muscle) -> dict[int, Wrap]:
+    """Those of `_first_wraps` over a surface that is written."""
+    names = {surface.name for surface in _written_surfaces(robot)}
+    return {k: wrap for k, wrap in _first_wraps(muscle).items() if wrap.surface in names}
 
 
 def _first_wraps(muscle: Muscle) -> dict[int, Wrap]:

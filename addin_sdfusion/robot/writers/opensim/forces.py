@@ -16,7 +16,7 @@ from .muscles import force_element
 
 ENDLESS = 100.0
 """In [m]: length of a cylinder without ends."""
-SHAPES = {"sphere": "WrapSphere", "cylinder": "WrapCylinder"}
+SHAPES = {"sphere": "WrapSphere", "cylinder": "WrapCylinder", "ellipsoid": "WrapEllipsoid"}
 
 Surfaces = list[tuple[str, WrapSurface, float | None]]
 
@@ -110,6 +110,9 @@ def _add_surface(
     R = multiply(rotation(surface.pose.rpy), rotation((0.0, 0.0, angle or 0.0)))
     placement(node, ("translation", "xyz_body_rotation"), surface.pose.position, R)
     element(node, "quadrant", "all" if angle is None else "+x")
+    if surface.half_axes is not None:
+        element(node, "dimensions", numbers((surface.radius, *surface.half_axes)))
+        return
     element(node, "radius", surface.radius)
     if surface.shape == "cylinder":
         element(node, "length", min(surface.length, ENDLESS))

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...model.muscle import CableSet
+from ...model.muscle import CableSet, ViaPoint
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 
@@ -77,13 +77,14 @@ def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
 
 
 def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:
-    surfaces = renaming["wrap surface"]
+    surfaces, coordinates = renaming["wrap surface"], renaming["coordinate"]
     muscles = tuple(
         replace(
             muscle,
             name=renaming["muscle"][muscle.name],
-            via_points=tuple(replace(p, link=links[p.link]) for p in muscle.via_points),
+            via_points=tuple(_point(p, links, coordinates) for p in muscle.via_points),
             wraps=tuple(replace(wrap, surface=surfaces[wrap.surface]) for wrap in muscle.wraps),
+            terms=tuple(replace(t, coordinate=coordinates[t.coordinate]) for t in muscle.terms),
         )
         for muscle in robot.muscles
     )
@@ -96,3 +97,9 @@ def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renamin
         replace(group, frames=frames) for group in robot.task_sets if group.name == robot.task_set
     )
     return replace(robot, cable_sets=cable_sets, task_sets=task_sets)
+
+
+def _point(point: ViaPoint, links: Renaming, coordinates: Renaming) -> ViaPoint:
+    when = point.when
+    when = when and replace(when, coordinate=coordinates[when.coordinate])
+    return replace(point, link=links[point.link], when=when)

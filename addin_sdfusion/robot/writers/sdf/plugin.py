@@ -9,8 +9,8 @@ coordinate name joint motion actuated torques initial spring: the joint element 
     the bounds of its torque where they are not those of the joint's effort, and its initial value
     where that is not 0; SDF's <initial_position> is gone from its newest version. In a
     cardsflow.xml beside a URDF, its spring's stiffness and rest as well.
-wrap_surface name link shape radius length: what muscles wrap over; its pose in the link's frame, in
-    [m, rad].
+wrap_surface name link shape radius length half_axes: what muscles wrap over; its pose in the
+    link's frame, in [m, rad].
 cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
 task_set id active: endEffector elements as in cardsflow.xml.
 """
@@ -110,5 +110,7 @@ def _wrap_surface(plugin: ElementTree.Element, surface: WrapSurface) -> None:
     words["radius"] = numbers([surface.radius])
     if surface.length != math.inf:
         words["length"] = numbers([surface.length])
+    if surface.half_axes is not None:
+        words["half_axes"] = numbers(surface.half_axes)
     text = numbers((*surface.pose.position, *surface.pose.rpy))
     element(plugin, "wrap_surface", text, **words)

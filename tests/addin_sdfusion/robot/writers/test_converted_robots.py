@@ -164,7 +164,9 @@ def test_random_robots(seed: int, format_: str, tmp_path: Path) -> None:
 )
 def test_random_robots_of_every_field(seed: int, format_: str, tmp_path: Path) -> None:
     """CASPR has few of the joints in turned frames, which even seeds have."""
-    _held(robot_of_every_field(seed), format_, tmp_path)
+    robot = robot_of_every_field(seed)
+    simulated = [m for m in robot.muscles if not m.name.startswith(("at ", "by "))]
+    _held(robot.with_muscles(simulated), format_, tmp_path)
 
 
 @pytest.mark.parametrize("format_", ["osim", "caspr"])

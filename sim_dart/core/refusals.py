@@ -1,0 +1,33 @@
+"""What descriptions hold of muscle paths and the C core does not compute yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from addin_sdfusion.robot import CardsflowError, Muscle, Robot
+
+
+def refuse_uncomputed(robot: Robot) -> None:
+    """Refuse a robot whose muscles have what is not computed.
+
+    Raises:
+        CardsflowError: It names the first such muscle and what it has.
+    """
+    ellipsoids = {s.name for s in robot.wrap_surfaces if s.shape == "ellipsoid"}
+    for muscle in robot.muscles:
+        for what in _uncomputed(muscle, ellipsoids):
+            raise CardsflowError(f"muscle {muscle.name!r}: {what} cannot be simulated yet")
+
+
+def _uncomputed(muscle: Muscle, ellipsoids: set[str]) -> Iterator[str]:
+    if any(point.when is not None for point in muscle.via_points):
+        yield "a via point that is in use at times"
+    if muscle.branches:
+        yield "a branch of its path"
+    if muscle.terms:
+        yield "a length in proportion to coordinates"
+    for wrap in muscle.wraps:
+        if wrap.rule != "taut":
+            yield f"a wrap by the rules of {wrap.rule}"
+        if wrap.surface in ellipsoids:
+            yield f"a wrap over the ellipsoid {wrap.surface!r}"

@@ -1,0 +1,97 @@
+"""Paths with conditions, branches, terms and other programs' wraps: our format, and losses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support.robots.wrapped import FAR, carriage
+
+from addin_sdfusion.robot import (
+    WORLD,
+    Branch,
+    CoordinateTerm,
+    Muscle,
+    PointCondition,
+    Pose,
+    Robot,
+    RobotError,
+    ViaPoint,
+    Wrap,
+    WrapSurface,
+    check,
+    merge_fixed_joints,
+    read_robot,
+    write_sdf,
+)
+from addin_sdfusion.robot.writers.convert import convert
+
+SURFACES = [
+    WrapSurface("barrel", "link_0", "cylinder", 0.1, Pose((0.1, 0.0, 0.0), (0.1, 0.2, 0.3)), 0.5),
+    WrapSurface("egg", "link_1", "ellipsoid", 0.1, Pose((0.0, 0.3, 0.0)), half_axes=(0.2, 0.3)),
+]
+POINTS = (
+    ViaPoint(WORLD, (0.0, 0.0, -1.0)),
+    ViaPoint("link_0", (0.2, 0.0, 0.0), PointCondition("joint_1", -0.5, 0.25, 0.125)),
+    ViaPoint(FAR, (0.0, 1.0, 0.0)),
+    ViaPoint(FAR, (0.0, 1.5, 0.0)),
+    ViaPoint(WORLD, (0.0, 0.5, 1.0)),
+)
+SITE = ViaPoint("link_0", (0.3, 0.0, 0.1))
+MUSCLES = [
+    Muscle("branched", POINTS, f_max=1.0, branches=(Branch(0, 1.0), Branch(3, 2.0))),
+    Muscle("fixed", (), f_max=1.0, terms=(CoordinateTerm("joint_0", 0.5),)),
+    Muscle("opensim", POINTS, f_max=1.0, wraps=(
+        Wrap("barrel", 0, rule="opensim", quadrant="-y", last_segment=3),
+        Wrap("egg", 2, rule="opensim"),
+    )),
+    Muscle("mujoco", POINTS, f_max=1.0, wraps=(
+        Wrap("barrel", 0, rule="mujoco", side_point=SITE), Wrap("barrel", 1, rule="mujoco"),
+    )),
+]  # fmt: skip
+
+
+def everything() -> Robot:
+    return carriage(MUSCLES, SURFACES)
+
+
+def test_our_format_keeps_everything(tmp_path: Path) -> None:
+    robot = everything()
+    assert check(robot) == []
+    write_sdf(robot, tmp_path)
+    assert read_robot(tmp_path) == robot
+    assert merge_fixed_joints(robot) == robot
+
+
+@pytest.mark.parametrize("name", ["caspr", "mjcf", "osim"])
+def test_what_other_formats_lack_is_said(tmp_path: Path, name: str) -> None:
+    robot = everything()
+    with pytest.raises(RobotError, match=r"'fixed': .* no lengths in proportion to coordinates"):
+        convert(robot, name, tmp_path)
+    kept = tuple(m for m in robot.muscles if m.name != "fixed")
+    findings = convert(robot.with_muscles(kept), name, tmp_path).findings
+    said = {(f.subject.name, f.code) for f in findings}
+    assert ("branched", "point-condition-left-out") in said
+    assert ("branched", "branches-left-out") in said
+    assert {(m, "wrap-rule-left-out") for m in ("opensim", "mujoco")} <= said
+
+
+@pytest.mark.parametrize(
+    ("muscle", "problem"),
+    [
+        (replace(MUSCLES[0], branches=(Branch(4),)), "two via points at least"),
+        (replace(MUSCLES[0], branches=(Branch(9),)), r"branches at via points \[9\]"),
+        (replace(MUSCLES[0], branches=(Branch(2, 0.0),)), "divisor is 0"),
+        (replace(MUSCLES[1], terms=()), "needs two via points at least"),
+        (replace(MUSCLES[1], terms=(CoordinateTerm("elbow", 1.0),)), "no coordinate 'elbow'"),
+        (replace(MUSCLES[2], wraps=(Wrap("barrel", 3, rule="opensim", last_segment=4),)), "up to"),
+        (replace(MUSCLES[2], wraps=(Wrap("barrel", 0, 1, rule="opensim"),)), "no side"),
+        (replace(MUSCLES[2], wraps=(Wrap("barrel", 0, quadrant="+x"),)), "only by the rule"),
+        (replace(MUSCLES[3], wraps=(Wrap("egg", 0, rule="mujoco"),)), "no ellipsoids"),
+        (replace(MUSCLES[3], wraps=(Wrap("barrel", 0, rule="mujoco"),) * 2), "one at most"),
+    ],
+)
+def test_paths_that_make_no_sense_are_found(muscle: Muscle, problem: str) -> None:
+    with pytest.raises(RobotError, match=problem):
+        write_sdf(carriage([muscle], SURFACES), Path())
