@@ -166,7 +166,9 @@ def test_random_robots_of_every_field(seed: int, format_: str, tmp_path: Path) -
     """CASPR has few of the joints in turned frames, which even seeds have."""
     robot = robot_of_every_field(seed)
     simulated = [m for m in robot.muscles if not m.name.startswith(("at ", "by "))]
-    _held(robot.with_muscles(simulated), format_, tmp_path)
+    surfaces = tuple(s for s in robot.wrap_surfaces if s.shape != "ellipsoid")
+    robot = replace(robot.with_muscles(simulated), wrap_surfaces=surfaces)
+    _held(robot, format_, tmp_path)
 
 
 @pytest.mark.parametrize("format_", ["osim", "caspr"])
