@@ -17,6 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from .robot import limits
 from .robot.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Form:
 Record = TypeVar("Record")
 
 _INFINITIES = {"inf": math.inf, "-inf": -math.inf}
-_LARGEST = 2**30  # bytes of a record, unpacked: one that claims more is damaged or malicious
+_PART = limits.MIB
 
 
 def to_plain(value: Any) -> Any:
@@ -80,7 +81,7 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
     Raises:
         InputError: A key is unknown or missing, or a value of the wrong kind.
     """
-    return _record(cls, plain, where, _Budget(_LARGEST))
+    return _record(cls, plain, where, _Budget(limits.SNAPSHOT_UNPACKED))
 
 
 @dataclass
@@ -193,13 +194,16 @@ def _pack(samples: array[Any]) -> dict[str, str]:
     return {"type": samples.typecode, "zlib": data}
 
 
-def _inflated(packed: bytes, budget: _Budget) -> bytes:
+def _inflate(packed: bytes, samples: array[Any], budget: _Budget) -> None:
+    """Append what is packed, a part after another."""
     stream = zlib.decompressobj()
-    data = stream.decompress(packed, max(budget.left, 1))  # 0 would be without a limit
-    if not stream.eof or len(data) > budget.left:
-        raise ValueError("truncated, or too many")
-    budget.left -= len(data)
-    return data
+    while not stream.eof:
+        data = stream.decompress(packed, _PART)
+        packed = stream.unconsumed_tail
+        budget.left -= len(data)
+        if budget.left < 0 or not (data or packed or stream.eof):
+            raise ValueError("truncated, or too many")
+        samples.frombytes(data)
 
 
 def _unpack(typecode: str, plain: Any, where: str, budget: _Budget) -> array[Any]:
@@ -210,8 +214,7 @@ def _unpack(typecode: str, plain: Any, where: str, budget: _Budget) -> array[Any
         raise InputError(f"must hold packed {what}", key=where)
     samples = array(typecode)
     try:
-        packed = base64.b64decode(plain["zlib"], validate=True)
-        samples.frombytes(_inflated(packed, budget))
+        _inflate(base64.b64decode(plain["zlib"], validate=True), samples, budget)
     except (ValueError, binascii.Error, zlib.error) as error:
         raise InputError(f"packed numbers cannot be read: {error}", key=where) from None
     if sys.byteorder == "big":

@@ -8,6 +8,7 @@ from typing import Any
 
 from .muscles.stored import stored_muscles, stored_point, stored_surface
 from .records import from_plain, to_plain
+from .robot import limits
 from .robot.errors import InputError
 from .robot.files import read_file, write_files
 from .robot.finding import Finding
@@ -16,8 +17,6 @@ from .snapshot import DesignSnapshot
 
 FORMAT = 2
 """Version of the file format. A change that a reader of before would misread gives it a new one."""
-
-_LARGEST = 2**30
 
 
 def snapshot_text(snapshot: DesignSnapshot) -> str:
@@ -32,8 +31,11 @@ def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
     Raises:
         InputError: The file cannot be written.
     """
-    file = Path(file)
-    return write_files(file.parent, {file.name: snapshot_text(snapshot)})[0]
+    file, text = Path(file), snapshot_text(snapshot).encode()
+    if len(text) > limits.SNAPSHOT:
+        what = f"{limits.too_large(limits.SNAPSHOT)}, and could not be read; use coarser meshes"
+        raise InputError(what, file=file)
+    return write_files(file.parent, {file.name: text})[0]
 
 
 def read_snapshot(file: str | Path) -> DesignSnapshot:
@@ -44,7 +46,11 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
     """
     file = Path(file)
     try:
-        plain = json.loads(read_file(file, _LARGEST).decode())
+        text = read_file(file, limits.SNAPSHOT)
+        if text.count(b",") > limits.SNAPSHOT_VALUES:
+            what = f"holds more than {limits.SNAPSHOT_VALUES} values"
+            raise InputError(what, file=file)
+        plain = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON: {error}", file=file) from None
     if not isinstance(plain, dict) or plain.keys() - {"$schema"} != {"format", "design"}:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from ..robot import limits
 from ..robot.errors import InputError
 from ..robot.files import read_file
 from ..robot.json_text import json_text
@@ -15,8 +16,6 @@ from ..robot.json_text import json_text
 MANIFEST = ".cardsflow-export.json"
 FORMAT = 1
 """Version of the list; of another one nothing is replaced."""
-
-_LARGEST = 2**26
 
 
 def digest(content: bytes) -> str:
@@ -59,7 +58,7 @@ def read_json(file: Path) -> Any:
         InputError: It cannot be read or is no JSON.
     """
     try:
-        return json.loads(read_file(file, _LARGEST).decode())
+        return json.loads(read_file(file, limits.JSON).decode())
     except (ValueError, RecursionError):
         raise damaged(file) from None
 

@@ -33,7 +33,7 @@ def read_file(file: Path, largest: int) -> bytes:
     """
     with opened_file(file, largest) as stream:
         try:
-            return stream.read(largest)
+            return stream.read(os.fstat(stream.fileno()).st_size)  # memory for no more is taken
         except OSError as error:
             raise file_error(error, "cannot be read", file) from error
 

@@ -9,8 +9,16 @@ KIB, MIB = 2**10, 2**20
 
 SETTINGS = 4 * MIB
 """Bytes of a TOML file: tomllib takes half a second a MiB."""
+CODE = MIB
+"""Bytes of a file of Python whose classes are looked for: each may become 200 in memory."""
 JSON = 16 * MIB
 """Bytes of JSON, of which each may become 20 in memory."""
+
+SNAPSHOT = 192 * MIB
+"""Bytes of a design as JSON; nearly all are meshes, packed."""
+SNAPSHOT_VALUES = 2_000_000
+SNAPSHOT_UNPACKED = 256 * MIB
+"""Bytes of the meshes in it."""
 
 XML = 16 * MIB
 XML_ELEMENTS = 100_000

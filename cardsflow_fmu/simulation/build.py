@@ -24,6 +24,7 @@ from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
+from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
@@ -90,7 +91,7 @@ def build(
             libraries = _of_fmi_2(libraries)
             inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
         system = _build_system(experiment, inner, aside)
-        contents = {path.name: path.read_bytes() for path in (*files.values(), system)}
+        contents = {path.name: contents_of(path) for path in (*files.values(), system)}
     written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
 

@@ -26,6 +26,7 @@ from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import summarize
 from cardsflow_fmu.signals.ports import outer_signals
 from cardsflow_fmu.signals.roles import HARDWARE, ROLES
+from cardsflow_fmu.utils.archive import contents_of
 
 from .build import MODELS, build_fmus, model_name
 from .open_system import OpenSystem
@@ -84,7 +85,7 @@ def open_experiment(
             fmus = _built(experiment, driven, aside, fmi, arrays, _NATIVE[through])
     contents: Contents = {}
     if folder is not None:
-        contents |= {fmu.file.name: fmu.file.read_bytes() for fmu in fmus.values()}
+        contents |= {fmu.file.name: contents_of(fmu.file) for fmu in fmus.values()}
         contents[EXPERIMENT] = experiment_archive(experiment)
     hardware = driven.hardware if driven.hardware.use else None
     streamed = [RECORDING_FILE] if folder is not None and hardware is not None else []

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from cardsflow_fmu.signals.units import BASES, Unit
-from cardsflow_fmu.utils.archive import write_archive
+from cardsflow_fmu.utils.archive import contents_of, write_archive
 from cardsflow_fmu.version import __version__
 
 from .system import Component, Connection, Parameter, System
@@ -43,7 +43,7 @@ def write_ssp(
     Raises:
         InputError: It cannot be written.
     """
-    files = {source: file.read_bytes() for source, file in fmus.items()}
+    files = {source: contents_of(file) for source, file in fmus.items()}
     for structure, one in {"SystemStructure": system, **(variants or {})}.items():
         files[f"{structure}.ssd"] = _structure(one)
         for component in one.components:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,12 +41,9 @@ def waypoint_trajectory(
     Raises:
         InputError: Shapes, numbers or times are none of a motion.
     """
-    from scipy.interpolate import make_interp_spline
-
     _require_motion(times, q, 2)
     rest = np.zeros((2, q.shape[1]))
-    at_rest = [(1, rest[0]), (2, rest[1])]
-    spline = make_interp_spline(times, q, k=5, bc_type=(at_rest, at_rest))  # type: ignore[arg-type]
+    spline = _spline_through(times, q, [(1, rest[0]), (2, rest[1])])
     qd, qdd = spline(times, 1), spline(times, 2)
     qd[[0, -1]] = qdd[[0, -1]] = 0.0
     return _trajectory("quintic", times, [q, qd, qdd], name, space)
@@ -99,7 +96,7 @@ def recorded_trajectory(
 
 def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> BSpline:
     """The smoothest spline of fifth order whose squared distances sum up as noise's do."""
-    from scipy.interpolate import BSpline, make_interp_spline, splrep
+    from scipy.interpolate import BSpline, splrep
 
     m = len(times)
     sigma = _noise(q) if noise is None else noise
@@ -109,8 +106,28 @@ def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> 
             knots, c, k = splrep(times, q, k=5, s=(m + math.sqrt(2.0 * m)) * sigma**2)
         if len(knots) - 2 * (k + 1) < _MOST_KNOTS * m:
             return BSpline(knots, c, k)
-    natural = [(3, 0.0), (4, 0.0)]  # derivatives at both ends
-    return make_interp_spline(times, q, k=5, bc_type=(natural, natural))  # type: ignore[arg-type]
+    return _spline_through(times, q, [(3, 0.0), (4, 0.0)])
+
+
+def _spline_through(times: FloatArray, q: FloatArray, ends: Any) -> BSpline:
+    """The spline of fifth order through all samples.
+
+    Args:
+        times: Shape (m,).
+        q: Shape (m, ...).
+        ends: Orders of derivatives with their values, the same at both ends.
+
+    Raises:
+        InputError: Times are so uneven that rounding leaves no spline.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    try:
+        return make_interp_spline(times, q, k=5, bc_type=(ends, ends))
+    except (np.linalg.LinAlgError, ValueError):
+        steps = np.diff(times)
+        what = f"has times {steps.min():.3g} to {steps.max():.3g} s apart, too uneven for a spline"
+        raise InputError(what) from None
 
 
 def _noise(q: FloatArray) -> float:
@@ -151,6 +168,8 @@ def _require_motion(times: FloatArray, rows: FloatArray, fewest: int) -> None:
 def _trajectory(
     spline: Spline, times: FloatArray, rows: Sequence[FloatArray], name: str, space: Space
 ) -> Trajectory:
+    if not all(np.isfinite(each).all() for each in rows):
+        raise InputError("has a motion too fast for finite velocities and accelerations")
     lists = [[tuple(row) for row in each.tolist()] for each in rows]
     points = tuple(map(TrajectoryPoint, times.tolist(), *lists))
     return Trajectory(name, spline, points, float(times[-1]) / (len(times) - 1), space)

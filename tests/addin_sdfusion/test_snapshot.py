@@ -19,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.small_designs import arm
 
-from addin_sdfusion import records
+from addin_sdfusion.robot import limits
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding, Subject
 from addin_sdfusion.settings import ExportSettings
@@ -302,7 +302,7 @@ def test_bombs_are_refused(
     tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A few bytes that unpack to more than a file may hold, without being unpacked whole."""
-    monkeypatch.setattr(records, "_LARGEST", 2**16)
+    monkeypatch.setattr(limits, "SNAPSHOT_UNPACKED", 2**16)
     content = plain(snapshot)
     content["design"]["bodies"][0]["mesh"]["nodes"]["zlib"] = packed(zlib.compress(bytes(2**24)))
     error = refused(tmp_path, content)
@@ -314,7 +314,7 @@ def test_many_small_bombs_are_one(
     tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What a file unpacks to is limited as a whole."""
-    monkeypatch.setattr(records, "_LARGEST", 2**16)
+    monkeypatch.setattr(limits, "SNAPSHOT_UNPACKED", 2**16)
     content = plain(snapshot)
     body = content["design"]["bodies"][0]
     body["mesh"]["nodes"]["zlib"] = packed(zlib.compress(bytes(2**14)))
@@ -328,9 +328,18 @@ def test_many_small_bombs_are_one(
 
 
 def test_a_file_that_is_too_large_is_not_read(
+    tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor written: it could not be read again."""
+    monkeypatch.setattr(limits, "SNAPSHOT", 1000)
+    assert "larger than" in refused(tmp_path, " " * 2000).what
+    with pytest.raises(InputError, match="larger than"):
+        write_snapshot(snapshot, tmp_path / "large.json")
+    assert not (tmp_path / "large.json").exists()
+
+
+def test_a_file_of_many_values_is_not_parsed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from addin_sdfusion import snapshot_file as module
-
-    monkeypatch.setattr(module, "_LARGEST", 1000)
-    assert "larger than" in refused(tmp_path, " " * 2000).what
+    monkeypatch.setattr(limits, "SNAPSHOT_VALUES", 1000)
+    assert "more than 1000 values" in refused(tmp_path, [0] * 2000).what

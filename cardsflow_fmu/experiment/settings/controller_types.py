@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NamedTuple, Self, get_args
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import InputError, UnknownNameError, limits
+from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.model.trajectory import Space
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
@@ -94,11 +95,11 @@ class OwnLaw(NamedTuple):
             InputError: The file cannot be read, is not Python, or does not have the class.
         """
         try:
-            tree = ast.parse(self.file.read_bytes())
-        except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            tree = ast.parse(read_file(self.file, limits.CODE))
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             line = error.lineno if isinstance(error, SyntaxError) else None
-            what = error.strerror if isinstance(error, OSError) else getattr(error, "msg", error)
-            raise InputError(f"cannot be read: {what}", file=self.file, line=line) from None
+            what = f"cannot be read: {getattr(error, 'msg', error)}"
+            raise InputError(what, file=self.file, line=line) from None
         classes = [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
         if self.name not in classes:
             raise UnknownNameError("class", self.name, classes, file=self.file)

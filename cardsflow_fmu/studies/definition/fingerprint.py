@@ -10,6 +10,7 @@ from pathlib import Path
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
+from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.version import __version__
 
 from .study import Study
@@ -43,7 +44,7 @@ def experiment_digest(experiment: Experiment) -> str:
         experiment: The experiment without variations.
 
     Raises:
-        OSError: A file cannot be read.
+        InputError: A file cannot be read.
     """
     digest = hashlib.sha256()
     for name, content in (*_own(experiment), *_files(experiment)):
@@ -55,14 +56,14 @@ def experiment_digest(experiment: Experiment) -> str:
 def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
     """The experiment as it travels in FMUs."""
     for name, source in sorted(experiment_resources(experiment, with_hardware=True).items()):
-        yield name, source if isinstance(source, bytes) else source.read_bytes()
+        yield name, contents_of(source)
 
 
 def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
     """External FMUs, and the other files beside the robot's: cable sets, trajectories."""
     for role, fmu in sorted(experiment.fmus.items()):
-        yield f"fmus/{role}", Path(fmu.file).read_bytes()
+        yield f"fmus/{role}", contents_of(Path(fmu.file))
         yield f"fmus/{role}.txt", repr(replace(fmu, file=Path())).encode()
     for file in sorted(experiment.robot_path.parent.iterdir()):
         if file.suffix in _SUFFIXES and file.is_file():
-            yield f"beside/{file.name}", file.read_bytes()
+            yield f"beside/{file.name}", contents_of(file)

@@ -15,6 +15,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.simulation.build import MODELS, build, model_name
 from cardsflow_fmu.simulation.from_experiment import PreparedFmu
+from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
 UNPACKED = "unpacked_"
@@ -101,7 +102,7 @@ def _digest(experiment: Experiment) -> str:
     digest = hashlib.sha256()
     resources = experiment_resources(experiment, with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
-        content = source if isinstance(source, bytes) else source.read_bytes()
+        content = contents_of(source)
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()

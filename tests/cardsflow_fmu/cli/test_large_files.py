@@ -1,4 +1,4 @@
-"""Files made to exhaust memory, or to be waited for, are refused within 1 GB."""
+"""Files made to exhaust memory, or to be waited for, are refused within 1 GB and 10 s."""
 
 from __future__ import annotations
 
@@ -22,17 +22,20 @@ pytestmark = pytest.mark.slow
 
 MIB = 2**20
 MOST = 1000 * MIB
+SECONDS = 10.0  # of processor time
 LONGEST = 120.0  # in [s], so that a pipe that is waited for does not hold the tests up
 
 
 MEASURED = """
-import sys
+import sys, time
 from cardsflow_fmu.cli.main import main
+begin = time.process_time()
 try:
     code = main(sys.argv[1:])
 finally:
     status = open("/proc/self/status").read()
-    open("peak", "w").write(status.partition("VmHWM:")[2].split()[0])
+    peak = status.partition("VmHWM:")[2].split()[0]
+    open("peak", "w").write(f"{peak} {time.process_time() - begin}")
 sys.exit(code)
 """
 
@@ -48,7 +51,9 @@ def peak(folder: Path, *words: object) -> tuple[int, str, int]:
         timeout=LONGEST,
         check=False,
     )
-    return done.returncode, done.stderr.decode(), 1024 * int((folder / "peak").read_text())
+    memory, seconds = (folder / "peak").read_text().split()
+    assert float(seconds) < SECONDS
+    return done.returncode, done.stderr.decode(), 1024 * int(memory)
 
 
 def archive(file: Path, **entries: bytes) -> Path:
@@ -256,6 +261,38 @@ def test_meshes(tmp_path: Path, make: Callable[[Path], Path]) -> None:
         stream.write('\n[[world.objects]]\nname = "thing"\n' + mesh)
     words = ["--direct", "--set", "run.duration=0.01"]
     assert "outside" not in refused(peak(tmp_path, "run", folder, *words))
+
+
+@pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
+def test_code_that_is_none(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
+    """A controller of one's own, of which a check reads the classes."""
+    make(experiment(tmp_path), "own.py")
+    refused(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
+
+
+def test_code_of_many_bytes(tmp_path: Path) -> None:
+    (experiment(tmp_path) / "own.py").write_bytes(b"class Own: pass\na = [" + b"[]," * 340_000)
+    refused(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
+
+
+@pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
+def test_fmus_of_a_study(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
+    """All that its runs rest on is read for their hashes."""
+    make(experiment(tmp_path, '\n[fmus.plant]\npath = "a.fmu"\n'), "a.fmu")
+    vary = '[[vary]]\npath = "controller.kp"\nvalues = [1.0, 2.0]\n'
+    (tmp_path / "study.toml").write_text(f'experiment = "example"\n{vary}')
+    refused(peak(tmp_path, "study", "study.toml", "--only", "0"))
+
+
+@pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
+def test_designs_that_are_none(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
+    refused(peak(tmp_path, "addin", "export-snapshot", make(tmp_path, "a.json"), "-o", "arm"))
+
+
+@pytest.mark.parametrize("content", [b"[]," * 60 * MIB, b'["' + b"a" * 150 * MIB + b'"]'])
+def test_designs_of_many_bytes(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "a.json").write_bytes(content)
+    refused(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
 
 
 def test_settings_of_many_bytes(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -144,3 +146,10 @@ def test_a_recording_without_motion_rests() -> None:
     found = evaluated(SplineReference(recorded_trajectory(t, np.full((50, 1), 0.3))), t)
     np.testing.assert_allclose(found[0], 0.3)
     np.testing.assert_allclose(found[2], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("make", [waypoint_trajectory, partial(recorded_trajectory, noise=0.0)])
+def test_times_too_uneven_for_a_spline_are_refused(make) -> None:
+    times = np.array([0.0, 1e-320, 2e-320, 1.0, 1.5, 2.0, 2.5, 3.0])
+    with pytest.raises(InputError, match="too uneven"):
+        make(times, np.sin(np.arange(8.0))[:, None])

@@ -156,8 +156,11 @@ def is_certificate(problem: BoxProblem, y: FloatArray) -> bool:
 
 
 def is_feasible(problem: BoxProblem) -> bool:
-    """Whether HiGHS finds a point that is inside of all bounds, beyond its tolerance."""
-    return _least_error(problem, INSIDE) < 1e-9
+    """Whether HiGHS finds a point that is inside of all bounds, whose rows hold.
+
+    A least error above zero is one, however small: of feasible problems it is zero exactly.
+    """
+    return _least_error(problem, INSIDE) < 1e-12
 
 
 def is_infeasible(problem: BoxProblem) -> bool:

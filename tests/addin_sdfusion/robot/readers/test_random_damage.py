@@ -6,7 +6,6 @@ if it is not set; a failure names its number.
 
 from __future__ import annotations
 
-import copy
 import os
 import random
 import shutil
@@ -14,10 +13,10 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 from support.cases import few
+from support.damaged.mutations import damaged_xml
 
 from addin_sdfusion.robot import (
     BasePulley,
@@ -40,49 +39,11 @@ SECONDS = 20.0
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot"
 MODELS = ("BMArm", "Example_planar_XY", "Example_spherical", "RoboyLeftArm")
-NASTY = ["", " ", "nan", "inf", "-1e308 1e308 1", "1e-320", "1e999", "-1", "0", "9" * 400]
-NASTY += ["world", "link_1", "link_2", "joint_1", "tip", "basic", "a\nb\tc", "é", "1 2 3", "true"]
-NASTY += ["x y z", "xyzabg", "S_EULER_XYZ", "P_AXIS", "../x.traj", "1e308 -1e308 1e308", "relative"]
-TAGS = ["cable_ideal", "cable_passive_linear_spring", "cable_vsd_polynomial", "attachment"]
-TAGS += ["base_rotating_pulley", "screw_base_rotating_pulley", "position", "pose_euler_xyz"]
-TAGS += ["orientation_euler_xyz", "operational_spaces", "parabolic_blend_trajectory"]
-TAGS += ["cubic_spline_average_velocity_trajectory", "file_trajectory", "muscle_hill_type"]
-
-
-def damage(rng: random.Random, root: ElementTree.Element) -> None:
-    """One defect: an element removed, doubled, moved or renamed, or a value replaced."""
-    nodes = list(root.iter())
-    parents = [node for node in nodes if len(node)]
-    if not parents:
-        return
-    parent = rng.choice(parents)
-    child = rng.choice(list(parent))
-    action = rng.choice(["remove", "double", "move", "rename", "text", "attribute"])
-    if action == "remove":
-        parent.remove(child)
-    elif action == "double":
-        parent.append(copy.deepcopy(child))
-    elif action == "move":
-        parent.remove(child)
-        rng.choice(parents).insert(0, child)
-    elif action == "rename":
-        child.tag = rng.choice([*TAGS, *(node.tag for node in nodes)])
-    elif action == "text":
-        child.text = rng.choice(NASTY)
-    elif child.attrib:
-        name = rng.choice(sorted(child.attrib))
-        value = rng.choice([None, *NASTY])
-        child.attrib.pop(name)
-        if value is not None:
-            child.set(name, value)
 
 
 def damaged(rng: random.Random, file: Path) -> None:
     """The file with one to four defects."""
-    root = ElementTree.parse(file).getroot()
-    for _ in range(rng.randint(1, 4)):
-        damage(rng, root)
-    ElementTree.ElementTree(root).write(file, encoding="utf-8")
+    file.write_bytes(damaged_xml(rng, file.read_bytes()))
 
 
 def cut(rng: random.Random, file: Path) -> None:

@@ -1,0 +1,316 @@
+"""Kinds of files that users name: a good one of each, and the commands that read it."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import random
+import shutil
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError, read_robot, write_sdf
+from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.hardware.protocol.recording import Recorder
+from cardsflow_fmu.hardware.protocol.recording_header import RecordingHeader
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import run
+from cardsflow_fmu.studies.execution import run_store
+from cardsflow_fmu.studies.execution.run_store import RunStore
+
+from ..robots.robots import EXAMPLES, PLANAR_2R
+from .mutations import damage_file, damaged_words
+
+SHORT = {"run.duration": 0.03, "run.step": 0.01, "controller.period": 0.01}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of files.
+
+    Attributes:
+        make: Writes a folder of them.
+        files: Which of them are damaged, as a pattern.
+        commands: What reads them: words after `cardsflow`, in that folder; one of them a mutation.
+        damage: Gives a file its defects.
+    """
+
+    make: Callable[[Path], None]
+    files: str
+    commands: Sequence[Sequence[str] | Callable[[Path], None]]
+    damage: Callable[[random.Random, Path], None] = damage_file
+
+
+def experiment(folder: Path, more: str = "", name: str = "planar_2r") -> None:
+    """An example in a folder, with tables more."""
+    shutil.copytree(EXAMPLES / name, folder, dirs_exist_ok=True)
+    for page in (*folder.glob("*.png"), *folder.glob("*.md")):
+        page.unlink()
+    if more:
+        with (folder / "experiment.toml").open("a") as stream:
+            stream.write(more)
+
+
+def _fmu(folder: Path) -> None:
+    experiment(folder)
+    (folder / "with.toml").write_text(
+        (folder / "experiment.toml").read_text() + '\n[fmus.plant]\npath = "plant.fmu"\n'
+    )
+    build(Experiment.load(PLANAR_2R), folder / "built")
+    _without_code(folder / "built/plant.fmu", folder / "plant.fmu")
+    shutil.rmtree(folder / "built")
+
+
+def _without_code(source: Path, target: Path) -> None:
+    """An archive without libraries and their sources, in small FMUs within it too."""
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
+        for entry in old.infolist():
+            content = old.read(entry)
+            if entry.filename.endswith(".fmu"):
+                (inner := target.with_suffix(".inner")).write_bytes(content)
+                _without_code(inner, inner.with_suffix(".small"))
+                content = inner.with_suffix(".small").read_bytes()
+                inner.unlink(), inner.with_suffix(".small").unlink()
+            if not entry.filename.startswith(("binaries/", "sources/", "terminalsAndIcons/")):
+                new.writestr(entry.filename, content)
+
+
+def _ssp(folder: Path) -> None:
+    build(Experiment.load(PLANAR_2R), folder / "built")
+    _without_code(folder / "built/system.ssp", folder / "system.ssp")
+    shutil.rmtree(folder / "built")
+
+
+def _motion(kind: str) -> Callable[[Path], None]:
+    def make(folder: Path) -> None:
+        experiment(folder)
+        text = (EXAMPLES / "recorded_motion/experiment.toml").read_text()
+        text = text.replace("../planar_2r/", "").replace("motion.csv", f"motion.{kind}")
+        (folder / "experiment.toml").write_text(text)
+        time = np.linspace(0.0, 1.0, 51)
+        q = np.stack([0.3 * np.sin(time), 0.2 * np.cos(time)], axis=1)
+        names = [coordinate.name for coordinate in read_robot(folder / "robot").coordinates]
+        columns = {"time": time} | {f"q.{name}": q[:, k] for k, name in enumerate(names)}
+        if kind == "npy":
+            np.save(folder / "motion.npy", np.column_stack([time, q]))
+        elif kind == "npz":
+            np.savez(folder / "motion.npz", **columns)
+        else:
+            table, head = np.stack(list(columns.values()), axis=1), ",".join(columns)
+            np.savetxt(folder / "motion.csv", table, delimiter=",", header=head, comments="")
+
+    return make
+
+
+def _parquet(folder: Path) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    table = pa.table({"time": np.arange(50) * 0.01, "q.a": np.zeros(50), "f.b": np.ones(50)})
+    parquet.write_table(
+        table.replace_schema_metadata({"units": '{"time": "s"}'}), folder / "a.parquet"
+    )
+
+
+def _experiments(folder: Path) -> None:
+    """The experiment whose tables are most, beside others' robots."""
+    experiment(folder)
+    extra = "\n[[world.objects]]\nname = 'box'\nshape = 'box'\nsize = [0.1, 0.1, 0.1]\nmass = 0.2\n"
+    with (folder / "experiment.toml").open("a") as stream:
+        stream.write(extra + "\n[hardware]\nlink = 'udp://127.0.0.1:5005'\n")
+
+
+def _study(folder: Path) -> None:
+    experiment(folder / "arm")
+    text = (EXAMPLES / "design_study/flower/study.toml").read_text()
+    text = text.replace("../../roboy_left_arm", "arm").replace("count = 1000 ", "count = 8 ")
+    (folder / "study.toml").write_text(text)
+
+
+def _results(folder: Path) -> None:
+    run(Experiment.load(PLANAR_2R, SHORT), output=folder)
+    for name in ("plant.fmu", "controller.fmu", "reference.fmu", "tracking.png", "tracking.svg"):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _recording(folder: Path) -> None:
+    header = RecordingHeader(("f.a", "f.b"), ("N", "N"), ("q.a",), ("rad",), 1, 1e-3)
+    came = SimpleNamespace(seq=1, age=1e-4, round_trip=1e-4, device_flags=0, state=np.ones(1))
+    with Recorder(folder / "hardware.rec", header) as recorder:
+        for k in range(20):
+            recorder.write(1e-3 * k, np.ones(2), came)
+
+
+def _damage_recording(rng: random.Random, file: Path) -> None:
+    """Damage, of a header whose sum is right in half of the cases."""
+    if rng.random() < 0.5:
+        damage_file(rng, file)
+        return
+    data = file.read_bytes()
+    size = struct.unpack_from("<I", data, 12)[0]
+    header = damaged_words(rng, data[20 : 20 + size])
+    head = data[:12] + struct.pack("<II", len(header), zlib.crc32(header))
+    file.write_bytes(head + header + data[20 + size :])
+
+
+def _mesh(suffix: str) -> Callable[[Path], None]:
+    def make(folder: Path) -> None:
+        import trimesh
+
+        robot = (EXAMPLES / "pick_up/robot/model.sdf").read_text()
+        (folder / "meshes").mkdir()
+        (folder / "model.sdf").write_text(robot.replace("pad.stl", f"pad{suffix}"))
+        if suffix == ".stl":
+            data: Any = trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type="stl_ascii")
+        elif suffix == ".dae":
+            data = _COLLADA
+        else:
+            data = trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type=suffix[1:])
+        (folder / "meshes" / f"pad{suffix}").write_bytes(
+            data if isinstance(data, bytes) else data.encode()
+        )
+
+    return make
+
+
+_COLLADA = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.001" name="millimeter"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g" name="g"><mesh>
+<source id="p"><float_array id="pa" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+<technique_common><accessor source="#pa" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
+<p>0 2 1 0 1 3 1 2 3 2 0 3</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1
+</matrix><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>
+"""
+
+
+def _hull(folder: Path) -> None:
+    """The meshes of a world, as the engine reads them."""
+    from sim_dart.dart.meshes import convex_hull
+
+    for file in sorted((folder / "meshes").iterdir()):
+        with contextlib.suppress(CardsflowError):
+            convex_hull(file)
+
+
+def _study_folder(folder: Path) -> None:
+    from ..small_studies import KP, run_here, small_study, write_study
+
+    top = 'engine = "direct"\nmetrics = ["tracking.rms"]'
+    write_study(folder, KP.replace("count = 6", "count = 2"), top)
+    study = small_study(folder, KP.replace("count = 6", "count = 2"), top)
+    run_here(study, folder / "out")
+    for page in folder.rglob("*.html"):
+        page.unlink()
+
+
+def _damage_run(rng: random.Random, file: Path) -> None:
+    """Damage, of contents whose sum is right in half of the cases."""
+    if file.parent.name != "runs" or rng.random() < 0.5:
+        damage_file(rng, file)
+        return
+    content = json.loads(file.read_bytes())
+    content.pop("check")
+    text = damaged_words(rng, json.dumps(content, indent=1).encode())
+    with contextlib.suppress(ValueError, TypeError, AttributeError, RecursionError):
+        content = json.loads(text)
+        text = json.dumps(content | {"check": run_store._check(content)}).encode()
+    file.write_bytes(text)
+
+
+def _read_runs(folder: Path) -> None:
+    """The files of the runs, without doing those again that are damaged."""
+    store = RunStore(folder / "out")
+    for settings in store.settings(""):
+        assert isinstance(settings, dict)
+    for file in (folder / "out/runs").glob("*.json"):
+        outcome = store.read(SimpleNamespace(hash=file.stem))  # type: ignore[arg-type]
+        if outcome is not None:
+            assert isinstance(outcome.metrics, dict)
+            assert outcome.error is None or isinstance(outcome.error, str)
+            assert all(isinstance(v, float | int | None) for v in outcome.metrics.values())
+            assert isinstance(outcome.wall_time, float | int | None)
+
+
+def _sdf(folder: Path) -> None:
+    write_sdf(read_robot(PLANAR_2R / "robot"), folder)
+
+
+def _robot(name: str) -> Callable[[Path], None]:
+    def make(folder: Path) -> None:
+        shutil.copytree(EXAMPLES / name / "robot", folder, dirs_exist_ok=True)
+
+    return make
+
+
+def _snapshot(folder: Path) -> None:
+    shutil.copy(EXAMPLES / "from_cad/two_link_arm.json", folder / "design.json")
+
+
+_CHECK = ("check", "experiment.toml")
+_ROBOT = [
+    ("check", "."),
+    ("info", "."),
+    ("check", ".", "--for", "osim"),
+    ("check", ".", "--for", "mjcf"),
+]
+_MESH = [("view", ".", "--html", "a.html"), _hull]
+_EXPORT = ("addin", "export-snapshot", "design.json", "-o", "x")
+_PLAY = ("--listen", "udp://127.0.0.1:0", "--duration", "0.001")
+
+KINDS: dict[str, Kind] = {
+    "fmu": Kind(_fmu, "plant.fmu", [("info", "plant.fmu"), ("check", "with.toml")]),
+    "ssp": Kind(_ssp, "system.ssp", [("info", "system.ssp"), ("run", "system.ssp", "-o", "out")]),
+    "npz": Kind(_motion("npz"), "motion.npz", [_CHECK]),
+    "npy": Kind(_motion("npy"), "motion.npy", [_CHECK]),
+    "csv": Kind(_motion("csv"), "motion.csv", [_CHECK, ("compare", "motion.csv", "motion.csv")]),
+    "parquet": Kind(_parquet, "a.parquet", [("compare", "a.parquet", "a.parquet")]),
+    "experiment": Kind(_experiments, "experiment.toml", [_CHECK]),
+    "device": Kind(_experiments, "experiment.toml", [("device", "experiment.toml", *_PLAY)]),
+    "study": Kind(_study, "study.toml", [("study", "study.toml", "--only", "0")]),
+    "recording": Kind(
+        _recording,
+        "hardware.rec",
+        [("replay-hardware", "hardware.rec", *_PLAY)],
+        _damage_recording,
+    ),
+    "stl": Kind(_mesh(".stl"), "meshes/*", _MESH),
+    "obj": Kind(_mesh(".obj"), "meshes/*", _MESH),
+    "dae": Kind(_mesh(".dae"), "meshes/*", _MESH),
+    "ply": Kind(_mesh(".ply"), "meshes/*", _MESH),
+    "glb": Kind(_mesh(".glb"), "meshes/*", _MESH),
+    "off": Kind(_mesh(".off"), "meshes/*", _MESH),
+    "results": Kind(_results, "*.json", [("compare", ".", "."), ("view", ".", "--html", "a.html")]),
+    "run": Kind(_results, "*.*", [("compare", ".", "."), ("view", ".", "--html", "a.html")]),
+    "study folder": Kind(_study_folder, "out/*/*.json", [_read_runs], _damage_run),
+    "sdf": Kind(_sdf, "model.sdf", _ROBOT),
+    "cardsflow": Kind(_robot("hill_arm"), "*.*", _ROBOT),
+    "caspr": Kind(_robot("planar_2r"), "*.*", _ROBOT),
+    "snapshot": Kind(_snapshot, "design.json", [_EXPORT]),
+}
+
+
+def command(folder: Path, words: Sequence[str]) -> tuple[int, str]:
+    """Exit code and messages of a command; the folder is the current one."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main(words)
+        except SystemExit as end:
+            code = int(end.code or 0)
+    return code, err.getvalue()

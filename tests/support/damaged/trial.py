@@ -1,0 +1,97 @@
+"""Damaged files given to commands: `python -m support.damaged.trial`, in little memory.
+
+A mutation's kind and number alone decide it. Each may take ten seconds of processor time: the
+process ends with SIGPROF where one takes more, and its last line names it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import resource
+import shutil
+import signal
+import sys
+import traceback
+from pathlib import Path
+
+from .kinds import KINDS, Kind, command
+
+SECONDS = 10.0
+MEMORY = 2**30
+LINE = 4000
+
+
+def mutated(kind: Kind, rng: random.Random, folder: Path) -> None:
+    """Damage one file of a folder, or two."""
+    files = sorted(file for file in folder.glob(kind.files) if file.is_file())
+    for file in rng.sample(files, min(len(files), rng.choice([1, 1, 2]))):
+        kind.damage(rng, file)
+
+
+def fault(kind: Kind, number: int, folder: Path) -> str | None:
+    """What a command does with the files in a folder that it must not; None where nothing is."""
+    reader = kind.commands[number % len(kind.commands)]
+    if callable(reader):
+        try:
+            with contextlib.redirect_stdout(None), contextlib.redirect_stderr(None):
+                reader(folder)
+        except Exception:
+            return traceback.format_exc()
+        return None
+    code, err = command(folder, reader)
+    lines = err.splitlines()
+    if code not in (0, 1, 2) or "internal error" in err or "Traceback" in err:
+        return f"exit code {code}: {err[:LINE]}"
+    if code == 2 and not any(line.startswith("cardsflow: ") for line in lines):
+        return f"no message: {err[:LINE]}"
+    if any(len(line) > LINE for line in lines):
+        return f"a line of {max(map(len, lines))} characters: {err[:300]}"
+    return None
+
+
+def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]:
+    """Try mutations of a kind of files.
+
+    Args:
+        name: The kind.
+        numbers: Which.
+        source: Good files of the kind.
+        work: A folder, which is not there.
+
+    Returns:
+        The faults found, by the mutations' numbers.
+    """
+    kind, faults, here = KINDS[name], {}, Path.cwd()
+    for number in numbers:
+        shutil.copytree(source, work)
+        rng = random.Random(f"{name} {number}")
+        mutated(kind, rng, work)
+        os.chdir(work)
+        print(number, flush=True)
+        signal.setitimer(signal.ITIMER_PROF, SECONDS)
+        try:
+            found = fault(kind, number, work)
+        finally:
+            os.chdir(here)
+        if found is not None:
+            faults[number] = found
+        shutil.rmtree(work)
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
+    return faults
+
+
+def main() -> None:
+    """Kind, first number, end, and a folder with good files in `good`: prints the faults."""
+    name, first, end, folder = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4])
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    faults = tried(name, range(first, end), folder / "good", folder / "work")
+    for number, text in faults.items():
+        print(f"FAULT {name} {number}: {text}", flush=True)
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
