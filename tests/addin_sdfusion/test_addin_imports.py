@@ -92,6 +92,7 @@ def run(python: str, names: list[str], others: list[str]) -> subprocess.Complete
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
 
 
+@pytest.mark.slow
 def test_every_module_imports_with_the_standard_library_and_adsk() -> None:
     names = list(modules())
     assert len(names) > 50

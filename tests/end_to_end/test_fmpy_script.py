@@ -55,6 +55,7 @@ def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
         np.testing.assert_array_equal(rows[name], result[name][:-1], err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "settings"),
     [

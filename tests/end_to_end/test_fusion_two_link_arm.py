@@ -50,6 +50,7 @@ def same_dynamics(robot: Robot, *, gravity: bool = True, tasks: bool = True) -> 
             np.testing.assert_allclose(made.gravity(q), example.gravity(q), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_exported_arm_tracks_as_the_example_does(tmp_path: Path) -> None:
     """The same trajectory, gains and bounds, from the exported folder through `cardsflow run`."""
     export_robot(drawn(), tmp_path / "arm")

@@ -82,6 +82,7 @@ def test_energy_is_the_muscles_work_less_what_the_joints_take(reached: Result) -
     np.testing.assert_allclose(energy - energy[0], work, atol=0.05)
 
 
+@pytest.mark.slow
 def test_weaker_muscles_work_harder_until_they_cannot() -> None:
     def with_strength(part: float) -> Result:
         robot = read_robot(HILL_ARM / "robot")

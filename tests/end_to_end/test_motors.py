@@ -283,6 +283,7 @@ def slopes(function: Any, q: Any) -> Any:
     return np.array([function(q + step).imag / 1e-30 for step in steps]).T
 
 
+@pytest.mark.slow
 def test_the_size_of_a_motor(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The largest |J qdd + m g c cos(q)| of the motion, and a fifth more."""
     load(pendulum, 50.0)
@@ -370,6 +371,7 @@ def test_devices_without_motors_have_the_signature_that_they_had() -> None:
     assert hardware_signature(hybrid.robot, hybrid.hardware) == signature()
 
 
+@pytest.mark.slow
 def test_results_tell_of_motors(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Text, summary, figures, the page, the scene: the arrow is along -y and as long as tau."""
     load(pendulum, "[-50.0, 60.0]")

@@ -19,6 +19,7 @@ def test_the_robot_is_sound(example: str) -> None:
     assert [f.message for f in check(read_robot(EXAMPLES / example / "robot")) if f.is_error] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "duration", "label"),
     [("hill_arm", 0.6, b"excitation"), ("pneumatic_elbow", 0.5, b"pressure [Pa]")],

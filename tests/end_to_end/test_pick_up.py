@@ -29,6 +29,7 @@ def test_the_robot_is_sound() -> None:
     assert read(PICK_UP / "robot").findings == ()
 
 
+@pytest.mark.slow
 def test_the_box_is_lifted_as_far_as_the_hand_goes() -> None:
     result = picked_up()
     assert result.summary["status"] == "complete"

@@ -141,6 +141,7 @@ def test_a_run_writes_readable_results(tmp_path: Path) -> None:
     assert b"force command" in (tmp_path / "out/tracking.svg").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_second_run_replaces_the_first_and_nothing_else(tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.05})
     run(experiment, tmp_path)
@@ -241,6 +242,7 @@ def test_bad_input_is_one_line_and_exit_2(
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.slow
 def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
     done = cardsflow("check", PLANAR_2R / "robot")
     assert done.returncode == 0
@@ -269,6 +271,7 @@ def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: floa
     assert np.abs(result.columns(["q.joint_1", "q.joint_2"])[-1] - [-0.5, 0.5]).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("type_", "kp", "kd", "largest"),
     few(

@@ -83,6 +83,7 @@ def test_every_platform_gives_the_same_bits(
     assert run([*program, vectors]).splitlines() == replayed
 
 
+@pytest.mark.slow
 def test_literals_must_be_single_too(tmp_path: Path) -> None:
     """Else doubles would slip in: a compiler without that flag stops."""
     with pytest.raises(AssertionError, match="literals_must_be_of_single_precision"):

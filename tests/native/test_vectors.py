@@ -37,7 +37,7 @@ def test_the_package_gives_what_others_give(replayed: list[str]) -> None:
     assert len(replayed) > 100
 
 
-@on_targets(OTHERS, quick="gcc -O1")
+@on_targets(OTHERS)
 def test_every_platform_gives_the_same_bits(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:

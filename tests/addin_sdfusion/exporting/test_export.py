@@ -304,6 +304,7 @@ def test_any_sound_robot_is_read_back(tmp_path, robot):
     assert read_robot(tmp_path / "robot") == robot
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHECKER is None, reason="libsdformat's checker is not installed")
 def test_libsdformat_takes_an_export(tmp_path):
     for robot in (planar_2r(), random_robot(1), chain(5, 5)):

@@ -84,6 +84,7 @@ def test_an_export_without_muscles_says_that_there_is_nothing_to_run(tmp_path):
     assert not (tmp_path / "arm/experiment.toml").exists()
 
 
+@pytest.mark.slow
 def test_an_export_runs_at_once_and_follows(tmp_path, capsys):
     export_built(built(), ALL, tmp_path / "arm")
     assert main(["run", str(tmp_path / "arm"), "--set", "run.duration=0.2"]) == 0

@@ -48,6 +48,7 @@ def test_the_planar_arm_needs_what_its_simulation_shows(experiment: Experiment) 
     assert all(row["torque_up"] > 0 for row in sizes["coordinates"])
 
 
+@pytest.mark.slow
 def test_weak_muscles_are_reported(experiment: Experiment) -> None:
     weak = Experiment.load(PLANAR_2R, SLOW | {"muscles.cable_1.f_max": 15.0})
     sizes = size(weak)

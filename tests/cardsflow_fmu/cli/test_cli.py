@@ -148,6 +148,7 @@ def test_what_a_command_looks_for_is_exit_code_1(
 # JSON
 
 
+@pytest.mark.slow
 def test_commands_that_write_files_list_them_as_json(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -257,6 +258,7 @@ def interrupted(
     return process.returncode
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sign", few([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
 def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
@@ -268,6 +270,7 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
     assert len(result.rows) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sign", few([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
 def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
@@ -302,6 +305,7 @@ def long_work(folder: Path) -> list[list[str]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", few([0, 1]), ids=["run", "study"])
 def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
     words = long_work(tmp_path)[k]

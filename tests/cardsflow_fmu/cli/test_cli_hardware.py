@@ -129,6 +129,7 @@ def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
     np.testing.assert_array_equal(recording.states[:, 0], plant_run["q.joint_1"][1:])
 
 
+@pytest.mark.slow
 def test_a_replay_gives_the_same_run(recorded: Path, plant_run: Result) -> None:
     """In lock step bit for bit; beyond its end there is a clear status; and by the clock."""
     with served("replay-hardware", str(recorded), "--watchdog", "10000") as device:
@@ -220,6 +221,7 @@ def test_a_device_that_others_reach_without_a_key_warns(
     assert warned == (host == "0.0.0.0" and key is None)
 
 
+@pytest.mark.slow
 def test_a_run_through_faults_ends_in_a_clear_status() -> None:
     words = "--loss 0.05 --jitter 0.5 --duplicate 0.1 --reorder 0.05 --corrupt 0.05 --seed 3"
     words += " --outage 1000:1"
@@ -233,6 +235,7 @@ def test_a_run_through_faults_ends_in_a_clear_status() -> None:
     assert faults["inward"]["sent"] >= 250
 
 
+@pytest.mark.slow
 def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
     recorded: Path, tmp_path: Path
 ) -> None:

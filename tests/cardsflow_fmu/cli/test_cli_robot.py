@@ -120,6 +120,7 @@ def test_unreadable_trajectories_do_not_keep_a_robot_from_its_conversion(
     assert read_robot(tmp_path / "made") == read_robot(arm)
 
 
+@pytest.mark.slow
 def test_samples_beyond_16_mib_together_are_left_out(arm: Path) -> None:
     many = "".join(f'<file_trajectory id="t{k}" filename="samples.traj"/>' for k in range(9))
     text = f"<trajectories><joint_trajectories>{many}</joint_trajectories></trajectories>"

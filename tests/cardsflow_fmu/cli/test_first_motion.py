@@ -150,6 +150,7 @@ def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = arm(*strands(ABOVE, BELOW, f_max=60.0))
@@ -165,6 +166,7 @@ def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: Comma
     assert np.ptp(positions) > 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("roots", "f_max", "words"),
     [

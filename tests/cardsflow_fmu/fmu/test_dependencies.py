@@ -291,6 +291,7 @@ def test_derivatives_over_a_step_answer_for_what_is_declared(native: bool, tmp_p
                 assert slope != 0.0
 
 
+@pytest.mark.slow
 def test_no_loop_is_left_between_plant_and_controller(tmp_path: Path) -> None:
     """As hosts look for it: along the wires of the system and through what the FMUs declare."""
     for case, (name, settings) in PLANTS.items():

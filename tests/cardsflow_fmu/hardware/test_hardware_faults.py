@@ -299,6 +299,7 @@ def test_the_device_is_safe_within_its_watchdog_when_the_line_is_dead(
     np.testing.assert_array_equal(world.robot.tension, world.robot.bounds[0])
 
 
+@pytest.mark.slow
 def test_a_run_with_a_large_max_missed_ends_when_the_device_is_safe(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -313,6 +314,7 @@ def test_a_run_with_a_large_max_missed_ends_when_the_device_is_safe(
     assert world.device.counters["runs"] == 2
 
 
+@pytest.mark.slow
 def test_a_run_whose_hardware_is_lost_at_the_end_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -326,6 +328,7 @@ def test_a_run_whose_hardware_is_lost_at_the_end_fails(
     assert simulate(experiment, through="direct").complete  # so short a gap feeds the watchdog yet
 
 
+@pytest.mark.slow
 def test_a_device_that_has_restarted_needs_a_new_run(
     monkeypatch: pytest.MonkeyPatch, key_file: dict[str, str]
 ) -> None:
@@ -339,6 +342,7 @@ def test_a_device_that_has_restarted_needs_a_new_run(
     assert simulate(experiment, through="direct").complete
 
 
+@pytest.mark.slow
 def test_a_second_sender_is_refused_and_changes_nothing(
     monkeypatch: pytest.MonkeyPatch, key_file: dict[str, str]
 ) -> None:

@@ -64,6 +64,7 @@ def words(settings: dict[str, Any]) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 def test_the_controller_is_the_same_file_byte_for_byte(tmp_path: Path) -> None:
     """Of builds with and without [hardware], and of runs with either; so is the plant."""
     table = {
@@ -85,6 +86,7 @@ def test_the_controller_is_the_same_file_byte_for_byte(tmp_path: Path) -> None:
     assert with_table["hardware"].read_bytes() != without["hardware"].read_bytes()
 
 
+@pytest.mark.slow
 def test_the_command_drives_hardware(tmp_path: Path, cardsflow: CommandLine) -> None:
     out = tmp_path / "out"
     settings = words(SHORT | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0})
@@ -113,6 +115,7 @@ def test_every_exchange_is_recorded(tmp_path: Path) -> None:
     assert result.files["hardware.rec"] == tmp_path / "out" / "hardware.rec"
 
 
+@pytest.mark.slow
 def test_the_recording_of_a_killed_run_is_replaced(tmp_path: Path) -> None:
     out = tmp_path / "out"
     run(load(LOCKSTEP), out)
@@ -218,6 +221,7 @@ def test_an_approach_in_operational_space_replaces_that_of_the_reference() -> No
     assert with_approach(load(settings | {"hardware.use": False}, ARM)).reference == made.reference
 
 
+@pytest.mark.slow
 def test_the_second_variant_of_the_system_is_the_hardware(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cardsflow: CommandLine
 ) -> None:
@@ -486,6 +490,7 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("host", few(["in-process", "worker"]))
 @pytest.mark.parametrize("times", few([1, 2]))
 def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> None:
@@ -513,6 +518,7 @@ def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> N
     assert not out.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("host", "signal_"),
     few(

@@ -210,6 +210,7 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
     np.testing.assert_allclose(found[:, 1 + n :].T, forces, rtol=0, atol=1e-6 * forces.max())
 
 
+@pytest.mark.slow
 def test_bad_answers_do_no_harm_under_the_sanitizers(
     compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:

@@ -93,6 +93,7 @@ def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> Non
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
     file = build(experiment_of("mixed"), tmp_path, native=True)["plant"]

@@ -46,6 +46,7 @@ def running(folder: Path, temporary: Path) -> Iterator[subprocess.Popen[bytes]]:
         process.wait()
 
 
+@pytest.mark.slow
 def test_a_second_run_into_a_folder_is_refused_and_says_who_is_there(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -136,6 +137,7 @@ def test_the_file_of_a_lock_that_nobody_holds_means_nothing(tmp_path: Path) -> N
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_run_that_is_interrupted_gives_the_folder_free(tmp_path: Path) -> None:
     with running(tmp_path / "out", tmp_path / "temporary") as process:
         process.send_signal(signal.SIGINT)

@@ -172,6 +172,7 @@ print(most)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux")
 def test_memory_is_bounded_while_rows_come(tmp_path: Path) -> None:
     done = subprocess.run(
@@ -195,6 +196,7 @@ def test_what_a_killed_run_could_not_say_is_reported_when_it_is_read(tmp_path: P
         assert not back.complete
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", few([0, 100, 1000]))
 def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, rows: int) -> None:
     """Killed with so many rows on the disk, long before its end."""

@@ -226,6 +226,7 @@ def outputs(results: Path, place: Path) -> list[list[str]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", few(range(5), 2))
 def test_external_files_stay_and_our_own_are_replaced(
     k: int, results: Path, tmp_path: Path, cardsflow: CommandLine
@@ -264,6 +265,7 @@ def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandL
     assert {file.name: file.read_bytes() for file in results.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_a_report_of_several_robots_shows_each(tmp_path: Path) -> None:
     (tmp_path / "experiment.toml").write_text(
         "".join(f"[[robots]]\nname = '{n}'\npath = '{PLANAR_2R / 'robot'}'\n" for n in "ab")

@@ -57,6 +57,7 @@ def test_files_aside_are_written_anew(tmp_path: Path, precious: Path) -> None:
     assert (folder / "a.txt").read_text() == "new"
 
 
+@pytest.mark.slow
 def test_the_table_of_a_study_is_written_anew(tmp_path: Path, precious: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()

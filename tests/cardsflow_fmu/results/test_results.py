@@ -42,6 +42,7 @@ def table(rows: Any, *names: str) -> SystemResult:
 # Parquet, pandas, notebooks
 
 
+@pytest.mark.slow
 @pytest.mark.extra("parquet")
 def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path) -> None:
     import pyarrow.parquet as pq

@@ -118,6 +118,7 @@ def test_the_summary_lists_the_archive(finished: tuple[Path, Result]) -> None:
     assert EXPERIMENT in summary["files"]
 
 
+@pytest.mark.slow
 def test_meshes_of_several_robots_travel_each_with_its_own(tmp_path: Path) -> None:
     names = ("left", "right")
     for name in names:

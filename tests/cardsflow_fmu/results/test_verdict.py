@@ -41,12 +41,14 @@ def test_a_run_leads_with_what_is_wrong(
     assert "\033" not in out  # no terminal
 
 
+@pytest.mark.slow
 def test_strict_runs_with_warnings_exit_with_3(cardsflow: CommandLine, tmp_path: Path) -> None:
     common = ("run", PLANAR_2R, "--direct", "--strict", "-o", tmp_path)
     assert cardsflow(*common, *words(WEAK))[0] == 3
     assert cardsflow(*common, "--set", "run.duration=0.05")[0] == 0
 
 
+@pytest.mark.slow
 def test_report_and_replay_lead_with_it(tmp_path: Path) -> None:
     result = run(Experiment.load(PLANAR_2R, WEAK), tmp_path, through="direct")
     line = result.summary["warnings"][0]

@@ -84,6 +84,7 @@ with opened(Path(sys.argv[1])) as (host,):
 """
 
 
+@pytest.mark.slow
 def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -> None:
     started.set(gain=2.0)
     started.drive(0, 10)

@@ -50,6 +50,7 @@ def worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
 
 
+@pytest.mark.slow
 def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)
@@ -134,6 +135,7 @@ def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
     assert eventually(lambda: not is_running(process))
 
 
+@pytest.mark.slow
 def test_host_ends_without_freeing(stubborn_fmu: Path) -> None:
     with lonely_host(stubborn_fmu, WELL) as host:
         process = read_number(host)
@@ -198,6 +200,7 @@ host.slave.freeInstance()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", few(["2", "01", "012"]))
 def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:

@@ -311,6 +311,7 @@ def test_entities_are_not_expanded(system: Path, tmp_path: Path) -> None:
     assert simulate_system(file, {"run.duration": 0.01})["q.joint_1"][0] == -0.5
 
 
+@pytest.mark.slow
 def test_damaged_archives_are_refused(system: Path, tmp_path: Path) -> None:
     good, file = system.read_bytes(), tmp_path / "a.ssp"
     generator = np.random.default_rng(5)

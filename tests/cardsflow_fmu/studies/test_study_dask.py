@@ -101,6 +101,7 @@ def test_a_scheduler_with_certificates_is_used() -> None:
             assert executor.attempts == 2
 
 
+@pytest.mark.slow
 def test_addresses_that_are_not_encrypted_are_warned_of() -> None:
     assert dask_warning("local") is None
     assert dask_warning("tls://host:8786") is None

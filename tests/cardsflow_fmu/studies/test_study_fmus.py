@@ -56,6 +56,7 @@ def numbers(folder: Path) -> list[list[float]]:
     return [[float(row[name]) for name in names] for row in rows]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", few([PARAMETERS, ROBOTS]))
 def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
     engines = ("direct", "fmu", "native")
@@ -111,6 +112,7 @@ def test_parameters_need_no_other_fmus(tmp_path: Path, monkeypatch: pytest.Monke
     assert third["plant"].folder != first["plant"].folder
 
 
+@pytest.mark.slow
 def test_few_sets_of_fmus_are_kept(tmp_path: Path) -> None:
     base = Experiment.load(PLANAR, {"run.step": 0.01, "controller.period": 0.02})
     for scale in (1.1, 1.2, 1.3, 1.4, 1.5, 1.6):
@@ -121,6 +123,7 @@ def test_few_sets_of_fmus_are_kept(tmp_path: Path) -> None:
     assert last.is_file()
 
 
+@pytest.mark.slow
 def test_fmus_of_the_experiment_are_built_once_for_all(tmp_path: Path) -> None:
     study = small_study(tmp_path, PARAMETERS, "engine = 'fmu'", SHORT)
     run_here(study, tmp_path / "out")

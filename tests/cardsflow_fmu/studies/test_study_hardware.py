@@ -129,6 +129,7 @@ def test_wrong_faults_are_refused(settings: dict[str, object], message: str) -> 
         Experiment.load(PLANAR, settings)
 
 
+@pytest.mark.slow
 def test_the_command_line_drives_an_emulated_robot(tmp_path: Path) -> None:
     tables = []
     for k in range(2):

@@ -97,6 +97,7 @@ def test_maximising_turns_the_objective_round() -> None:
     assert cost(settings, Outcome({"f": 3.0})) == -3.0
 
 
+@pytest.mark.slow
 def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> None:
     search = SEARCH % ("differential_evolution", 3, "[4]")
     study = small_study(tmp_path, BOX + search, "metrics = ['tracking.rms']")
@@ -116,6 +117,7 @@ def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> No
     assert "force.peak" in (tmp_path / "out" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_search_without_valid_robots_says_so(tmp_path: Path) -> None:
     search = (SEARCH % ("differential_evolution", 1, "[4]")).replace("at_most = 0", "at_most = -1")
     result = run_here(small_study(tmp_path, BOX + search), tmp_path / "out")
@@ -123,6 +125,7 @@ def test_a_search_without_valid_robots_says_so(tmp_path: Path) -> None:
     assert "No run meets" in (tmp_path / "out" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_search_of_which_every_run_fails_ends_and_says_so(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:

@@ -124,6 +124,7 @@ def test_resuming_does_the_missing_runs_only(tmp_path: Path) -> None:
     assert (output / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     run_here(study, output)
@@ -136,12 +137,14 @@ def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
     assert (output / "table.csv").read_bytes() == good
 
 
+@pytest.mark.slow
 def test_equal_runs_are_done_once(tmp_path: Path) -> None:
     text = '[[vary]]\npath = "controller.kp"\nvalues = [1000.0, 1000.0, 1500.0]\n'
     assert runs_of(small_study(tmp_path, text), tmp_path / "out") == 2
     assert len(table(tmp_path / "out")) == 3
 
 
+@pytest.mark.slow
 def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     run_here(study, tmp_path / "out")
@@ -149,6 +152,7 @@ def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None
         run_here(study, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     with (
@@ -159,6 +163,7 @@ def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
     run_here(small_study(tmp_path), tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_full_disk_stops_clearly_and_is_resumed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -190,6 +195,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
         run_here(small_study(tmp_path), tmp_path / "file" / "out")
 
 
+@pytest.mark.slow
 def test_an_experiment_that_changed_meanwhile_is_another_study(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     run_here(study, output)
@@ -259,6 +265,7 @@ class Instant(Executor):
         return future
 
 
+@pytest.mark.slow
 def test_a_study_of_which_every_run_fails_says_why(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path, "[[vary]]\npath = 'controller.kp'\nvalues = [-1.0, -2.0]\n")
     code, text, _ = cardsflow("study", file, "-j", 1)
@@ -275,6 +282,7 @@ def test_only_takes_the_begin_of_a_hash(
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.extra("sweep")
 def test_numbers_of_workers_are_checked(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path)
@@ -299,6 +307,7 @@ def test_memory_does_not_grow_with_the_runs(tmp_path: Path) -> None:
     assert peaks[1] - peaks[0] < 20e6
 
 
+@pytest.mark.slow
 def test_names_are_neither_markup_nor_formulas_in_the_report(tmp_path: Path) -> None:
     """Of Matplotlib, dollar signs begin formulas, and half of one is an error."""
     name = "<img src=x onerror=alert(1)>$\\\\frac{$"

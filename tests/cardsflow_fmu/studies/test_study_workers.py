@@ -66,6 +66,7 @@ def test_workers_that_die_of_everything_stop_the_study() -> None:
         dispatch(deadly([-1.0] * 50), JOB, executor, lambda run, outcome: None)
 
 
+@pytest.mark.slow
 def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
     study = small_study(tmp_path, MANY, "count = 12")
     run_here(study, tmp_path / "one")

@@ -176,6 +176,7 @@ def wait_until(condition: Any) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
     process = started("view", results, "--no-browser")
     address_of(process)
@@ -185,6 +186,7 @@ def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
     assert process.returncode == 0
 
 
+@pytest.mark.slow
 def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     settings = ("--set", "run.duration=0.5", "-o", tmp_path)
     process = started("run", PLANAR_2R, *settings, "--view", "--no-browser")

@@ -52,6 +52,7 @@ def controller(kind, arm, **settings):
     return kind(arm, KP, KD, posture=posture, limit_bandwidth=None, **settings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("priorities", [None, [1, 2]])
 def test_a_tick_is_soft_where_no_force_fits_and_nowhere_else(arm, priorities) -> None:
     law = controller(OperationalSpaceController, arm, priorities=priorities)

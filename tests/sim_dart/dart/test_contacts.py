@@ -101,6 +101,7 @@ def test_the_pyramid_is_too_strong_between_the_axes_by_the_root_of_two(tmp_path:
     assert slowed == pytest.approx(np.sqrt(2.0) * coulomb, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_stack_stays_where_it_is_with_friction_cones() -> None:
     """Bodies come to lie 1e-5 m deep in one another; a solver that does not converge lets go."""
     boxes = tuple(

@@ -107,6 +107,7 @@ def over_sphere(a: np.ndarray, b: np.ndarray, c: np.ndarray, R: float) -> float:
     return math.sqrt(ra**2 - R**2) + math.sqrt(rb**2 - R**2) + R * max(0.0, arc)
 
 
+@pytest.mark.slow
 def test_two_spheres_are_passed_on_a_taut_way_near_the_shortest() -> None:
     """Against a search for the point between them, from many beginnings."""
     rng = np.random.default_rng(11)

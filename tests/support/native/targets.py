@@ -55,15 +55,14 @@ TARGETS = {
 }
 
 
-def on_targets(names: Iterable[str], quick: str = "") -> pytest.MarkDecorator:
-    """A test for each target by its name; all but the quick one are slow or need other machines."""
-    return pytest.mark.parametrize("target", [_case(name, quick) for name in names])
+def on_targets(names: Iterable[str]) -> pytest.MarkDecorator:
+    """A test for each target by its name: slow, or in need of other machines."""
+    return pytest.mark.parametrize("target", [_case(name) for name in names])
 
 
-def _case(name: str, quick: str) -> Any:
+def _case(name: str) -> Any:
     is_own = TARGETS[name].compiler[0] in ("gcc", "clang")
-    marks = [] if name == quick else [pytest.mark.slow if is_own else pytest.mark.cross]
-    return pytest.param(name, marks=marks)
+    return pytest.param(name, marks=pytest.mark.slow if is_own else pytest.mark.cross)
 
 
 def single_flags(target: Target) -> tuple[str, ...]:

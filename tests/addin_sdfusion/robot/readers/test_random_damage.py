@@ -156,6 +156,7 @@ def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
     try_all(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parent", few(["l{before}", "l{after}", "nowhere{i}"]))
 def test_ten_thousand_links_are_no_burden_in_a_chain_a_loop_or_pieces(tmp_path, parent):
     count = 10_000

@@ -138,6 +138,7 @@ def test_frames_attached_to_one_another_are_on_no_link(tmp_path):
     assert {"pose-loop", "unknown-child"} <= codes
 
 
+@pytest.mark.slow
 def test_thousands_of_frames_in_a_row_are_no_burden(tmp_path):
     count = 10_000
     frames = [f'<frame name="f{k}" attached_to="f{k + 1}"/>' for k in range(count)]
