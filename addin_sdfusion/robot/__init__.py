@@ -7,7 +7,18 @@ from pathlib import Path
 from .checks.check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
-from .model.joint import Coordinate, Joint, JointType, Motion, MotionKind, prismatic, revolute
+from .model.function import PiecewiseLinear, Polynomial, SimmSpline
+from .model.joint import (
+    Coordinate,
+    Joint,
+    JointType,
+    LimitForce,
+    Motion,
+    MotionKind,
+    Term,
+    prismatic,
+    revolute,
+)
 from .model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from .model.muscle_path import Branch, CoordinateTerm, PointCondition
 from .model.pose import IDENTITY, Pose, Vector3
@@ -36,21 +47,26 @@ __all__ = [
     "InputError",
     "Joint",
     "JointType",
+    "LimitForce",
     "Link",
     "Mesh",
     "Motion",
     "MotionKind",
     "Muscle",
+    "PiecewiseLinear",
     "PointCondition",
+    "Polynomial",
     "Pose",
     "Robot",
     "RobotError",
+    "SimmSpline",
     "SimulationError",
     "Space",
     "Spline",
     "Subject",
     "TaskFrame",
     "TaskSet",
+    "Term",
     "Trajectory",
     "TrajectoryPoint",
     "UnknownNameError",

@@ -123,7 +123,10 @@ def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
     if kind == "coordinates":
         left = iter(items)
         joints = (
-            replace(joint, coordinates=tuple(next(left) for _ in joint.coordinates))
+            replace(
+                joint,
+                coordinates=tuple(next(left) if c.is_free else c for c in joint.coordinates),
+            )
             for joint in robot.joints
         )
         return replace(robot, joints=tuple(joints))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from addin_sdfusion.robot import WORLD, Motion, Pose, Robot
+from addin_sdfusion.robot import WORLD, InputError, Motion, Pose, Robot
 from addin_sdfusion.robot.model.rotations import rotation
 
 from .arrays import FloatArray
@@ -65,11 +65,31 @@ class MovingFrame:
     T_parent_frame: FloatArray
 
 
+def refuse_driven(robot: Robot, what: str) -> None:
+    """Refuse functions, couplings and locks between coordinates and motions.
+
+    Args:
+        robot: A valid robot.
+        what: What cannot be done with them, as a participle.
+
+    Raises:
+        InputError: There is one; the message names the joint.
+    """
+    for joint in robot.driven_joints:
+        problem = "functions of coordinates, couplings and locks are read and kept, but not yet "
+        raise InputError(f"joint {joint.name!r}: {problem}{what}")
+    for c in robot.coordinates:
+        if c.armature or c.limit_force:
+            problem = "armatures and limit forces are read and kept, but not yet "
+            raise InputError(f"coordinate {c.name!r}: {problem}{what}")
+
+
 def moving_frames(robot: Robot) -> tuple[list[MovingFrame], dict[str, Place]]:
     """The frames that move, parents first, and where every link is fixed."""
     frames: list[MovingFrame] = []
     places = {WORLD: Place(-1, np.eye(4))}
     first = 0
+    refuse_driven(robot, "simulated")
     for joint in robot.joints:
         parent = places[joint.parent]
         frame, T_frame_next = parent.frame, parent.T_frame_link @ transform(joint.T_parent_joint)

@@ -11,7 +11,7 @@ import numpy as np
 
 from addin_sdfusion.robot import WORLD, Coordinate, Joint, Link, Pose, Robot
 from sim_dart.core.arrays import FloatArray
-from sim_dart.core.frames import transform
+from sim_dart.core.frames import refuse_driven, transform
 from sim_dart.core.mass_check import require_inertia
 
 _CREATE = {
@@ -78,6 +78,7 @@ def build_skeleton(robot: Robot) -> Skeleton:
     Raises:
         InputError: Its mass matrix is singular.
     """
+    refuse_driven(robot, "simulated by DART; the core does it")
     skeleton = dartpy.dynamics.Skeleton(robot.name)
     skeleton.setGravity(np.array(robot.gravity))
     bodies: dict[str, Any] = {WORLD: None}

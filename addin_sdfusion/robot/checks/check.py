@@ -7,7 +7,18 @@ from collections.abc import Callable, Iterable
 from ..errors import RobotError
 from ..finding import Finding, errors_first
 from ..model.robot import Robot
-from . import masses, muscle_paths, muscles, names, numbers, tasks, tension_laws, tree, wraps
+from . import (
+    driven,
+    masses,
+    muscle_paths,
+    muscles,
+    names,
+    numbers,
+    tasks,
+    tension_laws,
+    tree,
+    wraps,
+)
 
 Check = Callable[[Robot], Iterable[Finding]]
 
@@ -22,6 +33,9 @@ CHECKS: tuple[Check, ...] = (
     tree.no_loops,
     tree.axes,
     tree.coordinates,
+    driven.functions,
+    driven.couplings,
+    driven.resisting,
     tree.limits,
     tree.motors,
     masses.inertias,

@@ -62,6 +62,8 @@ def moving_bodies(robot: Robot) -> Iterator[Finding]:
         if not all(finite(link_numbers(link)) for link, _ in parts):
             continue
         subject = Subject("link", joint.child)
+        if not joint.is_plain or any(c.armature for c in joint.coordinates):
+            continue  # the mass matrix shows it
         last = joint.motions[-1]
         if last.kind == "translation" and sum(link.inertia.mass for link, _ in parts) == 0.0:
             problem = f"no mass moves along joint {joint.name!r}; give the link a mass"

@@ -15,7 +15,7 @@ def names(robot: Robot) -> Iterator[Finding]:
     yield from named([Subject("robot", robot.name)])
     yield from named([Subject("link", link.name) for link in robot.links])
     yield from named([Subject("joint", joint.name) for joint in robot.joints])
-    yield from named([Subject("coordinate", c.name) for c in robot.coordinates])
+    yield from named([Subject("coordinate", c.name) for c in robot.all_coordinates])
     yield from named([Subject("cable_set", group.name) for group in robot.cable_sets])
     yield from named([Subject("task_set", group.name) for group in robot.task_sets])
     for cable_set in robot.cable_sets:

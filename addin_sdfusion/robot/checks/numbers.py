@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import astuple
 
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, all_task_frames, error, finite
@@ -23,10 +24,14 @@ def numbers(robot: Robot) -> Iterator[Finding]:
         yield from _report(Subject("joint", joint.name), "pose or axis", joint_numbers(joint))
         for c in joint.coordinates:
             subject = Subject("coordinate", c.name)
-            yield from _report(subject, "initial value or damping", (c.initial, c.damping))
+            yield from _report(
+                subject, "initial value, damping or armature", (c.initial, c.damping, c.armature)
+            )
             resisting = (c.stiffness, c.rest, c.friction)
             yield from _report(subject, "spring or friction", resisting)
             yield from _limits(subject, c)
+            if c.limit_force is not None:
+                yield from _report(subject, "limit force", astuple(c.limit_force))
     for subject, muscle in all_muscles(robot):
         yield from _report(subject, "via point or force limit", muscle_numbers(muscle))
         yield from _report(subject, "condition, branch or term", path_numbers(muscle))

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from ..finding import Finding, Subject
 from ..finding_builders import error, finite, listed, unknown, warning
+from ..model.function import ITSELF
 from ..model.joint import Joint
 from ..model.robot import WORLD, Robot
 
@@ -79,34 +80,37 @@ def axes(robot: Robot) -> Iterator[Finding]:
 
 
 def coordinates(robot: Robot) -> Iterator[Finding]:
-    """Every motion has a coordinate of its own, in its unit."""
+    """Every motion has a coordinate, every coordinate a motion; units agree."""
     for joint in robot.joints:
         subject = Subject("joint", joint.name)
-        driven = sorted(motion.coordinate for motion in joint.motions)
+        moving = [motion for motion in joint.motions if not motion.is_fixed]
+        driven = sorted({motion.coordinate for motion in moving})
         if driven != list(range(len(joint.coordinates))):
             problem = (
                 f"its {len(joint.motions)} motions are driven by coordinates {driven} of "
-                f"{len(joint.coordinates)}; give each one of its own"
+                f"{len(joint.coordinates)}; give each coordinate a motion, and no other index"
             )
             yield error(subject, "wrong-coordinates", problem)
             continue
-        for motion in joint.motions:
+        for motion in moving:
             coordinate = joint.coordinates[motion.coordinate]
-            if coordinate.unit != motion.unit:
+            if motion.function == ITSELF and coordinate.unit != motion.unit:
                 problem = f"{coordinate.name!r} drives a {motion.kind}, in {motion.unit}, "
                 yield error(subject, "wrong-unit", f"{problem}not in {coordinate.unit}")
 
 
 def limits(robot: Robot) -> Iterator[Finding]:
     """Limits are in order and leave room for the initial value; nothing drives by resisting."""
-    for c in robot.coordinates:
+    for c in robot.all_coordinates:
         subject = Subject("coordinate", c.name)
-        for what in ("damping", "stiffness", "friction"):
+        for what in ("damping", "stiffness", "friction", "armature"):
             if getattr(c, what) < 0.0:
                 yield error(subject, f"negative-{what}", f"{what} {getattr(c, what)!r} is negative")
         if c.lower > c.upper:
             problem = f"lower limit {c.lower!r} is above the upper limit {c.upper!r}"
             yield error(subject, "limits-reversed", problem)
+        elif not c.is_free:
+            continue
         elif c.lower == c.upper == 0.0:
             problem = "both limits are 0, so it may not move; widen them or fix the joint"
             yield warning(subject, "zero-limits", problem)

@@ -191,8 +191,18 @@ class Robot:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The coordinates in the order of q."""
+        """The coordinates in the order of q: those that are neither coupled nor locked."""
+        return tuple(c for c in self.all_coordinates if c.is_free)
+
+    @property
+    def all_coordinates(self) -> tuple[Coordinate, ...]:
+        """The coordinates of all joints, coupled and locked ones as well."""
         return tuple(c for joint in self.joints for c in joint.coordinates)
+
+    @property
+    def driven_joints(self) -> tuple[Joint, ...]:
+        """The joints in which functions, couplings or locks stand between q and the motions."""
+        return tuple(joint for joint in self.joints if not joint.is_plain)
 
     @property
     def motors(self) -> tuple[Coordinate, ...]:

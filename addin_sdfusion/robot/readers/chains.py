@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
+from typing import Any
 
 from ..finding import Subject
 from ..finding_builders import unknown
-from ..model.joint import Coordinate, Joint
+from ..model.joint import Coordinate, Joint, LimitForce, Motion, Term
 from ..model.pose import IDENTITY
 from ..model.rotations import compose, inverse
+from .functions import read_function
 from .xml import TRUE, Node, shortened
 
 
@@ -21,7 +23,7 @@ class _Word:
     Attributes:
         torques: Bounds of its motor; those of the joint element when None.
         initial: Its initial value; that of the joint element when None.
-        spring: Its spring's stiffness and rest; those of the joint element when None.
+        others: What the joint element cannot say.
     """
 
     name: str
@@ -30,14 +32,14 @@ class _Word:
     actuated: bool
     torques: tuple[float, ...] | None
     initial: float | None
-    spring: tuple[float, ...] | None
+    others: dict[str, Any]
 
     def applied(self, coordinate: Coordinate) -> Coordinate:
         """The coordinate of the joint element, as the plugin says it is."""
         initial = coordinate.initial if self.initial is None else self.initial
-        named = replace(coordinate, name=self.name, actuated=self.actuated, initial=initial)
-        if self.spring is not None:
-            named = replace(named, stiffness=self.spring[0], rest=self.spring[1])
+        named = replace(
+            coordinate, name=self.name, actuated=self.actuated, initial=initial, **self.others
+        )
         if self.torques is None:
             return named
         return replace(named, tau_min=self.torques[0], tau_max=self.torques[1])
@@ -74,23 +76,46 @@ def _words(node: Node) -> list[_Word]:
         if child.has("torques"):
             torques = child.numbers_attribute("torques", 2, infinite=True)
         initial = child.number_attribute("initial") if child.has("initial") else None
-        spring = child.numbers_attribute("spring", 2) if child.has("spring") else None
+        others = _others(child.about(Subject("coordinate", name)))
         joint = child.attribute("joint")
-        words.append(_Word(name, joint, motion, actuated, torques, initial, spring))
+        words.append(_Word(name, joint, motion, actuated, torques, initial, others))
+    return words
+
+
+def _others(node: Node) -> dict[str, Any]:
+    """Fields of a coordinate that SDF has no element for."""
+    words: dict[str, Any] = {"armature": node.number_attribute("armature", 0.0)}
+    if node.has("spring"):
+        words["stiffness"], words["rest"] = node.numbers_attribute("spring", 2)
+    words["locked"] = node.attribute("locked", "false") in TRUE
+    unit = node.attribute("unit", "")
+    if unit in ("rad", "m"):
+        words["unit"] = unit
+    elif unit:
+        node.error("bad-unit", f"unit {shortened(unit)} is neither rad nor m")
+    terms = (Term(term.attribute("coordinate"), read_function(term)) for term in node.all("term"))
+    words["coupling"] = tuple(terms)
+    force = node.optional("limit_force")
+    if force is not None:
+        names = (field.name for field in fields(LimitForce))
+        words["limit_force"] = LimitForce(*(force.number_attribute(name) for name in names))
     return words
 
 
 def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]:
     """The joints that make up one, from the parent to the child; none if they do not."""
-    words = sorted(_words(node), key=lambda word: word.motion)
-    names = list(dict.fromkeys(word.joint for word in words))
+    words, driven = sorted(_words(node), key=lambda word: word.motion), node.all("motion")
+    movers = [child.attribute("joint") for child in driven] or [word.joint for word in words]
+    names = list(dict.fromkeys(movers))
     for name in names:
         if name not in by_name:
             node.error("unknown-joint", unknown("joint", name, list(by_name)))
             return []
     parts = [by_name[name] for name in names]
     moved_by = [part.name for part in parts for _ in part.motions]
-    if not words or [(w.motion, w.joint) for w in words] != list(enumerate(moved_by)):
+    told = list(enumerate(moved_by))
+    said = [(word.motion, word.joint) for word in words]
+    if movers != moved_by or not movers or not (set(said) <= set(told) if driven else said == told):
         node.error(
             "bad-chain", f"<joint> does not name each motion of {shortened(str(names))} once"
         )
@@ -109,7 +134,6 @@ def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]
 
 def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
     words = _words(node)
-    indices = {word.motion: index for index, word in enumerate(words)}
     motions = [motion for part in parts for motion in part.motions]
     driven = [part.coordinates[motion.coordinate] for part in parts for motion in part.motions]
     locations = node.notes.locations
@@ -122,8 +146,23 @@ def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
         node.subject.name,
         parts[0].parent,
         parts[-1].child,
-        tuple(replace(motion, coordinate=indices[k]) for k, motion in enumerate(motions)),
+        tuple(_driven(node, motions, words)),
         tuple(word.applied(driven[word.motion]) for word in words),
         parts[0].T_parent_joint,
         parts[-1].T_child_joint,
     )
+
+
+def _driven(node: Node, motions: Sequence[Motion], words: Sequence[_Word]) -> Iterator[Motion]:
+    """The motions with the coordinates, and the functions of these, that drive them."""
+    said = node.all("motion")
+    indices = {word.motion: index for index, word in enumerate(words)}
+    named = {word.name: index for index, word in enumerate(words)}
+    for k, motion in enumerate(motions):
+        if not said:
+            yield replace(motion, coordinate=indices[k])
+            continue
+        function, name = read_function(said[k]), said[k].attribute("coordinate", "")
+        if said[k].has("coordinate") and name not in named:
+            said[k].error("unknown-coordinate", unknown("coordinate", name, list(named)))
+        yield replace(motion, coordinate=named.get(name, 0), function=function)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..mesh_files import mesh_file
-from ..model.joint import Joint
+from ..model.joint import Joint, renamed
 from ..model.muscle import BasePulley, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY, Pose, Vector3
 from ..model.robot import WORLD, Link, Robot, TaskFrame, TaskSet
@@ -107,7 +107,7 @@ def _joint(joint: Joint, member: Member) -> Joint:
         name=member.named(joint.name),
         parent=member.named(joint.parent),
         child=member.named(joint.child),
-        coordinates=tuple(replace(c, name=member.named(c.name)) for c in joint.coordinates),
+        coordinates=tuple(renamed(c, member.named) for c in joint.coordinates),
         T_parent_joint=_placed(joint.parent, joint.T_parent_joint, member),
     )
 

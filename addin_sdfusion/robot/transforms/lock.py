@@ -21,6 +21,8 @@ from ..model.transform import IDENTITY, Transform
 def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
     """The robot without some coordinates; a joint that keeps none becomes a fixed one.
 
+    In a robot with functions or couplings they stay in its joints, and are locked there.
+
     Args:
         robot: The robot.
         positions: What they are held at, in [rad] or [m], by the coordinates' names.
@@ -32,6 +34,8 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
     """
     for name in positions:
         find("coordinate", name, robot.coordinates)
+    if robot.driven_joints:  # what follows a coordinate is to follow it where it is held
+        return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))
     for _, muscle in all_muscles(robot):
         named = [point.when.coordinate for point in muscle.via_points if point.when is not None]
         for name in (*named, *(term.coordinate for term in muscle.terms)):
@@ -39,6 +43,16 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
                 problem = f"muscle {muscle.name!r} depends on coordinate {name!r}: do not hold it"
                 raise InputError(problem)
     return replace(robot, joints=tuple(_locked(joint, positions) for joint in robot.joints))
+
+
+def _held(joint: Joint, positions: Mapping[str, float]) -> Joint:
+    coordinates = (
+        replace(c, locked=True, initial=positions[c.name], actuated=False)
+        if c.name in positions
+        else c
+        for c in joint.coordinates
+    )
+    return replace(joint, coordinates=tuple(coordinates))
 
 
 def _locked(joint: Joint, positions: Mapping[str, float]) -> Joint:

@@ -120,6 +120,33 @@ def ellipsoids(robot: Robot, format_: str) -> Iterator[Finding]:
             yield warning(Subject("wrap_surface", surface.name), "ellipsoid-left-out", problem)
 
 
+def driven_joints(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Functions, couplings and locks between coordinates and motions, which are not written."""
+    for joint in robot.driven_joints:
+        problem = (
+            f"{format_} is not written with motions that follow functions of coordinates, nor with "
+            "coupled or locked ones; write sdf, or hold its coordinates at a value"
+        )
+        yield error(Subject("joint", joint.name), "driven-joint", problem)
+
+
+def coordinate_forces(robot: Robot, format_: str, *, armature: bool = False) -> Iterator[Finding]:
+    """Armatures and limit forces, which are not written.
+
+    Args:
+        robot: The robot.
+        format_: What the format is called.
+        armature: Whether it holds armatures.
+    """
+    for c in robot.all_coordinates:
+        subject = Subject("coordinate", c.name)
+        if c.armature and not armature:
+            yield warning(subject, "armature-left-out", f"{format_} has no armature; left out")
+        if c.limit_force:
+            problem = f"{format_} is not written with forces beyond a range; left out"
+            yield warning(subject, "limit-force-left-out", problem)
+
+
 def motor_bounds(robot: Robot, format_: str) -> Iterator[Finding]:
     """Bounds of torques that no motor makes, for formats whose actuators hold them."""
     for c in robot.coordinates:

@@ -26,7 +26,7 @@ from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot
 from ..model.rotations import normalized
 from ..transforms.joint_chains import SingleJoint, single_joints
 from ..transforms.simplify import joint_frames
-from .common_losses import chained_joints
+from .common_losses import chained_joints, driven_joints, refuse
 from .file_names import file_name
 from .sdf.joints import has_one_effort, needs_words
 from .sdf.plugin import plugin_content
@@ -42,6 +42,7 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
     Raises as `write_document`; the URDF is the first file returned.
     """
     require_valid(robot)
+    refuse(driven_joints(robot, "URDF"), "urdf")
     framed = joint_frames(robot)
     files = {file_name(robot.name if name is None else name, "urdf"): _urdf(framed)}
     if _needs_more(framed):
@@ -50,11 +51,12 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:
-    """What URDF cannot hold of a valid robot; it refuses none.
+    """What URDF cannot hold of a valid robot; errors where it is not written.
 
     With the cardsflow.xml beside it nothing is lost to CARDSFlow but the place of link frames.
     """
     return [
+        *driven_joints(robot, "URDF"),
         *chained_joints(robot, "URDF"),
         *_held_beside(robot),
         *_moved_frames(robot),
@@ -78,6 +80,8 @@ def _beyond(robot: Robot) -> list[str]:
         "task frames": robot.task_sets,
         "far ends of links": [link for link in robot.links if link.end is not None],
         "springs": [c for c in robot.coordinates if c.stiffness],
+        "armatures": [c for c in robot.coordinates if c.armature],
+        "forces beyond a range": [c for c in robot.coordinates if c.limit_force],
         "initial values": [c for c in robot.coordinates if c.initial],
         "motors' bounds": [c for c in robot.coordinates if not has_one_effort(c)],
     }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ..model.coupling import all_values
 from ..model.joint import Motion
 from ..model.muscle import Muscle, Wrap
 from ..model.pose import IDENTITY, Pose, Vector3
@@ -82,12 +83,13 @@ def initial_poses(robot: Robot) -> dict[str, Pose]:
 
 
 def link_poses(robot: Robot, q: Mapping[str, float]) -> dict[str, Pose]:
-    """The pose of every link in the world, at values of the coordinates, in [rad] or [m]."""
-    poses = {WORLD: IDENTITY}
+    """The pose of every link in the world, at values of the free coordinates, in [rad] or [m]."""
+    poses, values = {WORLD: IDENTITY}, all_values(robot, q)
     for joint in robot.joints:
         T = compose(poses[joint.parent], joint.T_parent_joint)
         for motion in joint.motions:
-            T = compose(T, _motion_pose(motion, q[joint.coordinates[motion.coordinate].name]))
+            own = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
+            T = compose(T, _motion_pose(motion, motion.way(own)))
         poses[joint.child] = compose(T, inverse(joint.T_child_joint))
     return poses
 

@@ -19,14 +19,17 @@ from addin_sdfusion.robot import (
     CoordinateTerm,
     Inertia,
     Joint,
+    LimitForce,
     Link,
     Mesh,
     Muscle,
     PointCondition,
+    Polynomial,
     Pose,
     Robot,
     TaskFrame,
     TaskSet,
+    Term,
     ViaPoint,
     Wrap,
     WrapSurface,
@@ -35,6 +38,8 @@ from addin_sdfusion.robot import (
 from .muscle_bench import SOUND
 from .random_robots import random_tree
 from .wrapped import vector
+
+HALF = Polynomial((0.1, 0.5))
 
 
 def robot_of_every_field(seed: int) -> Robot:
@@ -255,6 +260,10 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "axes": [("x",), ("y", "x"), ("alpha",), ("gamma", "beta", "alpha")],
         "model": [CableModel(), CableModel("elastic_cable", (("stiffness", 1e3),))],
         "pulley": [None, _winch()],
+        "coupling": [
+            (Term(c.name, Polynomial((0.1, 0.5))),) for c in _other_coordinates(robot, part)
+        ],
+        "limit_force": [None, LimitForce(-0.5, 0.5, 3.0, 4.0, 0.1)],
     }
     if name == "coordinate" and isinstance(value, str):
         yield from (c.name for c in robot.coordinates if c.name != value)
@@ -271,6 +280,10 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
     elif isinstance(value, tuple) and value and isinstance(value[0], float):
         for k in range(len(value)):
             yield (*value[:k], value[k] + 0.0625, *value[k + 1 :])
+
+
+def _other_coordinates(robot: Robot, part: Any) -> list[str]:
+    return [c.name for c in robot.coordinates if c != part][:1]
 
 
 def _numbers(part: Any, name: str, value: float) -> Iterator[float]:

@@ -82,6 +82,9 @@ def _joint(joint: Joint) -> Iterator[Finding]:
     elif caspr_word(joint.motions) is None:
         problem = "CASPR has no joint with these motions; make it of several joints"
         yield error(subject, "caspr-joint-type", problem)
+    elif not joint.is_plain:
+        problem = "CASPR has no coupled or locked coordinates; hold them at a value"
+        yield error(subject, "caspr-driven-joint", problem)
     if any(joint.T_parent_joint.rpy) or any(joint.T_child_joint.rpy):
         problem = "turns a frame at q = 0, and CASPR has no turned frames; align the frames"
         yield error(subject, "caspr-turned-frame", problem)
@@ -96,8 +99,8 @@ def _joint(joint: Joint) -> Iterator[Finding]:
         yield warning(subject, "caspr-motor-bounds", problem)
     if any(coordinate.damping for coordinate in joint.coordinates):
         yield warning(subject, "caspr-damping", "CASPR has no damping; it is left out")
-    if any(c.stiffness or c.friction for c in joint.coordinates):
-        problem = "CASPR has no springs or friction in joints; left out"
+    if any(c.stiffness or c.friction or c.armature or c.limit_force for c in joint.coordinates):
+        problem = "CASPR has no springs, friction, armature or limit forces in joints; left out"
         yield warning(subject, "caspr-spring", problem)
 
 

@@ -89,10 +89,12 @@ def _add_motion(body: ElementTree.Element, joint: Joint, motion: Motion) -> None
 
 
 def _resisting(c: Coordinate) -> dict[str, str]:
-    """The attributes of a spring and of friction, where there are any."""
+    """The attributes of a spring, an armature and friction, where there are any."""
     given = {}
     if c.stiffness:
         given = {"stiffness": numbers([c.stiffness]), "springref": numbers([c.rest])}
+    if c.armature:
+        given["armature"] = numbers([c.armature])
     return given | ({"frictionloss": numbers([c.friction])} if c.friction else {})
 
 

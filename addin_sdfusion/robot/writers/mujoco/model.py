@@ -23,6 +23,8 @@ from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 from ..common_losses import (
     cables,
+    coordinate_forces,
+    driven_joints,
     ellipsoids,
     link_ends,
     motor_bounds,
@@ -69,6 +71,8 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         meshes: As for `write_mjcf`.
     """
     return [
+        *driven_joints(robot, "MJCF"),
+        *coordinate_forces(robot, "MJCF", armature=True),
         *depth_losses(robot),
         *inertia_losses(robot),
         *constraint_losses(robot),

@@ -23,11 +23,14 @@ from ...transforms.joint_chains import Names, single_joints
 from ..common_losses import (
     cables,
     chained_joints,
+    coordinate_forces,
+    driven_joints,
     link_ends,
     motor_bounds,
     muscle_paths,
     names,
     other_sets,
+    refuse,
     task_axes,
 )
 from ..file_names import write_document
@@ -61,9 +64,11 @@ def write_osim(
 
 
 def osim_losses(robot: Robot) -> list[Finding]:
-    """What OpenSim cannot hold of a valid robot; it refuses none."""
+    """What OpenSim cannot hold of a valid robot; errors where it is not written."""
     return [
         *renamed(robot),
+        *driven_joints(robot, "OpenSim"),
+        *coordinate_forces(robot, "OpenSim"),
         *chained_joints(robot, "OpenSim"),
         *_masses(robot),
         *_limits(robot),
@@ -149,6 +154,7 @@ def _meshes(robot: Robot) -> Iterator[Finding]:
 
 
 def _osim(robot: Robot, meshes: MeshFiles) -> str:
+    refuse(driven_joints(robot, "OpenSim"), "osim")
     root = element(None, "OpenSimDocument", Version=VERSION)
     model = element(root, "Model", name=robot.name)
     element(model, "gravity", numbers(robot.gravity))

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
+from ...model.joint import renamed as renamed_coordinate
 from ...model.muscle import CableSet, ViaPoint
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
@@ -34,7 +35,9 @@ def with_legal_names(robot: Robot) -> Robot:
                 name=joints[joint.name],
                 parent=links[joint.parent],
                 child=links[joint.child],
-                coordinates=tuple(replace(c, name=coordinates[c.name]) for c in joint.coordinates),
+                coordinates=tuple(
+                    renamed_coordinate(c, coordinates.__getitem__) for c in joint.coordinates
+                ),
             )
             for joint in robot.joints
         ),
@@ -60,7 +63,7 @@ def _renamings(robot: Robot) -> dict[str, Renaming]:
         "robot": _legal([robot.name], ()),
         "link": _legal((link.name for link in robot.links), (WORLD, GROUND)),
         "joint": _legal((joint.name for joint in robot.joints), ()),
-        "coordinate": _legal((coordinate.name for coordinate in robot.coordinates), ()),
+        "coordinate": _legal((coordinate.name for coordinate in robot.all_coordinates), ()),
         "muscle": _legal((muscle.name for muscle in robot.muscles), ()),
         "task frame": _legal((frame.name for frame in robot.task_frames), ()),
         "wrap surface": _legal((surface.name for surface in robot.wrap_surfaces), ()),

@@ -54,10 +54,25 @@ def is_chained(joint: Joint) -> bool:
 
 def needs_words(joint: Joint) -> bool:
     """Whether the plugin says something about a joint that SDF's axes have no word for."""
-    return len(joint.motions) > 1 or any(
-        c.name != joint.name or c.actuated or c.initial or not has_one_effort(c)
-        for c in joint.coordinates
+    return (
+        not joint.is_plain
+        or len(joint.motions) > 1
+        or any(
+            c.name != joint.name or c.actuated or c.initial or not has_one_effort(c)
+            for c in joint.coordinates
+        )
+        or any(c.armature or c.limit_force for c in joint.coordinates)
     )
+
+
+def home(joint: Joint, coordinate: int) -> int:
+    """The motion whose axis tells a coordinate's limits and damping: the first in its unit."""
+    moved = [
+        (motion.unit != joint.coordinates[coordinate].unit, place)
+        for place, motion in enumerate(joint.motions)
+        if motion.coordinate == coordinate and not motion.is_fixed
+    ]
+    return min(moved)[1]
 
 
 def has_one_effort(coordinate: Coordinate) -> bool:
@@ -73,16 +88,27 @@ def _split(joint: Joint, names: Names) -> Iterator[SdfJoint]:
         child = joint.child if last else names.give(f"{joint.name}_link_{k}")
         yield SdfJoint(
             joint.name if len(groups) == 1 else names.give(f"{joint.name}_{k}"),
-            _TYPES[motions[0].kind] if is_chained(joint) else joint.type,
+            joint.type if joint.is_plain and not is_chained(joint) else _type(motions),
             parent,
             child,
             motions,
-            tuple(joint.coordinates[motion.coordinate] for motion in motions),
+            tuple(_told(joint, joint.motions.index(motion)) for motion in motions),
             T_parent_joint,
             joint.T_child_joint if last else IDENTITY,
             between=not last,
         )
         parent, T_parent_joint = child, IDENTITY
+
+
+def _type(motions: tuple[Motion, ...]) -> str:
+    return _TYPES[motions[0].kind] if motions else "fixed"
+
+
+def _told(joint: Joint, place: int) -> Coordinate:
+    """What the axis of a motion tells: its coordinate, or nothing where another one's does."""
+    own = joint.motions[place].coordinate
+    tells = not joint.motions[place].is_fixed and home(joint, own) == place
+    return joint.coordinates[own] if tells else Coordinate("")
 
 
 _TYPES = {"rotation": "revolute", "translation": "prismatic"}

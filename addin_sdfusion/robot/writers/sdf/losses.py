@@ -67,7 +67,7 @@ def _mesh_texts(robot: Robot) -> Iterator[Finding]:
 
 
 def _limits(robot: Robot) -> Iterator[Finding]:
-    for c in robot.coordinates:
+    for c in robot.all_coordinates:
         if any(NO_LIMIT <= abs(limit) < math.inf for limit in (c.lower, c.upper)):
             problem = f"a limit of {NO_LIMIT:g} or more is none in SDF; make it infinite"
             yield error(Subject("coordinate", c.name), "sdf-limit", problem)
@@ -84,6 +84,12 @@ def _chains(robot: Robot) -> Iterator[Finding]:
                 f"{len(joint.motions)} single joints with links without mass between them"
             )
             yield warning(Subject("joint", joint.name), "joint-in-a-chain", problem)
+        if not joint.is_plain:
+            problem = (
+                "what drives it is in the CARDSFlow plugin alone; in other programs its motions "
+                "are coordinates of their own"
+            )
+            yield warning(Subject("joint", joint.name), "functions-in-the-plugin", problem)
 
 
 def _inertias(robot: Robot) -> Iterator[Finding]:

@@ -3,12 +3,16 @@
 gravity: x y z, in [m/s²].
 link_end link: the far end of a link, in its frame, in [m].
 mesh_name link role as: the name of a mesh, in place of the one that it is written as.
-joint name: its coordinates in the order of q, as coordinate elements.
-coordinate name joint motion actuated torques initial spring: the joint element that moves it, its
-    place among the motions from the parent to the child, counted from 0, whether it has a motor,
-    the bounds of its torque where they are not those of the joint's effort, and its initial value
-    where that is not 0; SDF's <initial_position> is gone from its newest version. In a
-    cardsflow.xml beside a URDF, its spring's stiffness and rest as well.
+joint name: its coordinates in the order of q, as coordinate elements, and where functions,
+    couplings or locks drive its motions, all of these in their order as motion elements.
+coordinate name joint motion actuated torques initial spring armature unit locked: the joint element
+    that moves it, its place among the motions from the parent to the child, counted from 0, whether
+    it has a motor, the bounds of its torque where they are not those of the joint's effort, its
+    initial value where that is not 0 (SDF's <initial_position> is gone from its newest version),
+    in a cardsflow.xml beside a URDF its spring's stiffness and rest, its armature where there is
+    one, its unit where it is not the motion's, and whether it is held. Inside: its coupling as term
+    elements; limit_force low high stiffness_low stiffness_high damping transition.
+motion joint coordinate, term coordinate: with a function, see `functions`.
 wrap_surface name link shape radius length half_axes: what muscles wrap over; its pose in the
     link's frame, in [m, rad].
 cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
@@ -19,14 +23,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from xml.etree import ElementTree
 
-from ...model.joint import Joint
+from ...model.joint import Coordinate, Joint
 from ...model.muscle import WrapSurface
 from ...model.robot import Link, Robot
 from ..cardsflow_xml import end_effector_element, muscle_element, wrap_elements
+from ..functions import function_element
 from ..xml_text import element, numbers
-from .joints import has_one_effort, needs_words, sdf_joints
+from .joints import has_one_effort, home, needs_words, sdf_joints
 from .names import mesh_names
 
 PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo_plugin"}
@@ -92,17 +98,41 @@ def _joint(
     plugin: ElementTree.Element, joint: Joint, movers: Sequence[str], *, springs: bool
 ) -> None:
     node = element(plugin, "joint", name=joint.name)
-    places = {motion.coordinate: place for place, motion in enumerate(joint.motions)}
     for i, coordinate in enumerate(joint.coordinates):
-        words = {"joint": movers[places[i]], "motion": str(places[i])}
-        actuated = "true" if coordinate.actuated else "false"
-        if coordinate.initial:
-            words["initial"] = numbers([coordinate.initial])
+        place = home(joint, i)
+        words = {"joint": movers[place], "motion": str(place)}
         if springs and (coordinate.stiffness or coordinate.rest):
             words["spring"] = numbers([coordinate.stiffness, coordinate.rest])
-        if not has_one_effort(coordinate):
-            words["torques"] = numbers([coordinate.tau_min, coordinate.tau_max])
-        element(node, "coordinate", name=coordinate.name, **words, actuated=actuated)
+        _coordinate(node, coordinate, words, joint.motions[place].unit)
+    if joint.is_plain:
+        return
+    for mover, motion in zip(movers, joint.motions, strict=True):
+        words = {"joint": mover}
+        if not motion.is_fixed:
+            words["coordinate"] = joint.coordinates[motion.coordinate].name
+        function_element(node, "motion", motion.function, **words)
+
+
+def _coordinate(
+    parent: ElementTree.Element, coordinate: Coordinate, words: dict[str, str], unit: str
+) -> None:
+    if coordinate.initial:
+        words["initial"] = numbers([coordinate.initial])
+    if not has_one_effort(coordinate):
+        words["torques"] = numbers([coordinate.tau_min, coordinate.tau_max])
+    if coordinate.armature:
+        words["armature"] = numbers([coordinate.armature])
+    if coordinate.unit != unit:
+        words["unit"] = coordinate.unit
+    if coordinate.locked:
+        words["locked"] = "true"
+    words["actuated"] = "true" if coordinate.actuated else "false"
+    node = element(parent, "coordinate", name=coordinate.name, **words)
+    for term in coordinate.coupling:
+        function_element(node, "term", term.function, coordinate=term.coordinate)
+    if coordinate.limit_force is not None:
+        given = asdict(coordinate.limit_force)
+        element(node, "limit_force", **{name: numbers([x]) for name, x in given.items()})
 
 
 def _wrap_surface(plugin: ElementTree.Element, surface: WrapSurface) -> None:

@@ -37,6 +37,8 @@ COVERED = {
     "Coordinate.stiffness": {"spring-left-out", "caspr-spring"},
     "Coordinate.rest": {"spring-left-out", "caspr-spring"},
     "Coordinate.friction": {"friction-left-out", "caspr-spring"},
+    "Coordinate.armature": {"armature-left-out", "caspr-spring", "held-beside-urdf"},
+    "Coordinate.limit_force": {"limit-force-left-out", "caspr-spring", "held-beside-urdf"},
     "Coordinate.actuated": {"motor-left-out"},
     "Coordinate.tau_min": {"motor-bounds-left-out", "caspr-motor-bounds", "one-sided-effort"},
     "Coordinate.tau_max": {"motor-bounds-left-out", "caspr-motor-bounds", "one-sided-effort"},

@@ -1,0 +1,110 @@
+"""Checks of functions between coordinates and motions, and of couplings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from ..finding import Finding, Subject
+from ..finding_builders import error, finite, listed, unknown, warning
+from ..model.function import Function, Polynomial, cubics
+from ..model.joint import Coordinate
+from ..model.robot import Robot
+
+MOST_NUMBERS = 10_000
+"""So many coefficients or points a function may have."""
+LARGEST = 1e100
+
+
+def functions(robot: Robot) -> Iterator[Finding]:
+    """Functions have numbers, and points in order."""
+    for joint in robot.joints:
+        for motion in joint.motions:
+            fault = function_fault(motion.function)
+            if fault:
+                yield error(Subject("joint", joint.name), "bad-function", f"a motion's {fault}")
+        for c in joint.coordinates:
+            for term in c.coupling:
+                fault = function_fault(term.function)
+                if fault:
+                    yield error(Subject("coordinate", c.name), "bad-function", f"its {fault}")
+
+
+def function_fault(function: Function) -> str:
+    """What is wrong with a function; empty for nothing."""
+    if isinstance(function, Polynomial):
+        if not 1 <= len(function.coefficients) <= MOST_NUMBERS:
+            return f"polynomial has {len(function.coefficients)} coefficients"
+        return "" if finite(function.coefficients) else "polynomial has a number that is not finite"
+    if len(function.x) != len(function.y) or not 2 <= len(function.x) <= MOST_NUMBERS:
+        return f"function has {len(function.x)} x and {len(function.y)} y; give two pairs or more"
+    if not finite(function.x) or not finite(function.y):
+        return "function has a number that is not finite"
+    if any(not a < b for a, b in pairwise(function.x)):
+        return "function has points whose x do not increase"
+    try:
+        sound = all(abs(number) < LARGEST for piece in cubics(function) for number in piece)
+    except (ZeroDivisionError, OverflowError):
+        sound = False
+    return "" if sound else "function has points that are too near to each other for its slopes"
+
+
+def couplings(robot: Robot) -> Iterator[Finding]:
+    """Coupled coordinates follow others that there are, and not themselves."""
+    known = {c.name: c for c in robot.all_coordinates}
+    for c in known.values():
+        subject = Subject("coordinate", c.name)
+        for term in c.coupling:
+            if term.coordinate not in known:
+                problem = f"follows {unknown('coordinate', term.coordinate, list(known))}"
+                yield error(subject, "unknown-coordinate", problem)
+        if not c.is_free and c.actuated:
+            problem = "has a motor, but is coupled or locked; put the motor on what it follows"
+            yield error(subject, "motor-not-free", problem)
+        if c.locked and c.coupling:
+            yield error(subject, "locked-and-coupled", "is locked and coupled; keep one of the two")
+        if c.locked and not math.isfinite(c.initial):
+            continue
+        if c.coupling and any(math.isfinite(limit) for limit in (c.lower, c.upper)):
+            problem = "is coupled: its limits are not kept, those of what it follows are"
+            yield warning(subject, "limits-of-coupled", problem)
+    for circle in _circles(known):
+        problem = f"follows itself, through {listed(circle)}; leave out one of the couplings"
+        yield error(Subject("coordinate", circle[0]), "coupling-circle", problem)
+
+
+def resisting(robot: Robot) -> Iterator[Finding]:
+    """Limit forces resist, within a range."""
+    for c in robot.all_coordinates:
+        force, subject = c.limit_force, Subject("coordinate", c.name)
+        if force is None:
+            continue
+        if not force.low <= force.high:
+            problem = f"limit force: low {force.low!r} is above high {force.high!r}"
+            yield error(subject, "limit-force-reversed", problem)
+        for what in ("stiffness_low", "stiffness_high", "damping"):
+            if getattr(force, what) < 0.0:
+                problem = f"limit force: {what} {getattr(force, what)!r} is negative"
+                yield error(subject, "negative-limit-force", problem)
+        if not force.transition > 0.0:
+            problem = f"limit force: transition {force.transition!r} is not above 0"
+            yield error(subject, "limit-force-transition", problem)
+
+
+def _circles(known: dict[str, Coordinate]) -> Iterator[list[str]]:
+    """The circles of couplings, each once."""
+    done: set[str] = set()
+    for name in known:
+        path: list[str] = []
+        at = [name]
+        while at:
+            here = at.pop()
+            if here == "":
+                done.add(path.pop())
+            elif here in path:
+                yield path[path.index(here) :]
+                return
+            elif here in known and here not in done:
+                path.append(here)
+                at += ["", *(term.coordinate for term in known[here].coupling)]
