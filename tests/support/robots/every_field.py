@@ -260,9 +260,7 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "axes": [("x",), ("y", "x"), ("alpha",), ("gamma", "beta", "alpha")],
         "model": [CableModel(), CableModel("elastic_cable", (("stiffness", 1e3),))],
         "pulley": [None, _winch()],
-        "coupling": [
-            (Term(c.name, Polynomial((0.1, 0.5))),) for c in _other_coordinates(robot, part)
-        ],
+        "coupling": [(Term(name, HALF),) for name in _other_coordinates(robot, part)],
         "limit_force": [None, LimitForce(-0.5, 0.5, 3.0, 4.0, 0.1)],
     }
     if name == "coordinate" and isinstance(value, str):
