@@ -95,7 +95,7 @@ def _mixed(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
 
 
 def _coordinate(robot: Robot, subject: Subject, name: str, what: str) -> Iterator[Finding]:
-    known = [c.name for c in robot.coordinates]
+    known = [c.name for c in robot.all_coordinates]
     if name not in known:
         problem = f"{what} depends on {unknown('coordinate', name, known)}"
         yield error(subject, "unknown-coordinate", problem)

@@ -55,7 +55,7 @@ class SingleJoint:
 def single_joints(robot: Robot) -> list[SingleJoint]:
     """The joints of a robot as single ones, parents first."""
     links = Names([WORLD, *(link.name for link in robot.links)])
-    joints = Names(coordinate.name for coordinate in robot.coordinates)
+    joints = Names(coordinate.name for coordinate in robot.all_coordinates)
     return [single for joint in robot.joints for single in _split(joint, links, joints)]
 
 
